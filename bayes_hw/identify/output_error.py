@@ -1,0 +1,139 @@
+"""Output-error estimation of the whole cascade: least squares on the simulated output.
+
+Gauss-Newton (scipy's trust-region reflective variant) in the unbounded coordinates of the parameters; the
+Jacobian is taken by central differences, all columns in one call of the compiled kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.model.parameters import AxisParameters, as_coordinates, as_values
+from bayes_hw.record import Record
+
+DIFFERENCE_STEP = 1e-6
+COORDINATE_LIMIT = 12.0
+"""A coordinate may move this far from its start; an insensitive one stops there instead of overflowing."""
+
+
+@dataclass(frozen=True, eq=False)
+class OutputErrorFit:
+    """One least-squares estimate.
+
+    `values` and `coordinates` (parameters,); `residuals` (all samples,) measured minus simulated, unwhitened;
+    `information` (parameters, parameters) is J^T J of the weighted residuals in coordinates, prior excluded;
+    `sum_of_squares` of the weighted residuals; `simulations` counts simulated records.
+    """
+
+    values: FloatArray
+    coordinates: FloatArray
+    residuals: FloatArray
+    information: FloatArray
+    sum_of_squares: float
+    simulations: int
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the unwhitened residual, output units."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+
+def simulated_outputs(axis: AxisParameters, values: FloatArray, records: Sequence[Record]) -> list[FloatArray]:
+    """y of every record for each column of `values` (parameters, walkers): arrays (walkers, samples)."""
+    outputs = []
+    for number, record in enumerate(records):
+        form = axis.modal_form(values, number)
+        before = 0.0 if axis.start_positions is None else float(record.u[0])
+        outputs.append(simulate_batch(form, record.u, axis.model.linear.delay_samples, before).y)
+    return outputs
+
+
+def whitened(residuals: FloatArray, autoregression: FloatArray) -> FloatArray:
+    """e(k) - sum_i phi_i e(k - i) along the last axis, with e = 0 before the first sample."""
+    innovations = residuals.copy()
+    for lag, coefficient in enumerate(autoregression, start=1):
+        innovations[..., lag:] -= coefficient * residuals[..., :-lag]
+    return innovations
+
+
+def fit_output_error(
+    axis: AxisParameters,
+    records: Sequence[Record],
+    start: FloatArray,
+    *,
+    autoregression: FloatArray | None = None,
+    sigma: float = 1.0,
+    prior: bool = False,
+    max_evaluations: int = 60,
+) -> OutputErrorFit:
+    """Minimise sum ((y - y_simulated) whitened by `autoregression` / sigma)^2 from the values `start`.
+
+    With `prior`, each coordinate is also drawn towards its prior (its median and half the width of its central
+    68 %): then `sigma` must be the standard deviation of the innovations, output units.
+    """
+    coefficients = np.zeros(0) if autoregression is None else autoregression
+    parameters = axis.parameters
+    centre = as_coordinates(parameters, start)
+    calls = 0
+    prior_mean, prior_sd = _prior_scale(axis)
+
+    def weighted(coordinates: FloatArray) -> FloatArray:
+        nonlocal calls
+        calls += coordinates.shape[1] * len(records)
+        outputs = simulated_outputs(axis, as_values(parameters, coordinates), records)
+        parts = [
+            whitened(record.y - output, coefficients) / sigma
+            for record, output in zip(records, outputs, strict=True)
+        ]
+        if prior:
+            parts.append(((coordinates - prior_mean[:, None]) / prior_sd[:, None]).T)
+        return np.nan_to_num(np.concatenate(parts, axis=1), nan=1e6, posinf=1e6, neginf=-1e6)
+
+    def residual(coordinates: FloatArray) -> FloatArray:
+        return weighted(coordinates[:, None])[0]
+
+    def jacobian(coordinates: FloatArray) -> FloatArray:
+        steps = np.eye(len(coordinates)) * DIFFERENCE_STEP
+        both = np.concatenate([coordinates[:, None] + steps, coordinates[:, None] - steps], axis=1)
+        rows = weighted(both)
+        half = len(coordinates)
+        return ((rows[:half] - rows[half:]) / (2 * DIFFERENCE_STEP)).T
+
+    solution = least_squares(
+        residual,
+        centre,
+        jac=jacobian,
+        x_scale="jac",
+        bounds=(centre - COORDINATE_LIMIT, centre + COORDINATE_LIMIT),
+        max_nfev=max_evaluations,
+        xtol=1e-10,
+        ftol=1e-10,
+        gtol=1e-10,
+    )
+    coordinates = np.asarray(solution.x, dtype=np.float64)
+    values = as_values(parameters, coordinates)
+    outputs = simulated_outputs(axis, values[:, None], records)
+    residuals = np.concatenate([r.y - o[0] for r, o in zip(records, outputs, strict=True)])
+    samples = residuals.size
+    slopes = np.asarray(solution.jac)[:samples]
+    weights = np.asarray(solution.fun)[:samples]
+    return OutputErrorFit(
+        values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights), calls
+    )
+
+
+def _prior_scale(axis: AxisParameters) -> tuple[FloatArray, FloatArray]:
+    """Median and half the central 68 % of every prior, in coordinates."""
+    quantiles = np.stack(
+        [
+            p.transform.to_coordinate(p.prior.quantile(np.array([0.1587, 0.5, 0.8413])))
+            for p in axis.parameters
+        ]
+    )
+    return quantiles[:, 1], np.abs(quantiles[:, 2] - quantiles[:, 0]) / 2

@@ -1,0 +1,169 @@
+"""The static blocks of a Hammerstein-Wiener axis, and the backlash that the dead zone simplifies.
+
+Equation numbers are those of Acta Astronomica Sinica, doi 10.15940/j.cnki.0001-5245.2026.01.012.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+
+
+@dataclass(frozen=True)
+class GainNormalization:
+    """The three gains that the paper sets to one, so that the gain of G carries everything.
+
+    c1 is the slope of the saturation, c2 and c3 those of the dead zone above and below it (eqs. 1 and 5).
+    c1 and c2 can be set to one at no cost (v -> a v, w -> b w changes no output); c3 = c2 is an assumption.
+    """
+
+    c1: float = 1.0
+    c2: float = 1.0
+    c3: float = 1.0
+
+    def __post_init__(self) -> None:
+        for label, value in (("c1", self.c1), ("c2", self.c2), ("c3", self.c3)):
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"normalization.{label}: must be finite and positive")
+
+
+@dataclass(frozen=True)
+class Saturation:
+    """f(u) = min(max(gain u, lower), upper) (eq. 1); limits in units of v, lower < 0 < upper."""
+
+    lower: float
+    upper: float
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.lower) and np.isfinite(self.upper)):
+            raise InputError("saturation: limits must be finite numbers")
+        if not self.lower < 0 < self.upper:
+            raise InputError(
+                f"saturation: needs lower < 0 < upper, got {self.lower:g} and {self.upper:g}"
+            )
+
+    def __call__(self, u: FloatArray) -> FloatArray:
+        """v for every command u."""
+        return np.clip(self.gain * np.asarray(u, dtype=np.float64), self.lower, self.upper)
+
+
+@dataclass(frozen=True)
+class DeadZone:
+    """n(w) = gain_positive (w - half_width), 0 or gain_negative (w + half_width) (eq. 5).
+
+    `half_width` (delta) is in units of w; the gains are c2 and c3.
+    """
+
+    half_width: float
+    gain_positive: float = 1.0
+    gain_negative: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.half_width) and self.half_width >= 0):
+            raise InputError("dead_zone.half_width: must be finite and zero or more")
+
+    def __call__(self, w: FloatArray) -> FloatArray:
+        """y for every w."""
+        w = np.asarray(w, dtype=np.float64)
+        above = self.gain_positive * np.maximum(w - self.half_width, 0)
+        below = self.gain_negative * np.minimum(w + self.half_width, 0)
+        return above + below
+
+    def inverse(self, y: FloatArray, smoothing: float = 0.0) -> FloatArray:
+        """w for every y; the jump at y = 0 is joined by a monotone cubic over |y| < smoothing.
+
+        With `smoothing` zero the branch through y = 0 is w = 0. The cubic is PCHIP (Fritsch and Carlson,
+        doi 10.1137/0717021) through points on both branches, so the inverse stays increasing.
+        """
+        y = np.asarray(y, dtype=np.float64)
+        w = np.where(
+            y > 0,
+            y / self.gain_positive + self.half_width,
+            np.where(y < 0, y / self.gain_negative - self.half_width, 0.0),
+        )
+        if smoothing <= 0:
+            return w
+        steps = smoothing * np.array([1.0, 1.5, 2.0])
+        knots_y = np.concatenate([-steps[::-1], [0.0], steps])
+        knots_w = np.concatenate(
+            [
+                -steps[::-1] / self.gain_negative - self.half_width,
+                [0.0],
+                steps / self.gain_positive + self.half_width,
+            ]
+        )
+        inside = np.abs(y) < smoothing
+        w[inside] = PchipInterpolator(knots_y, knots_w)(y[inside])
+        return w
+
+
+class Branch(Protocol):
+    """A strictly increasing function with its inverse: one flank of a backlash."""
+
+    def __call__(self, w: float) -> float: ...
+
+    def inverse(self, y: float) -> float: ...
+
+
+@dataclass(frozen=True)
+class LinearBranch:
+    """y = slope (w - intercept); `intercept` is where the flank meets the horizontal axis."""
+
+    slope: float
+    intercept: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.slope) and self.slope > 0 and np.isfinite(self.intercept)):
+            raise InputError("backlash branch: needs a positive slope and a finite intercept")
+
+    def __call__(self, w: float) -> float:
+        return self.slope * (w - self.intercept)
+
+    def inverse(self, y: float) -> float:
+        """w at which this flank gives y."""
+        return y / self.slope + self.intercept
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """Backlash with memory (eq. 3): the output follows the increasing flank when pushed up, the decreasing
+    one when pushed down, and stays where it is in between.
+
+        y(k) = increasing(w(k))   if w(k) > increasing^-1(y(k-1))
+               decreasing(w(k))   if w(k) < decreasing^-1(y(k-1))
+               y(k-1)             otherwise
+    """
+
+    increasing: Branch
+    decreasing: Branch
+
+    @classmethod
+    def play(cls, half_gap: float, slope: float = 1.0) -> Backlash:
+        """Kinematic play of +-half_gap (units of w) with equal slopes."""
+        return cls(LinearBranch(slope, half_gap), LinearBranch(slope, -half_gap))
+
+    def __call__(self, w: FloatArray, initial: float = 0.0) -> FloatArray:
+        """y for the sequence w, given the output before its first sample.
+
+        Raises InputError when the flanks cross within the sequence, where eq. 3 has no meaning.
+        """
+        w = np.asarray(w, dtype=np.float64)
+        y = np.empty_like(w)
+        held = float(initial)
+        for k, position in enumerate(w):
+            engaged_up, engaged_down = self.increasing.inverse(held), self.decreasing.inverse(held)
+            if engaged_down > engaged_up:
+                raise InputError("backlash: its two flanks cross; the gap must not be negative")
+            if position > engaged_up:
+                held = self.increasing(position)
+            elif position < engaged_down:
+                held = self.decreasing(position)
+            y[k] = held
+        return y

@@ -1,0 +1,253 @@
+"""The cascade y = n(G(z) f(u)) and its file, model.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.files import write_text_atomically
+from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
+from bayes_hw.model.linear import LinearBlock, Mode
+from bayes_hw.record import Units
+
+MODE_MATCH_RADIUS = 0.05
+"""A dominant mode must lie this close (in z) to one of the pole pairs of G."""
+
+
+class Simulation(NamedTuple):
+    """The signals of one noise-free simulation, each of shape (samples,)."""
+
+    v: FloatArray
+    w: FloatArray
+    y: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class HammersteinWiener:
+    """A servo axis: saturation, linear block, dead zone, and the noise on its encoder.
+
+    `dominant_modes` are pole pairs of `linear` whose frequency and damping count as parameters;
+    `noise_sigma` is the marginal standard deviation in output units, NaN where it is not known.
+    """
+
+    name: str
+    sample_rate_hz: float
+    saturation: Saturation
+    linear: LinearBlock
+    dead_zone: DeadZone
+    dominant_modes: tuple[Mode, ...] = ()
+    noise_sigma: float = float("nan")
+    units: Units = field(default_factory=Units)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise InputError("sample_rate_hz: must be finite and positive")
+        ordered = tuple(sorted(self.dominant_modes, key=lambda mode: mode.frequency_hz))
+        object.__setattr__(self, "dominant_modes", ordered)
+
+    @property
+    def normalization(self) -> GainNormalization:
+        """The gains c1, c2, c3 as one object."""
+        return GainNormalization(
+            self.saturation.gain, self.dead_zone.gain_positive, self.dead_zone.gain_negative
+        )
+
+    def normalized(self, normalization: GainNormalization) -> HammersteinWiener:
+        """The same axis with other gains c1, c2, c3 in its blocks (nothing else is rescaled)."""
+        return replace(
+            self,
+            saturation=replace(self.saturation, gain=normalization.c1),
+            dead_zone=replace(
+                self.dead_zone, gain_positive=normalization.c2, gain_negative=normalization.c3
+            ),
+        )
+
+    def mode_indices(self) -> list[int]:
+        """For each dominant mode, the index of its pole with positive imaginary part.
+
+        Raises InputError when a mode has no pole pair of its own nearby.
+        """
+        candidates = [i for i, pole in enumerate(self.linear.poles) if pole.imag > 0]
+        chosen: list[int] = []
+        for number, mode in enumerate(self.dominant_modes, start=1):
+            target = mode.pole(self.sample_rate_hz)
+            free = [i for i in candidates if i not in chosen]
+            nearest = min(free, key=lambda i: abs(self.linear.poles[i] - target), default=None)
+            if (
+                nearest is None
+                or abs(self.linear.poles[nearest] - target) > MODE_MATCH_RADIUS
+            ):
+                raise InputError(
+                    f"dominant_modes[{number - 1}]: no pole pair of linear.poles lies near "
+                    f"{mode.frequency_hz:g} Hz with damping {mode.damping_ratio:g}; "
+                    "list only modes that are poles of G"
+                )
+            chosen.append(nearest)
+        return chosen
+
+    def simulate(self, u: FloatArray, initial_position: float = 0.0) -> Simulation:
+        """Noise-free response to the command u from rest at w = initial_position (eq. 4)."""
+        v = self.saturation(u)
+        w = self.linear.filter(v) + initial_position
+        return Simulation(v, w, self.dead_zone(w))
+
+    @classmethod
+    def read(cls, path: Path | str) -> HammersteinWiener:
+        """Read model.json and check that the model is proper and stable.
+
+        Raises InputError that names the file, the key and the remedy.
+        """
+        path = Path(path)
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}: is not JSON ({error}); give a model.json") from None
+        try:
+            model = cls.from_dict(data)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        return model
+
+    @classmethod
+    def from_dict(cls, data: Any) -> HammersteinWiener:
+        """Build the model from the content of model.json; raises InputError naming the key."""
+        if not isinstance(data, Mapping):
+            raise InputError("the top level must be an object with the keys of model.json")
+        rate = _number(data, "sample_rate_hz")
+        linear = _linear_block(_mapping(data, "linear"))
+        saturation = _mapping(data, "saturation")
+        gains = _mapping(data, "normalization", optional=True)
+        normalization = GainNormalization(**{key: _number(gains, key) for key in gains})
+        modes = data.get("dominant_modes")
+        dominant = (
+            tuple(linear.modes(rate))
+            if modes is None
+            else tuple(_mode(item, index, rate) for index, item in enumerate(_list(modes)))
+        )
+        noise = _mapping(data, "noise", optional=True)
+        model = cls(
+            name=str(data.get("name", "axis")),
+            sample_rate_hz=rate,
+            saturation=Saturation(
+                _number(saturation, "lower"), _number(saturation, "upper"), normalization.c1
+            ),
+            linear=linear,
+            dead_zone=DeadZone(
+                _number(_mapping(data, "dead_zone"), "half_width"),
+                normalization.c2,
+                normalization.c3,
+            ),
+            dominant_modes=dominant,
+            noise_sigma=_number(noise, "sigma") if "sigma" in noise else float("nan"),
+            units=Units.from_dict(data.get("units", {})),
+        )
+        linear.check_stable()
+        model.mode_indices()
+        return model
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of model.json."""
+        gains = self.normalization
+        return {
+            "name": self.name,
+            "sample_rate_hz": self.sample_rate_hz,
+            "units": self.units.to_dict(),
+            "saturation": {"lower": self.saturation.lower, "upper": self.saturation.upper},
+            "linear": {
+                "zeros": [[z.real, z.imag] for z in self.linear.zeros.tolist()],
+                "poles": [[p.real, p.imag] for p in self.linear.poles.tolist()],
+                "gain": self.linear.gain,
+                "delay_samples": self.linear.delay_samples,
+            },
+            "dominant_modes": [
+                {"frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio}
+                for mode in self.dominant_modes
+            ],
+            "dead_zone": {"half_width": self.dead_zone.half_width},
+            "noise": {} if np.isnan(self.noise_sigma) else {"sigma": self.noise_sigma},
+            "normalization": {"c1": gains.c1, "c2": gains.c2, "c3": gains.c3},
+        }
+
+    def write(self, path: Path) -> None:
+        """Write model.json (to a temporary name, then renamed)."""
+        write_text_atomically(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
+
+
+def _mapping(data: Mapping[str, Any], key: str, optional: bool = False) -> Mapping[str, Any]:
+    if key not in data and optional:
+        return {}
+    value = data.get(key)
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key}: missing or not an object; see the model.json format")
+    return value
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError("a list was expected where the model.json format has one")
+    return value
+
+
+def _number(data: Mapping[str, Any], key: str) -> float:
+    value = data.get(key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f"{key}: missing or not a number")
+    number = float(value)
+    if not np.isfinite(number):
+        raise InputError(f"{key}: must be finite")
+    return number
+
+
+def _linear_block(data: Mapping[str, Any]) -> LinearBlock:
+    if "numerator" in data or "denominator" in data:
+        return LinearBlock.from_coefficients(
+            _numbers(data, "numerator"), _numbers(data, "denominator")
+        )
+    delay = _number(data, "delay_samples")
+    if delay != int(delay):
+        raise InputError("linear.delay_samples: must be a whole number of samples")
+    return LinearBlock(
+        _roots(data, "zeros"), _roots(data, "poles"), _number(data, "gain"), int(delay)
+    )
+
+
+def _numbers(data: Mapping[str, Any], key: str) -> list[float]:
+    values = data.get(key)
+    if not isinstance(values, list) or not values:
+        raise InputError(f"linear.{key}: missing or not a list of numbers")
+    return [_number({key: value}, key) for value in values]
+
+
+def _roots(data: Mapping[str, Any], key: str) -> ComplexArray:
+    values = data.get(key)
+    if not isinstance(values, list):
+        raise InputError(f"linear.{key}: missing or not a list of [re, im] pairs")
+    roots = np.empty(len(values), dtype=np.complex128)
+    for index, pair in enumerate(values):
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise InputError(f"linear.{key}[{index}]: must be a pair [re, im]")
+        parts = [_number({f"linear.{key}[{index}]": part}, f"linear.{key}[{index}]") for part in pair]
+        roots[index] = complex(*parts)
+    return roots
+
+
+def _mode(item: Any, index: int, rate: float) -> Mode:
+    if not isinstance(item, Mapping):
+        raise InputError(f"dominant_modes[{index}]: must be an object")
+    mode = Mode(_number(item, "frequency_hz"), _number(item, "damping_ratio"))
+    if not 0 < mode.frequency_hz < rate / 2:
+        raise InputError(
+            f"dominant_modes[{index}].frequency_hz: must lie between 0 and half the sample rate"
+        )
+    if not 0 < mode.damping_ratio < 1:
+        raise InputError(f"dominant_modes[{index}].damping_ratio: must lie between 0 and 1")
+    return mode

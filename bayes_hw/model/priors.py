@@ -1,0 +1,168 @@
+"""Prior densities of single parameters, and the transforms to unbounded coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy import special
+
+from bayes_hw.arrays import FloatArray
+
+_LOG_SQRT_2PI = 0.5 * np.log(2 * np.pi)
+
+
+class Prior(Protocol):
+    """A one-dimensional density."""
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        """Natural logarithm of the density at every value, -inf outside the support."""
+        ...
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        """Inverse of the distribution function."""
+        ...
+
+    def describe(self, unit: str) -> str:
+        """The density in words, with its unit."""
+        ...
+
+
+@dataclass(frozen=True)
+class Normal:
+    """exp(-(x - mean)^2 / (2 sd^2)) / (sd sqrt(2 pi))."""
+
+    mean: float
+    sd: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        return -0.5 * ((value - self.mean) / self.sd) ** 2 - np.log(self.sd) - _LOG_SQRT_2PI
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        return self.mean + self.sd * np.asarray(special.ndtri(probability))
+
+    def describe(self, unit: str) -> str:
+        return f"normal, mean {self.mean:.4g}, sd {self.sd:.3g} {unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """log |x| is normal about log |median| with standard deviation log_sd; x has the sign of `median`."""
+
+    median: float
+    log_sd: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        ratio = np.asarray(value / self.median, dtype=np.float64)
+        inside = ratio > 0
+        safe = np.where(inside, ratio, 1.0)
+        density = (
+            -0.5 * (np.log(safe) / self.log_sd) ** 2
+            - np.log(self.log_sd * safe * abs(self.median))
+            - _LOG_SQRT_2PI
+        )
+        return np.where(inside, density, -np.inf)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        order = probability if self.median > 0 else 1 - np.asarray(probability)
+        return self.median * np.exp(self.log_sd * np.asarray(special.ndtri(order)))
+
+    def describe(self, unit: str) -> str:
+        return (
+            f"log-normal, median {self.median:.4g} {unit}".rstrip()
+            + f", log sd {self.log_sd:.3g} (factor {np.exp(2 * self.log_sd):.3g} at 2 sd)"
+        )
+
+
+@dataclass(frozen=True)
+class HalfNormal:
+    """2 exp(-x^2 / (2 scale^2)) / (scale sqrt(2 pi)) for x >= 0."""
+
+    scale: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        value = np.asarray(value, dtype=np.float64)
+        density = np.log(2) - 0.5 * (value / self.scale) ** 2 - np.log(self.scale) - _LOG_SQRT_2PI
+        return np.where(value >= 0, density, -np.inf)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        return self.scale * np.asarray(special.ndtri(0.5 + 0.5 * np.asarray(probability)))
+
+    def describe(self, unit: str) -> str:
+        return f"half-normal, scale {self.scale:.4g} {unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Constant between `lower` and `upper`."""
+
+    lower: float
+    upper: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        inside = (value >= self.lower) & (value <= self.upper)
+        return np.where(inside, -np.log(self.upper - self.lower), -np.inf)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        return self.lower + (self.upper - self.lower) * np.asarray(probability)
+
+    def describe(self, unit: str) -> str:
+        return f"uniform between {self.lower:.4g} and {self.upper:.4g} {unit}".rstrip()
+
+
+class Transform(Protocol):
+    """A monotone map between a parameter's value and an unbounded coordinate."""
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray: ...
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray: ...
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        """log |d value / d coordinate|."""
+        ...
+
+
+@dataclass(frozen=True)
+class Identity:
+    """value = coordinate."""
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return coordinate
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return value
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return np.zeros_like(coordinate)
+
+
+@dataclass(frozen=True)
+class Logarithm:
+    """value = sign exp(coordinate), with `sign` +1 or -1."""
+
+    sign: float = 1.0
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return self.sign * np.exp(coordinate)
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return np.log(value / self.sign)
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return coordinate
+
+
+@dataclass(frozen=True)
+class HyperbolicTangent:
+    """value = tanh(coordinate), for values between -1 and 1."""
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return np.tanh(coordinate)
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return np.arctanh(value)
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        magnitude = np.abs(coordinate)
+        return 2 * (np.log(2) - magnitude - np.log1p(np.exp(-2 * magnitude)))
