@@ -44,7 +44,9 @@ class OutputErrorFit:
         return float(np.sqrt(np.mean(self.residuals**2)))
 
 
-def simulated_outputs(axis: AxisParameters, values: FloatArray, records: Sequence[Record]) -> list[FloatArray]:
+def simulated_outputs(
+    axis: AxisParameters, values: FloatArray, records: Sequence[Record]
+) -> list[FloatArray]:
     """y of every record for each column of `values` (parameters, walkers): arrays (walkers, samples)."""
     outputs = []
     for number, record in enumerate(records):
@@ -81,7 +83,7 @@ def fit_output_error(
     parameters = axis.parameters
     centre = as_coordinates(parameters, start)
     calls = 0
-    prior_mean, prior_sd = _prior_scale(axis)
+    prior_mean, prior_sd = prior_scale(axis)
 
     def weighted(coordinates: FloatArray) -> FloatArray:
         nonlocal calls
@@ -123,12 +125,10 @@ def fit_output_error(
     samples = residuals.size
     slopes = np.asarray(solution.jac)[:samples]
     weights = np.asarray(solution.fun)[:samples]
-    return OutputErrorFit(
-        values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights), calls
-    )
+    return OutputErrorFit(values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights), calls)
 
 
-def _prior_scale(axis: AxisParameters) -> tuple[FloatArray, FloatArray]:
+def prior_scale(axis: AxisParameters) -> tuple[FloatArray, FloatArray]:
     """Median and half the central 68 % of every prior, in coordinates."""
     quantiles = np.stack(
         [

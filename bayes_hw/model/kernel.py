@@ -3,18 +3,18 @@
 Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of the paper), with G in modal
 (parallel) form, see `bayes_hw.model.modal`:
 
-    v(k)   = min(max(c1 u(k), lower), upper)
-    x_r(k+1) = p_r x_r(k) + v(k)                              for every real pole
-    s_m(k) = v(k) + a1_m s_m(k-1) - a2_m s_m(k-2)             for every pole pair
-    w(k)   = direct v(k) + sum_r r_r x_r(k) + sum_m (b1_m s_m(k-1) + b2_m s_m(k-2))
-    y(k)   = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
-    e(k)   = y_measured(k) - y(k)
+    v(k)     = min(max(c1 u(k), lower), upper)
+    x_i(k+1) = p_i x_i(k) + v(k)                                   for every real pole
+    s_m(k)   = v(k) + a1_m s_m(k-1) - a2_m s_m(k-2)                for every pole pair
+    w(k)     = direct v(k) + sum_i r_i x_i(k) + sum_m (b1_m s_m(k-1) + b2_m s_m(k-2))
+    y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
+    e(k)     = y_measured(k) - y(k)
 
-Walkers lie in the contiguous lane, LANES at a time, so that one vector instruction serves eight of them; time
-advances in blocks that stay in the first-level cache, and each block is reduced at once to what the caller
-wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release
-the GIL. An effect with memory (play, friction, a ramp) enters `_advance` between v and the modes, or after w,
-with its state beside theirs.
+A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, mode
+after mode with its coefficients and states in registers; each block is reduced at once to what the caller
+wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release the
+GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v, w or y of the block stand, with
+its state kept between blocks as those of the modes are.
 """
 
 from __future__ import annotations
@@ -25,10 +25,25 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.model.lanes import (
+    LANES,
+    broadcast,
+    in_lane_groups,
+    load,
+    maximum,
+    minimum,
+    padded_to_lanes,
+    store,
+)
 from bayes_hw.model.modal import ModalForm
 
-LANES = 32
-BLOCK = 64
+BLOCK = 32
+"""Samples of a block: its three signals fit the first-level cache beside the coefficients."""
+
+LOWER, UPPER, C1, HALF_WIDTH, C2, C3, DIRECT = range(7)
+POLE, RESIDUE = range(2)
+A1, A2, B1, B2 = range(4)
+NEWER, OLDER = range(2)
 
 
 class LaggedSums(NamedTuple):
@@ -58,14 +73,13 @@ def lagged_residual_sums(
     `u`, `y` have shape (samples,), samples > order; `before` is the command before the first sample.
     """
     walkers = form.walkers
-    lagged = np.zeros((order + 1, _padded(walkers)))
-    head = np.zeros((order, _padded(walkers)))
-    tail = np.zeros((order, _padded(walkers)))
+    groups = padded_to_lanes(walkers) // LANES
+    sums = np.zeros((groups, 3 * order + 1, LANES))
     _lagged_residual_sums(
-        *_lane_arrays(form), _delayed(u, delay_samples, before), np.ascontiguousarray(y, np.float64),
-        order, lagged, head, tail,
-    )  # fmt: skip
-    return LaggedSums(lagged[:, :walkers], head[:, :walkers], tail[:, :walkers])
+        *_grouped(form), _delayed(u, delay_samples, before), np.ascontiguousarray(y, np.float64), order, sums
+    )
+    flat = np.moveaxis(sums, 0, 1).reshape(3 * order + 1, -1)[:, :walkers]
+    return LaggedSums(flat[: order + 1], flat[order + 1 : 2 * order + 1], flat[2 * order + 1 :])
 
 
 def simulate_batch(
@@ -73,14 +87,10 @@ def simulate_batch(
 ) -> SimulatedSignals:
     """Simulate every walker of `form` on the command `u`, shape (samples,)."""
     walkers, samples = form.walkers, len(u)
-    w = np.empty((_padded(walkers), samples))
-    y = np.empty((_padded(walkers), samples))
-    _simulate(*_lane_arrays(form), _delayed(u, delay_samples, before), w, y)
+    w = np.empty((padded_to_lanes(walkers), samples))
+    y = np.empty((padded_to_lanes(walkers), samples))
+    _simulate(*_grouped(form), _delayed(u, delay_samples, before), w, y)
     return SimulatedSignals(w[:walkers], y[:walkers])
-
-
-def _padded(walkers: int) -> int:
-    return -(-walkers // LANES) * LANES
 
 
 def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:
@@ -90,122 +100,96 @@ def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:
     return delayed
 
 
-def _lane_arrays(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Pack the form into arrays whose last axis is padded to whole lanes (repeating the last walker)."""
-    fill = _padded(form.walkers) - form.walkers
-
-    def pad(values: FloatArray) -> FloatArray:
-        widths = [(0, 0)] * (values.ndim - 1) + [(0, fill)]
-        return np.ascontiguousarray(np.pad(values, widths, mode="edge"))
-
+def _grouped(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Coefficients and initial states as arrays (groups, ..., LANES)."""
     return (
-        pad(form.static),
-        pad(form.real),
-        pad(form.pairs),
-        pad(form.real_state),
-        pad(form.pair_state),
+        in_lane_groups(form.static),
+        in_lane_groups(form.real),
+        in_lane_groups(form.pairs),
+        in_lane_groups(form.real_state),
+        in_lane_groups(form.pair_state),
     )
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def _advance(static, real, pairs, x, s, v, u, start, stop, w_block, y_block):  # type: ignore[no-untyped-def]
-    """Advance one group of LANES walkers from sample `start` to `stop`; mode by mode, time inside."""
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _advance(static, real, pairs, x, s, u, start, stop, v, w, y):  # type: ignore[no-untyped-def]
+    """Advance one group from sample `start` to `stop`, filling rows of the blocks v, w and y."""
     count = stop - start
+    n_real, n_pairs = real.shape[1], pairs.shape[1]
+    lower, upper = load(static, LOWER), load(static, UPPER)
+    c1, direct = load(static, C1), load(static, DIRECT)
     for row in range(count):
-        command = u[start + row]
-        for lane in range(LANES):
-            value = static[2, lane] * command
-            value = static[0, lane] if value < static[0, lane] else value
-            value = static[1, lane] if value > static[1, lane] else value
-            v[row, lane] = value
-            w_block[row, lane] = static[6, lane] * value
-    for m in range(real.shape[1]):
+        command = minimum(maximum(c1 * broadcast(u[start + row]), lower), upper)
+        store(v, row, command)
+        store(w, row, direct * command)
+    for i in range(n_real):
+        pole, residue = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
+        state = load(x, i)
         for row in range(count):
-            for lane in range(LANES):
-                state = x[m, lane]
-                w_block[row, lane] += real[1, m, lane] * state
-                x[m, lane] = real[0, m, lane] * state + v[row, lane]
-    for m in range(pairs.shape[1]):
+            store(w, row, load(w, row) + residue * state)
+            state = load(v, row) + pole * state
+        store(x, i, state)
+    for m in range(n_pairs):
+        a1, a2 = load(pairs, A1 * n_pairs + m), load(pairs, A2 * n_pairs + m)
+        b1, b2 = load(pairs, B1 * n_pairs + m), load(pairs, B2 * n_pairs + m)
+        newer, older = load(s, NEWER * n_pairs + m), load(s, OLDER * n_pairs + m)
         for row in range(count):
-            for lane in range(LANES):
-                newer, older = s[0, m, lane], s[1, m, lane]
-                w_block[row, lane] += pairs[2, m, lane] * newer + pairs[3, m, lane] * older
-                s[0, m, lane] = v[row, lane] + pairs[0, m, lane] * newer - pairs[1, m, lane] * older
-                s[1, m, lane] = newer
+            store(w, row, load(w, row) + b2 * older + b1 * newer)
+            newest = load(v, row) - a2 * older + a1 * newer
+            older = newer
+            newer = newest
+        store(s, NEWER * n_pairs + m, newer)
+        store(s, OLDER * n_pairs + m, older)
+    delta, c2, c3 = load(static, HALF_WIDTH), load(static, C2), load(static, C3)
+    zero = broadcast(0.0)
     for row in range(count):
-        for lane in range(LANES):
-            w = w_block[row, lane]
-            above = w - static[3, lane]
-            below = w + static[3, lane]
-            above = above if above > 0.0 else 0.0
-            below = below if below < 0.0 else 0.0
-            y_block[row, lane] = static[4, lane] * above + static[5, lane] * below
+        position = load(w, row)
+        above, below = maximum(position - delta, zero), minimum(position + delta, zero)
+        store(y, row, c2 * above + c3 * below)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "nsz"}, error_model="numpy")
-def _lagged_residual_sums(  # type: ignore[no-untyped-def]
-    static, real, pairs, real_state, pair_state, u, y, order, lagged, head, tail
-):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, sums):  # type: ignore[no-untyped-def]
+    """Fill sums (groups, 3 order + 1, LANES): lagged products, first and last residuals."""
     samples = len(u)
-    x = np.empty((real.shape[1], LANES))
-    s = np.empty((2, pairs.shape[1], LANES))
-    v = np.empty((BLOCK, LANES))
-    w_block = np.empty((BLOCK, LANES))
-    e = np.zeros((order + BLOCK, LANES))
-    sums = np.empty((order + 1, LANES))
-    for first in range(0, static.shape[1], LANES):
-        group = slice(first, first + LANES)
-        static_lanes = static[:, group].copy()
-        real_lanes = real[:, :, group].copy()
-        pair_lanes = pairs[:, :, group].copy()
-        x[:] = real_state[:, group]
-        s[:] = pair_state[:, :, group]
+    v, w = np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES))
+    e = np.empty((order + BLOCK, LANES))
+    new = e[order:]
+    for group in range(len(static)):
+        x, s = real_state[group].copy(), pair_state[group].copy()
+        total = sums[group]
         e[:] = 0.0
-        sums[:] = 0.0
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
             count = stop - start
-            _advance(
-                static_lanes, real_lanes, pair_lanes, x, s, v, u, start, stop, w_block, e[order:]
-            )
-            for row in range(order, order + count):
-                measured = y[start + row - order]
-                for lane in range(LANES):
-                    e[row, lane] = measured - e[row, lane]
+            _advance(static[group], real[group], pairs[group], x, s, u, start, stop, v, w, new)
+            for row in range(count):
+                store(new, row, broadcast(y[start + row]) - load(new, row))
             for lag in range(order + 1):
+                accumulated = load(total, lag)
                 for row in range(order, order + count):
-                    for lane in range(LANES):
-                        sums[lag, lane] += e[row, lane] * e[row - lag, lane]
-            if start < order:
-                for k in range(start, min(stop, order)):
-                    head[k, first : first + LANES] = e[order + k - start]
+                    accumulated = accumulated + load(e, row) * load(e, row - lag)
+                store(total, lag, accumulated)
+            for k in range(start, min(stop, order)):
+                store(total, order + 1 + k, load(new, k - start))
             for row in range(order):
-                e[row] = e[row + count]
-        lagged[:, first : first + LANES] = sums
-        tail[:, first : first + LANES] = e[:order]
+                store(e, row, load(e, row + count))
+        for row in range(order):
+            store(total, 2 * order + 1 + row, load(e, row))
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "nsz"}, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # type: ignore[no-untyped-def]
+    """Fill w_out and y_out (groups x LANES, samples)."""
     samples = len(u)
-    x = np.empty((real.shape[1], LANES))
-    s = np.empty((2, pairs.shape[1], LANES))
-    v = np.empty((BLOCK, LANES))
-    w_block = np.empty((BLOCK, LANES))
-    y_block = np.empty((BLOCK, LANES))
-    for first in range(0, static.shape[1], LANES):
-        group = slice(first, first + LANES)
-        static_lanes = static[:, group].copy()
-        real_lanes = real[:, :, group].copy()
-        pair_lanes = pairs[:, :, group].copy()
-        x[:] = real_state[:, group]
-        s[:] = pair_state[:, :, group]
+    v, w, y = np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES))
+    for group in range(len(static)):
+        x, s = real_state[group].copy(), pair_state[group].copy()
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
-            _advance(
-                static_lanes, real_lanes, pair_lanes, x, s, v, u, start, stop, w_block, y_block
-            )
+            _advance(static[group], real[group], pairs[group], x, s, u, start, stop, v, w, y)
             for lane in range(LANES):
+                walker = group * LANES + lane
                 for row in range(stop - start):
-                    w_out[first + lane, start + row] = w_block[row, lane]
-                    y_out[first + lane, start + row] = y_block[row, lane]
+                    w_out[walker, start + row] = w[row, lane]
+                    y_out[walker, start + row] = y[row, lane]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -79,15 +80,16 @@ class LinearBlock:
             raise InputError("linear.gain: must be finite and not zero")
 
     @classmethod
-    def from_coefficients(
-        cls, numerator: Sequence[float], denominator: Sequence[float]
-    ) -> LinearBlock:
+    def from_coefficients(cls, numerator: Sequence[float], denominator: Sequence[float]) -> LinearBlock:
         """Read B and A in powers of 1/z, constant term first (eq. 2 of the paper).
 
         Leading zeros of the numerator are the delay; an exact root of A at z = 1 is kept exact.
         """
         b = np.trim_zeros(np.asarray(numerator, dtype=np.float64), "b")
         a = np.trim_zeros(np.asarray(denominator, dtype=np.float64), "b")
+        for label, values in (("numerator", b), ("denominator", a)):
+            if not np.all(np.isfinite(values)):
+                raise InputError(f"linear.{label}: every coefficient must be finite")
         if a.size == 0 or a[0] == 0:
             raise InputError("linear.denominator: its first coefficient must not be zero")
         if b.size == 0:
@@ -194,26 +196,50 @@ def polynomial_roots(coefficients: FloatArray) -> ComplexArray:
     if len(c) > 1 and abs(c.sum()) <= 8 * np.finfo(float).eps * np.abs(c).sum():
         exact.append(1.0 + 0.0j)
         c = np.cumsum(c)[:-1]
-    roots = np.roots(c).astype(np.clongdouble)
-    wide = c.astype(np.longdouble)
-    for _ in range(4):
-        value, slope = np.polyval(wide, roots), np.polyval(np.polyder(wide), roots)
-        difference = roots[:, None] - roots[None, :]
-        np.fill_diagonal(difference, 1)
+    roots = np.roots(c)
+    real = roots[roots.imag == 0].astype(np.clongdouble)
+    upper = roots[roots.imag > 0].astype(np.clongdouble)
+    polished = _polished(c.astype(np.longdouble), np.concatenate([real, upper]), len(real))
+    real, upper = polished[: len(real)].astype(complex), polished[len(real) :].astype(complex)
+    pairs = np.column_stack([upper, upper.conj()]).ravel()
+    return np.concatenate([np.array(exact, dtype=np.complex128), real, pairs])
+
+
+def _polished(
+    coefficients: NDArray[np.longdouble], roots: NDArray[np.clongdouble], real: int
+) -> NDArray[np.clongdouble]:
+    """Ehrlich-Aberth steps (doi 10.1145/363067.363115) on `real` real roots, then on one root of each pair.
+
+    They end when the product of the roots' factors no longer comes closer to the coefficients: at roots that
+    coincide to rounding error the steps are noise.
+    """
+    derivative = np.polyder(coefficients)
+    error = _expansion_error(coefficients, roots, real)
+    for _ in range(6):
+        everything = np.concatenate([roots, roots[real:].conj()])
+        value = np.polyval(coefficients, roots)
+        difference = roots[:, None] - everything[None, :]
         inverse = 1 / np.where(difference == 0, np.inf, difference)
-        np.fill_diagonal(inverse, 0)
-        denominator = slope - value * inverse.sum(axis=1)
-        step = np.where(denominator != 0, value / np.where(denominator == 0, 1, denominator), 0)
-        roots = roots - step
-    return np.concatenate([np.array(exact, dtype=np.complex128), _paired(roots.astype(np.complex128))])
+        slope = np.polyval(derivative, roots) - value * inverse.sum(axis=1)
+        moved = roots - np.where(slope != 0, value / np.where(slope == 0, 1, slope), 0)
+        moved[:real] = moved[:real].real
+        moved_error = _expansion_error(coefficients, moved, real)
+        if not moved_error < error or np.any(moved[real:].imag <= 0):
+            break
+        roots, error = moved, moved_error
+    return roots
 
 
-def _paired(roots: ComplexArray) -> ComplexArray:
-    """Make rounded conjugates exact: real roots real, pairs mirror images."""
-    scale = 1e-12 * np.maximum(np.abs(roots), 1e-300)
-    real = roots[np.abs(roots.imag) <= scale].real.astype(np.complex128)
-    upper = roots[roots.imag > scale]
-    return np.concatenate([real, np.column_stack([upper, upper.conj()]).ravel()])
+def _expansion_error(
+    coefficients: NDArray[np.longdouble], roots: NDArray[np.clongdouble], real: int
+) -> float:
+    """Largest difference between the coefficients and c[0] prod(z - root)."""
+    product = coefficients[:1]
+    for root in roots[:real].real:
+        product = np.convolve(product, np.array([1, -root]))
+    for root in roots[real:]:
+        product = np.convolve(product, np.array([1, -2 * root.real, root.real**2 + root.imag**2]))
+    return float(np.abs(product - coefficients).max())
 
 
 def _closed_under_conjugation(roots: ComplexArray) -> bool:

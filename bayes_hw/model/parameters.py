@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.linear import LinearBlock, Mode, mode_pole
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole
 from bayes_hw.model.modal import LinearBatch, ModalForm, modal_form
 from bayes_hw.model.priors import (
     HalfNormal,
@@ -141,25 +141,28 @@ class AxisParameters:
             return form
         return self._with_start(form, linear, values, record)
 
+    def velocity_gain(self, values: FloatArray) -> FloatArray:
+        """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""
+        batch = self._linear_batch(values)
+        integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
+        if integrators.size == 0:
+            return np.full(values.shape[1], np.nan)
+        residues, _, _ = batch.residues()
+        return residues[integrators[0]] * self.model.sample_rate_hz
+
     def to_model(self, values: FloatArray) -> HammersteinWiener:
         """The model at one parameter vector, shape (parameters,)."""
         batch = self._linear_batch(values[:, None])
         pairs = batch.pair_poles[:, 0]
         poles = np.concatenate([batch.real_poles[:, 0], pairs, pairs.conj()]).astype(np.complex128)
-        linear = LinearBlock(
-            batch.zeros[:, 0], poles, float(batch.gain[0]), self.model.linear.delay_samples
-        )
+        linear = LinearBlock(batch.zeros[:, 0], poles, float(batch.gain[0]), self.model.linear.delay_samples)
         rate = self.model.sample_rate_hz
         return replace(
             self.model,
-            saturation=replace(
-                self.model.saturation, lower=float(values[0]), upper=float(values[1])
-            ),
+            saturation=replace(self.model.saturation, lower=float(values[0]), upper=float(values[1])),
             dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
             linear=linear,
-            dominant_modes=tuple(
-                Mode.from_pole(complex(pole), rate) for pole in pairs[: self._n_modes]
-            ),
+            dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[: self._n_modes]),
         )
 
     def _static_parameters(self) -> list[Parameter]:
@@ -172,9 +175,7 @@ class AxisParameters:
             Parameter(
                 "saturation.lower", units.input, lower, LogNormal(lower, LIMIT_LOG_SD), Logarithm(-1.0)
             ),
-            Parameter(
-                "saturation.upper", units.input, upper, LogNormal(upper, LIMIT_LOG_SD), Logarithm()
-            ),
+            Parameter("saturation.upper", units.input, upper, LogNormal(upper, LIMIT_LOG_SD), Logarithm()),
             Parameter("dead_zone.half_width", units.output, start, HalfNormal(scale), Logarithm()),
             Parameter("gain", "", gain, LogNormal(gain, GAIN_LOG_SD), Logarithm(float(np.sign(gain)))),
         ]
@@ -192,7 +193,7 @@ class AxisParameters:
         if self.free == "dominant":
             return found
         for position, value in enumerate(self._real_poles):
-            if abs(value - 1) > 1e-6:
+            if abs(value - 1) > INTEGRATOR_RADIUS:
                 self._slots.append((_Slot("real_pole", position), 4 + len(found)))
                 found.append(
                     Parameter(
@@ -254,7 +255,7 @@ class AxisParameters:
         return [
             i
             for i, pole in enumerate(self._real_poles)
-            if abs(pole) > MEMORY_RADIUS and abs(pole - 1) > 1e-6
+            if abs(pole) > MEMORY_RADIUS and abs(pole - 1) > INTEGRATOR_RADIUS
         ]
 
     def _slow_pairs(self) -> list[int]:
@@ -278,9 +279,7 @@ class AxisParameters:
             ]
         return found
 
-    def _with_start(
-        self, form: ModalForm, linear: LinearBatch, values: FloatArray, record: int
-    ) -> ModalForm:
+    def _with_start(self, form: ModalForm, linear: LinearBatch, values: FloatArray, record: int) -> ModalForm:
         """Fill the initial states so that the free response is the one that the parameters describe.
 
         A real pole p with free response a p^k has x(0) = a / residue; a pair with Re((A - iB) p^k) has

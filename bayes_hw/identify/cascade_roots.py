@@ -1,0 +1,79 @@
+"""Between a cascade's sections and the poles and zeros of its linear block."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.model.linear import LinearBlock, polynomial_roots
+
+
+def poles_of(values: CascadeValues, integrator: bool) -> ComplexArray:
+    """Every pole of G, the integrator first."""
+    parts = [np.ones(int(integrator), complex), values.real[0].astype(complex)]
+    parts += [_section_poles(a1, a2) for a1, a2 in values.sections[:2].T]
+    return np.concatenate(parts)
+
+
+def with_poles(structure: Structure, poles: ComplexArray) -> CascadeValues:
+    """Denominators with the given poles (the integrator not among them), zero residues and states.
+
+    Pairs become sections first, then real poles two at a time, and the one left over is first-order; poles
+    outside the unit circle are mirrored into it. `poles` has `structure.order` entries less the integrator.
+    """
+    radius = np.abs(poles)
+    inside = np.where(radius >= 1, poles / np.maximum(radius, 1e-12) ** 2, poles)
+    inside = inside * np.minimum(1.0, 0.9995 / np.maximum(np.abs(inside), 1e-12))
+    upper = inside[inside.imag > 0]
+    reals = np.sort(inside[inside.imag == 0].real)[::-1]
+    single, reals = reals[: structure.real_poles], reals[structure.real_poles :]
+    denominators = [(2 * p.real, -(abs(p) ** 2)) for p in upper]
+    denominators += [(a + b, -a * b) for a, b in zip(reals[0::2], reals[1::2], strict=True)]
+    sections = np.zeros((4, structure.sections))
+    for i, (a1, minus_a2) in enumerate(denominators):
+        sections[:2, i] = a1, -minus_a2
+    return CascadeValues(
+        -np.inf,
+        np.inf,
+        0.0,
+        0.0,
+        0.0,
+        np.stack([single, np.zeros_like(single)]),
+        sections,
+        np.zeros((0, structure.order)),
+    )
+
+
+def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
+    """G as poles, zeros, gain and delay: the numerator is the partial fractions on one denominator.
+
+    Zeros further than FAR_ZERO from the origin come from leading coefficients that are rounding error or of
+    no effect; they are folded into more delay and the gain at z = 1.
+    """
+    poles = poles_of(values, structure.integrator)
+    factors: list[tuple[FloatArray, FloatArray]] = []
+    if structure.integrator:
+        factors.append((np.array([values.integrator_residue]), np.array([1.0, -1.0])))
+    factors += [(np.array([r]), np.array([1.0, -p])) for p, r in values.real.T]
+    factors += [(np.array([b1, b2]), np.array([1.0, -a1, a2])) for a1, a2, b1, b2 in values.sections.T]
+    numerator = np.zeros(len(poles))
+    for i, (top, _) in enumerate(factors):
+        product = top
+        for j, (_, bottom) in enumerate(factors):
+            if j != i:
+                product = np.convolve(product, bottom)
+        numerator[len(numerator) - len(product) :] += product
+    lead = int(np.flatnonzero(np.abs(numerator) > 1e-12 * np.abs(numerator).max())[0])
+    return LinearBlock(
+        polynomial_roots(numerator[lead:]), poles, float(numerator[lead]), structure.delay_samples
+    )
+
+
+def _section_poles(a1: float, a2: float) -> ComplexArray:
+    half, discriminant = a1 / 2, a1 * a1 / 4 - a2
+    if discriminant < 0:
+        imaginary = np.sqrt(-discriminant)
+        return np.array([half + 1j * imaginary, half - 1j * imaginary])
+    larger = half + np.copysign(np.sqrt(discriminant), half)
+    return np.array([larger, a2 / larger if larger else 0.0], dtype=complex)

@@ -1,0 +1,169 @@
+"""Step 1: the linear block by subspace identification and output error; it is also the linear baseline.
+
+The baseline is y = G (u + offset), the constant offset being what removing means and trends beforehand would
+allow a linear model. Order, delay and integrator are chosen by the criterion of
+`bayes_hw.identify.criterion` on the simulated-output residual, the same that later chooses those of the
+whole cascade.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade, solve_linear_part
+from bayes_hw.identify.cascade_roots import with_poles
+from bayes_hw.identify.criterion import DECISIVE, dynamics_criterion
+from bayes_hw.identify.experiment import Experiment, PoleSource
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Called with a stage's name, how many of its parts are done, and of how many."""
+
+MIN_ORDER = 2
+SCAN_ORDER = 6
+"""Order at which the delay is first looked for; enough for an integrator, a lag and two modes."""
+
+MAX_DELAY_S = 0.5
+MAX_DELAY_SAMPLES = 40
+NEAR_INTEGRATOR = 0.999
+"""Where an integrator's pole starts when it is set free."""
+
+
+@dataclass(frozen=True)
+class OrderCandidate:
+    """One structure that was tried: `rms` is the output error, `criterion` decides (smaller is better)."""
+
+    order: int
+    delay_samples: int
+    integrator: bool
+    rms: float
+    criterion: float
+
+
+@dataclass(frozen=True, eq=False)
+class LinearStage:
+    """The chosen linear model, every candidate, and the delay at which later steps start."""
+
+    fit: CascadeFit
+    candidates: tuple[OrderCandidate, ...]
+    scanned_delay: int
+
+
+def identify_linear(
+    experiment: Experiment, source: PoleSource, max_order: int, report: Progress
+) -> LinearStage:
+    """Fit linear models of order 2 to `max_order`, and neighbouring delays and no integrator at the best."""
+    delay = scan_delay(experiment, source, experiment.commands, min(SCAN_ORDER, max_order))
+    fits: list[CascadeFit] = []
+    orders = range(MIN_ORDER, max_order + 1)
+    for done, order in enumerate(orders):
+        report("linear block", done, len(orders) + 1)
+        fits.append(_fit_linear(experiment, source, order, delay, integrator=True))
+    best = choose(fits)
+    fits += [
+        _fit_linear(experiment, source, best.structure.order, other, integrator=True)
+        for other in (delay - 1, delay + 1)
+        if other >= 0
+    ]
+    best = choose(fits)
+    fits.append(without_integrator(experiment, best))
+    report("linear block", len(orders) + 1, len(orders) + 1)
+    best = choose(fits)
+    return LinearStage(best, tabulate(fits), delay)
+
+
+def scan_delay(experiment: Experiment, source: PoleSource, commands: Sequence[FloatArray], order: int) -> int:
+    """The delay, in samples, whose linear model leaves the least error of the output's increments."""
+    longest = min(MAX_DELAY_SAMPLES, max(4, round(MAX_DELAY_S * experiment.sample_rate_hz)))
+    errors = []
+    for delay in range(longest + 1):
+        structure = Structure.of_order(order, delay, True)
+        _, error = best_poles(experiment, structure, source, commands)
+        errors.append(error)
+    return int(np.argmin(errors))
+
+
+def best_poles(
+    experiment: Experiment, structure: Structure, source: PoleSource, commands: Sequence[FloatArray]
+) -> tuple[CascadeValues, float]:
+    """The subspace poles whose model leaves the least error of the output's increments, with that error.
+
+    Residues are solved for; the structure's initial states are left out, as increments do not hold the
+    position.
+    """
+    at_rest = replace(structure, free_start=False)
+    found = [
+        solve_linear_part(
+            at_rest,
+            with_poles(at_rest, poles),
+            commands,
+            experiment.outputs,
+            experiment.moving,
+            differenced=True,
+        )
+        for poles in source.candidates(structure.order - int(structure.integrator))
+    ]
+    return min(found, key=lambda item: item[1])
+
+
+def score(fit: CascadeFit) -> float:
+    """The criterion for dynamics of one fit."""
+    return dynamics_criterion(fit.residuals, fit.structure.size(len(fit.residuals)))
+
+
+def choose(fits: Iterable[CascadeFit]) -> CascadeFit:
+    """The fit with the smallest criterion."""
+    return min(fits, key=score)
+
+
+def tabulate(fits: Iterable[CascadeFit]) -> tuple[OrderCandidate, ...]:
+    """Every fit as a row, in the order in which they were made."""
+    return tuple(
+        OrderCandidate(
+            fit.structure.order,
+            fit.structure.delay_samples,
+            fit.structure.integrator,
+            fit.rms,
+            score(fit),
+        )
+        for fit in fits
+    )
+
+
+def without_integrator(experiment: Experiment, fit: CascadeFit) -> CascadeFit:
+    """The same structure with its integrator's pole free inside the unit circle, refitted."""
+    if not fit.structure.integrator:
+        return fit
+    structure = replace(fit.structure, integrator=False, real_poles=fit.structure.real_poles + 1)
+    pole = np.array([[NEAR_INTEGRATOR], [fit.values.integrator_residue]])
+    values = replace(
+        fit.values,
+        integrator_residue=0.0,
+        real=np.concatenate([pole, fit.values.real], axis=1),
+    )
+    return fit_cascade(structure, values, experiment.records)
+
+
+def integrator_rejected(with_it: CascadeFit, without_it: CascadeFit) -> bool:
+    """Whether the model without an integrator is decisively better."""
+    return score(without_it) < score(with_it) - DECISIVE
+
+
+def _fit_linear(
+    experiment: Experiment, source: PoleSource, order: int, delay: int, *, integrator: bool
+) -> CascadeFit:
+    structure = Structure.of_order(order, delay, integrator)
+    structure = replace(structure, input_offset=True, free_start=experiment.free_start)
+    poles, _ = best_poles(experiment, structure, source, experiment.commands)
+    everywhere = [np.ones(len(record)) for record in experiment.records]
+    solved, _ = solve_linear_part(
+        structure, poles, experiment.commands, experiment.outputs, everywhere, differenced=False
+    )
+    starts = [solved] if experiment.free_start else [solved, poles]
+    first = min(starts, key=lambda values: evaluated(structure, values, experiment.records).sum_of_squares)
+    return fit_cascade(structure, first, experiment.records)

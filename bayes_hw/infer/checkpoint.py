@@ -1,0 +1,159 @@
+"""The state of a sampler on disk, block by block, so that an interrupted run goes on where it was.
+
+A checkpoint is a folder: `plan.h5` (the proposal that the pilot arrived at, and the ensembles as they stood
+before the first block) and `block_00001.h5`, ... (one block of the chain and the ensembles after it). Every
+file is written under a temporary name and renamed, and carries the fingerprint of the run.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.files import temporary_sibling
+from bayes_hw.infer.ensemble import EnsembleState
+from bayes_hw.infer.mixture import StudentTMixture
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What the pilot decided: the proposal density, the share of independence proposals, and the mean
+    acceptance that the pilot promised for them."""
+
+    proposal: StudentTMixture
+    independence_weight: float
+    expected_acceptance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One block of steps: chain (ensembles, steps, walkers, parameters), log-probability without the last
+    axis, accepted fraction (ensembles,), non-finite evaluations."""
+
+    chain: FloatArray
+    log_probability: FloatArray
+    acceptance: FloatArray
+    non_finite: int
+
+
+class Checkpoint:
+    """Reads and writes the checkpoint of one run in `folder`."""
+
+    def __init__(self, folder: Path, fingerprint: str) -> None:
+        self.folder = folder
+        self.fingerprint = fingerprint
+
+    def clear(self) -> None:
+        """Remove the checkpoint, if there is one."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def save_plan(self, plan: Plan, states: Sequence[EnsembleState]) -> None:
+        with temporary_sibling(self.folder / "plan.h5") as path, h5py.File(path, "w") as file:
+            file.attrs["fingerprint"] = self.fingerprint
+            file.attrs["independence_weight"] = plan.independence_weight
+            file.attrs["expected_acceptance"] = plan.expected_acceptance
+            file["weights"] = plan.proposal.weights
+            file["means"] = plan.proposal.means
+            file["factors"] = plan.proposal.factors
+            _write_states(file, states)
+
+    def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
+        with temporary_sibling(self._block_path(number)) as path, h5py.File(path, "w") as file:
+            file.attrs["fingerprint"] = self.fingerprint
+            file.attrs["non_finite"] = block.non_finite
+            file["chain"] = block.chain
+            file["log_probability"] = block.log_probability
+            file["acceptance"] = block.acceptance
+            _write_states(file, states)
+
+    def load(self) -> tuple[Plan, list[Block], list[EnsembleState]] | None:
+        """The plan, the finished blocks and the ensembles after them; None where no plan was saved.
+
+        Raises InputError when a file is damaged or belongs to another run.
+        """
+        if not (self.folder / "plan.h5").exists():
+            return None
+        with self._open(self.folder / "plan.h5") as file:
+            proposal = StudentTMixture(file["weights"][:], file["means"][:], file["factors"][:])
+            plan = Plan(
+                proposal,
+                float(file.attrs["independence_weight"]),
+                float(file.attrs["expected_acceptance"]),
+            )
+            states = _read_states(file)
+        blocks: list[Block] = []
+        while (path := self._block_path(len(blocks) + 1)).exists():
+            with self._open(path) as file:
+                blocks.append(
+                    Block(
+                        file["chain"][:],
+                        file["log_probability"][:],
+                        file["acceptance"][:],
+                        int(file.attrs["non_finite"]),
+                    )
+                )
+                states = _read_states(file)
+        return plan, blocks, states
+
+    def _block_path(self, number: int) -> Path:
+        return self.folder / f"block_{number:05d}.h5"
+
+    def _open(self, path: Path) -> h5py.File:
+        remedy = "remove the folder and run without --resume"
+        try:
+            file = h5py.File(path, "r")
+        except OSError:
+            raise InputError(f"{path}: the checkpoint is damaged; {remedy}") from None
+        if file.attrs.get("fingerprint") != self.fingerprint:
+            file.close()
+            raise InputError(
+                f"{path}: the checkpoint belongs to another run (other model, records, options or seed);"
+                f" {remedy}"
+            )
+        return file
+
+
+def fingerprint(*parts: str) -> str:
+    """One digest of everything that decides the numbers of a run."""
+    return hashlib.sha256("\x1f".join(parts).encode("utf-8")).hexdigest()
+
+
+def _write_states(file: h5py.File, states: Sequence[EnsembleState]) -> None:
+    for number, state in enumerate(states):
+        group = file.create_group(f"ensemble_{number}")
+        group["coordinates"] = state.coordinates
+        group["log_probability"] = state.log_probability
+        name, keys, position, has_gauss, cached = state.random_state
+        group["random_keys"] = keys
+        group.attrs["random_name"] = name
+        group.attrs["random_position"] = position
+        group.attrs["random_has_gauss"] = has_gauss
+        group.attrs["random_cached"] = cached
+
+
+def _read_states(file: h5py.File) -> list[EnsembleState]:
+    states = []
+    for number in range(sum(1 for name in file if name.startswith("ensemble_"))):
+        group = file[f"ensemble_{number}"]
+        states.append(
+            EnsembleState(
+                group["coordinates"][:],
+                group["log_probability"][:],
+                (
+                    str(group.attrs["random_name"]),
+                    np.asarray(group["random_keys"][:], dtype=np.uint32),
+                    int(group.attrs["random_position"]),
+                    int(group.attrs["random_has_gauss"]),
+                    float(group.attrs["random_cached"]),
+                ),
+            )
+        )
+    return states

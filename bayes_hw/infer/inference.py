@@ -1,0 +1,145 @@
+"""From a model and records to a posterior."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from bayes_hw import __version__
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
+from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.noise import autoregression_from_partial
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
+from bayes_hw.infer.sampler import Sampling, SamplerSettings, sample
+from bayes_hw.infer.starting_point import StartingPoint, starting_point
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import AxisParameters, FreeSet
+from bayes_hw.progress import Progress
+from bayes_hw.record import Record
+from bayes_hw.threads import one_blas_thread
+
+StartCondition: TypeAlias = Literal["rest", "free"]
+RATE_TOLERANCE = 0.01
+START_SAMPLES = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Inference:
+    """A posterior with how it was found and what its residuals say."""
+
+    posterior: Posterior
+    sampling: Sampling
+    start: StartingPoint
+    residuals: ResidualReport
+
+
+def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:
+    """Raise InputError unless every record has the model's sample rate (1 %)."""
+    for record in records:
+        if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
+            raise InputError(
+                f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz but the model is for"
+                f" {model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
+            )
+
+
+def axis_for(
+    model: HammersteinWiener, records: Sequence[Record], free: FreeSet, start: StartCondition
+) -> AxisParameters:
+    """The free parameters of `model` for these records."""
+    positions = None
+    if start == "free":
+        positions = np.array([float(np.mean(record.y[:START_SAMPLES])) for record in records])
+    scale = max(float(np.max(np.abs(record.y - record.y[0]))) for record in records)
+    return AxisParameters(model, free, output_scale=scale, start_positions=positions)
+
+
+def infer(
+    model: HammersteinWiener,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    *,
+    free: FreeSet = "dominant",
+    start: StartCondition = "rest",
+    settings: SamplerSettings | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    checkpoint_folder: Path | None = None,
+    resume: bool = False,
+) -> Inference:
+    """Sample the posterior of `model`'s free parameters given `records`.
+
+    Started from the least-squares estimate that several descents from `model` reach; see
+    `starting_point` and `sample`. With `checkpoint_folder` the chain is kept there block by block.
+    """
+    begin = time.perf_counter()
+    settings = settings or SamplerSettings()
+    progress = progress or Progress(quiet=True)
+    check_rates(model, records)
+    axis = axis_for(model, records, free, start)
+    start_rng, sampler_rng = rng.spawn(2)
+    with one_blas_thread(), progress.stage("least squares from several starts"):
+        origin = starting_point(axis, records, start_rng)
+    checkpoint = None
+    if checkpoint_folder is not None:
+        checkpoint = Checkpoint(
+            checkpoint_folder,
+            fingerprint(
+                __version__,
+                json.dumps(model.to_dict(), sort_keys=True),
+                *[record.sha256 + repr(record.treatment) for record in records],
+                free,
+                start,
+                repr(settings),
+                repr(rng.bit_generator.state),
+            ),
+        )
+    with one_blas_thread():
+        sampling = sample(
+            lambda: LogPosterior(axis, origin.noise_parameters, records),
+            origin.coordinates,
+            origin.covariance,
+            sampler_rng,
+            settings=settings,
+            jobs=jobs,
+            progress=progress,
+            checkpoint=checkpoint,
+            resume=resume,
+        )
+    target = LogPosterior(axis, origin.noise_parameters, records)
+    posterior = Posterior(
+        axis=axis,
+        noise_parameters=origin.noise_parameters,
+        values=target.values(sampling.chain),
+        log_probability=sampling.log_probability,
+        point_estimate=target.values(origin.coordinates),
+        converged=sampling.convergence.converged,
+        problems=sampling.convergence.problems,
+        seconds=time.perf_counter() - begin,
+        convergence=sampling.convergence,
+    )
+    return Inference(posterior, sampling, origin, residual_report(posterior, records))
+
+
+def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:
+    """Residuals at the posterior mean (taken in coordinates), whitened and tested."""
+    target = LogPosterior(posterior.axis, posterior.noise_parameters, records)
+    flat = posterior.values.reshape(-1, posterior.values.shape[-1])
+    centre = target.values(target.coordinates(flat).mean(axis=0))
+    n_axis = len(posterior.axis.parameters)
+    outputs = simulated_outputs(posterior.axis, centre[:n_axis, None], records)
+    residuals: list[FloatArray] = [
+        record.y - output[0] for record, output in zip(records, outputs, strict=True)
+    ]
+    autoregression = autoregression_from_partial(centre[n_axis + 1 :, None])[:, 0]
+    return examine_residuals(records, residuals, autoregression)

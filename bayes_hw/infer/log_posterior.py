@@ -1,0 +1,80 @@
+"""The log-posterior density of a Hammerstein-Wiener axis given its records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.noise import log_likelihood
+from bayes_hw.model.kernel import lagged_residual_sums
+from bayes_hw.model.parameters import AxisParameters, Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.record import Record
+
+
+class LogPosterior:
+    """log p(coordinates | records), up to the evidence, for many walkers in one call.
+
+    Generative model: y = n(G f(u)) + e with e a stationary Gaussian AR(p) process, independent between
+    records (see `bayes_hw.infer.noise`), and independent priors on the parameters' values. The density is
+    that of the unbounded coordinates, Jacobian included.
+
+    `parameters` are those of the axis followed by the noise's: `noise` holds sigma and p partial
+    autocorrelations. `non_finite` counts the evaluations that gave no finite number inside the prior's
+    support; they count as impossible.
+    """
+
+    def __init__(self, axis: AxisParameters, noise: tuple[Parameter, ...], records: Sequence[Record]) -> None:
+        self.axis = axis
+        self.noise = noise
+        self.records = tuple(records)
+        self.parameters: tuple[Parameter, ...] = (*axis.parameters, *noise)
+        self.order = len(noise) - 1
+        self.non_finite = 0
+
+    @property
+    def dimension(self) -> int:
+        return len(self.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.parameters)
+
+    def coordinates(self, values: FloatArray) -> FloatArray:
+        """Values (..., parameters) as coordinates of the same shape."""
+        return np.moveaxis(as_coordinates(self.parameters, np.moveaxis(values, -1, 0)), 0, -1)
+
+    def values(self, coordinates: FloatArray) -> FloatArray:
+        """Coordinates (..., parameters) as values of the same shape."""
+        return np.moveaxis(as_values(self.parameters, np.moveaxis(coordinates, -1, 0)), 0, -1)
+
+    def __call__(self, coordinates: FloatArray) -> FloatArray:
+        """Log-posterior density (walkers,) of coordinates (walkers, parameters)."""
+        columns = np.ascontiguousarray(coordinates.T)
+        with np.errstate(all="ignore"):
+            result = log_prior(self.parameters, columns)
+            values = as_values(self.parameters, columns)
+            possible = np.isfinite(result) & np.all(np.isfinite(values), axis=0)
+            possible &= self.axis.in_order(values)
+            result[~possible] = -np.inf
+            if np.any(possible):
+                inside = values[:, possible]
+                result[possible] += self.log_likelihood(inside)
+        broken = ~np.isfinite(result) & possible
+        self.non_finite += int(np.count_nonzero(broken))
+        result[broken] = -np.inf
+        return result
+
+    def log_likelihood(self, values: FloatArray) -> FloatArray:
+        """Log-likelihood (walkers,) of values (parameters, walkers), summed over the records."""
+        n_axis = len(self.axis.parameters)
+        sigma, partial = values[n_axis], values[n_axis + 1 :]
+        delay = self.axis.model.linear.delay_samples
+        total = np.zeros(values.shape[1])
+        for number, record in enumerate(self.records):
+            form = self.axis.modal_form(values[:n_axis], number)
+            before = 0.0 if self.axis.start_positions is None else float(record.u[0])
+            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before)
+            total += log_likelihood(sums, len(record), sigma, partial)
+        return total

@@ -1,0 +1,109 @@
+"""Mixtures of multivariate Student t distributions: the shape of independence proposals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, special
+
+from bayes_hw.arrays import FloatArray
+
+DEGREES_OF_FREEDOM = 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class StudentTMixture:
+    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom).
+
+    `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
+    lower Cholesky factors of the scale matrices.
+    """
+
+    weights: FloatArray
+    means: FloatArray
+    factors: FloatArray
+    degrees_of_freedom: float = DEGREES_OF_FREEDOM
+
+    @property
+    def dimension(self) -> int:
+        return int(self.means.shape[1])
+
+    def component_log_densities(self, x: FloatArray) -> FloatArray:
+        """log(weight_j t_j(x)) of every component, shape (components, points), for x (points, dimension)."""
+        nu, d = self.degrees_of_freedom, self.dimension
+        constant = special.gammaln((nu + d) / 2) - special.gammaln(nu / 2) - 0.5 * d * np.log(nu * np.pi)
+        rows = []
+        for weight, mean, factor in zip(self.weights, self.means, self.factors, strict=True):
+            standard = linalg.solve_triangular(factor, (x - mean).T, lower=True)
+            distance = np.sum(standard**2, axis=0)
+            log_determinant = np.sum(np.log(np.diag(factor)))
+            rows.append(
+                np.log(weight) + constant - log_determinant - 0.5 * (nu + d) * np.log1p(distance / nu)
+            )
+        return np.stack(rows)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log-density (points,) at x (points, dimension)."""
+        return np.asarray(special.logsumexp(self.component_log_densities(x), axis=0))
+
+    def sample(self, count: int, random: np.random.RandomState | np.random.Generator) -> FloatArray:
+        """`count` draws, shape (count, dimension)."""
+        component = random.choice(len(self.weights), size=count, p=self.weights)
+        normal = random.standard_normal((count, self.dimension))
+        chi_square = random.chisquare(self.degrees_of_freedom, size=count)
+        stretched = np.einsum("nij,nj->ni", self.factors[component], normal)
+        shrink = np.sqrt(self.degrees_of_freedom / chi_square)
+        return self.means[component] + stretched * shrink[:, None]
+
+
+def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:
+    """One component at the mode, its scale matrix `inflation` times the Laplace covariance."""
+    factor = linalg.cholesky(covariance * inflation, lower=True)
+    return StudentTMixture(np.ones(1), mode[None, :], factor[None, :, :])
+
+
+def fit_student_t_mixture(
+    points: FloatArray, components: int, random: np.random.Generator, iterations: int = 60
+) -> StudentTMixture:
+    """Fit a mixture with fixed degrees of freedom to points (count, dimension).
+
+    Expectation-maximisation with the t distribution as a scale mixture of normals (Peel and McLachlan,
+    doi 10.1023/A:1008981510081), started from points of the set chosen far apart. A component that loses its
+    support falls back to the covariance of all points.
+    """
+    count, d = points.shape
+    nu = DEGREES_OF_FREEDOM
+    pooled = np.cov(points.T).reshape(d, d)
+    pooled = pooled + 1e-10 * np.diag(np.diag(pooled)) + 1e-300 * np.eye(d)
+    whitener = linalg.cholesky(pooled, lower=True)
+    standard = linalg.solve_triangular(whitener, (points - points.mean(axis=0)).T, lower=True).T
+    centres = [int(random.integers(count))]
+    nearest = np.full(count, np.inf)
+    for _ in range(components - 1):
+        nearest = np.minimum(nearest, np.sum((standard - standard[centres[-1]]) ** 2, axis=1))
+        centres.append(int(random.choice(count, p=nearest / nearest.sum())))
+    mixture = StudentTMixture(
+        np.full(components, 1 / components),
+        points[centres],
+        np.repeat(whitener[None] / components ** (1 / d), components, axis=0),
+    )
+    for _ in range(iterations):
+        log_parts = mixture.component_log_densities(points)
+        membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0))
+        weights = membership.sum(axis=1) + 1.0
+        means, factors = [], []
+        for j in range(components):
+            residual = points - mixture.means[j]
+            distance = np.sum(
+                linalg.solve_triangular(mixture.factors[j], residual.T, lower=True) ** 2, axis=0
+            )
+            scaled = membership[j] * (nu + d) / (nu + distance)
+            mean = scaled @ points / max(scaled.sum(), 1e-300)
+            centred = points - mean
+            prior_weight = float(d + 1)
+            covariance = (centred.T * scaled) @ centred + prior_weight * pooled / components
+            means.append(mean)
+            factors.append(linalg.cholesky(covariance / (membership[j].sum() + prior_weight), lower=True))
+        mixture = StudentTMixture(weights / weights.sum(), np.stack(means), np.stack(factors))
+    return mixture

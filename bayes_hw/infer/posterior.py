@@ -1,0 +1,219 @@
+"""The posterior of one axis: draws, summaries and the files that hold them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.infer.convergence import Convergence
+from bayes_hw.infer.noise import NoiseEstimate, autoregression_from_partial, noise_parameters
+from bayes_hw.infer.summary import Summary, summarize
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import AxisParameters, Parameter
+from bayes_hw.record import Record
+
+if TYPE_CHECKING:
+    from xarray import DataTree
+
+SCHEMA = "bayes-hw/posterior/1"
+STORED_DRAWS = 40_000
+PRIOR_DRAWS = 2_000
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws of every parameter with what is needed to use them again.
+
+    `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
+    axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
+    read back from file, which keeps `converged` and `problems`.
+    """
+
+    axis: AxisParameters
+    noise_parameters: tuple[Parameter, ...]
+    values: FloatArray
+    log_probability: FloatArray
+    point_estimate: FloatArray
+    converged: bool
+    problems: tuple[str, ...]
+    seconds: float
+    convergence: Convergence | None = None
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*self.axis.parameters, *self.noise_parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def noise_order(self) -> int:
+        return len(self.noise_parameters) - 1
+
+    def chains(self, name: str) -> FloatArray:
+        """Draws of one parameter, shape (ensembles, steps, walkers)."""
+        return self.values[..., self.names.index(name)]
+
+    def summaries(self) -> dict[str, Summary]:
+        """One summary a parameter, in the parameters' order."""
+        return {p.name: summarize(self.values[..., i], p.unit) for i, p in enumerate(self.parameters)}
+
+    def derived(self) -> dict[str, Summary]:
+        """Summaries of what follows from the parameters: velocity gain and AR coefficients."""
+        n_axis = len(self.axis.parameters)
+        shape, flat = self.values.shape[:3], self.values.reshape(-1, self.values.shape[-1])
+        found: dict[str, Summary] = {}
+        velocity = self.axis.velocity_gain(flat[:, :n_axis].T)
+        if np.all(np.isfinite(velocity)):
+            units = self.axis.model.units
+            found["velocity_gain"] = summarize(velocity.reshape(shape), f"({units.output}/s)/({units.input})")
+        partial = flat[:, n_axis + 1 :].T
+        for i, coefficient in enumerate(autoregression_from_partial(partial), start=1):
+            found[f"noise.autoregression{i}"] = summarize(coefficient.reshape(shape), "")
+        innovation = flat[:, n_axis] * np.sqrt(np.prod(1 - partial**2, axis=0))
+        found["noise.innovation_sigma"] = summarize(innovation.reshape(shape), self.axis.model.units.output)
+        return found
+
+    def draws(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """`count` draws without replacement (all of them if there are fewer), (count, parameters)."""
+        flat = self.values.reshape(-1, self.values.shape[-1])
+        chosen = rng.choice(len(flat), size=min(count, len(flat)), replace=False)
+        return flat[chosen]
+
+    def mean_model(self) -> HammersteinWiener:
+        """The model at the posterior mean, its noise sigma included."""
+        mean = self.values.mean(axis=(0, 1, 2))
+        n_axis = len(self.axis.parameters)
+        return replace(self.axis.to_model(mean[:n_axis]), noise_sigma=float(mean[n_axis]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of posterior.json."""
+        return {
+            "schema": SCHEMA,
+            "parameters": {name: summary.to_dict() for name, summary in self.summaries().items()},
+            "derived": {name: summary.to_dict() for name, summary in self.derived().items()},
+            "converged": self.converged,
+            "problems": list(self.problems),
+            "interval": "94 % highest-density interval",
+            "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
+            "free": self.axis.free,
+            "start": "rest" if self.axis.start_positions is None else "free",
+            "ensembles": self.values.shape[0],
+            "steps": self.values.shape[1],
+            "walkers": self.values.shape[2],
+            "seconds": self.seconds,
+        }
+
+    def to_arviz(self, records: Sequence[Record] = ()) -> DataTree:
+        """An ArviZ tree: posterior, prior, sample_stats, observed and constant data.
+
+        Chains are the walkers of all ensembles; the coordinates `ensemble` and `walker` say which.
+        """
+        from arviz_base import from_dict
+
+        ensembles, steps, walkers, _ = self.values.shape
+        thin = max(1, -(-ensembles * steps * walkers // STORED_DRAWS))
+        kept = np.moveaxis(self.values[:, ::thin], 1, 2).reshape(ensembles * walkers, -1, len(self.names))
+        log_probability = np.moveaxis(self.log_probability[:, ::thin], 1, 2).reshape(ensembles * walkers, -1)
+        levels = (np.arange(PRIOR_DRAWS) + 0.5) / PRIOR_DRAWS
+        shuffled = np.random.default_rng(0)
+        prior = {p.name: shuffled.permutation(p.prior.quantile(levels))[None, :] for p in self.parameters}
+        data: dict[str, Any] = {
+            "posterior": {name: kept[..., i] for i, name in enumerate(self.names)},
+            "prior": prior,
+            "sample_stats": {"lp": log_probability},
+        }
+        if records:
+            data["observed_data"] = {f"y{i}": r.y for i, r in enumerate(records, start=1)}
+            data["constant_data"] = {f"u{i}": r.u for i, r in enumerate(records, start=1)}
+        tree = from_dict(data, attrs={"/": self._attributes(thin)})
+        chain = {
+            "ensemble": ("chain", np.repeat(np.arange(ensembles), walkers)),
+            "walker": ("chain", np.tile(np.arange(walkers), ensembles)),
+        }
+        for group in ("posterior", "sample_stats"):
+            tree[group] = tree[group].to_dataset().assign_coords(chain)
+        for parameter in self.parameters:
+            tree["posterior"][parameter.name].attrs["unit"] = parameter.unit
+        return tree
+
+    def write(self, folder: Path, records: Sequence[Record] = ()) -> None:
+        """Write posterior.nc and posterior.json into `folder`."""
+        with temporary_sibling(folder / "posterior.nc") as path:
+            self.to_arviz(records).to_netcdf(path, engine="h5netcdf")
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        write_text_atomically(folder / "posterior.json", text + "\n")
+
+    @classmethod
+    def read(cls, folder: Path | str) -> Posterior:
+        """Read what `write` wrote. Raises InputError when it is missing, damaged or of another program."""
+        path = Path(folder) / "posterior.nc"
+        if not path.is_file():
+            raise InputError(f"{path}: missing; give the --out folder of `bayes-hw sample`")
+        import h5py
+
+        try:
+            with h5py.File(path, "r") as file:
+                state = json.loads(file.attrs["bayes_hw"])
+                names = state["names"]
+                columns = [np.asarray(file["posterior"][name]) for name in names]
+                log_probability = np.asarray(file["sample_stats"]["lp"])
+            model = HammersteinWiener.from_dict(state["model"])
+            start = state["start_positions"]
+            axis = AxisParameters(
+                model,
+                state["free"],
+                output_scale=state["output_scale"],
+                start_positions=None if start is None else np.array(start),
+            )
+            estimate = NoiseEstimate(state["noise_sigma"], np.array(state["noise_partial"]), np.zeros(0))
+            ensembles = int(state["ensembles"])
+            values = np.moveaxis(
+                np.stack(columns, axis=-1).reshape(ensembles, -1, columns[0].shape[1], len(names)), 2, 1
+            )
+            log_probability = np.moveaxis(log_probability.reshape(ensembles, -1, columns[0].shape[1]), 2, 1)
+            posterior = cls(
+                axis,
+                noise_parameters(estimate, model.units.output),
+                values,
+                log_probability,
+                np.array(state["point_estimate"]),
+                bool(state["converged"]),
+                tuple(str(problem) for problem in state["problems"]),
+                float(state["seconds"]),
+            )
+        except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError):
+            raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
+        if posterior.names != tuple(names):
+            raise InputError(f"{path}: written by another version of bayes-hw; sample again")
+        return posterior
+
+    def _attributes(self, thin: int) -> dict[str, str]:
+        start = self.axis.start_positions
+        sigma, *partial = self.noise_parameters
+        state = {
+            "schema": SCHEMA,
+            "names": list(self.names),
+            "model": self.axis.model.to_dict(),
+            "free": self.axis.free,
+            "output_scale": self.axis.output_scale,
+            "start_positions": None if start is None else [float(value) for value in start],
+            "noise_sigma": sigma.nominal,
+            "noise_partial": [parameter.nominal for parameter in partial],
+            "ensembles": int(self.values.shape[0]),
+            "thinned_by": thin,
+            "point_estimate": [float(value) for value in self.point_estimate],
+            "converged": self.converged,
+            "problems": list(self.problems),
+            "seconds": self.seconds,
+        }
+        return {"bayes_hw": json.dumps(state)}

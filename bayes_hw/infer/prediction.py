@@ -1,0 +1,147 @@
+"""Predictive bands of a record under the posterior, and how well they cover it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.infer.convergence import autocorrelation_time
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
+from bayes_hw.model.parameters import AxisParameters
+from bayes_hw.record import Record
+
+DRAWS = 300
+NEWTON_STEPS = 6
+START_SAMPLES = 20
+RATE_TOLERANCE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """94 % equal-tailed bands of y for one record, arrays (samples,), output units.
+
+    `mean` is the posterior mean of the simulated output; `lower_parameters`, `upper_parameters` bound it
+    under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included. `offset` was
+    added to every simulation because the record does not start at rest, else 0.
+    """
+
+    record: Record
+    mean: FloatArray
+    lower_parameters: FloatArray
+    upper_parameters: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    offset: float
+
+    @property
+    def fit_percent(self) -> float:
+        """100 (1 - ||y - mean|| / ||y - mean of y||) (eq. 14)."""
+        y = self.record.y
+        return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Share of samples inside the bands of a nominal probability, with its 95 % interval.
+
+    The interval is binomial (Wilson), with the number of effectively independent samples.
+    """
+
+    nominal: float
+    achieved: float
+    interval: tuple[float, float]
+    effective_samples: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the nominal probability lies in the interval."""
+        return self.interval[0] <= self.nominal <= self.interval[1]
+
+
+def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> Prediction:
+    """Bands of y for `record` under the posterior.
+
+    The record starts at rest, or, where the posterior was sampled with free initial conditions, at the
+    position that its first samples show. Raises InputError when the sample rates differ.
+    """
+    model = posterior.axis.model
+    if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
+        raise InputError(
+            f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at "
+            f"{model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
+        )
+    draws = posterior.draws(DRAWS, rng)
+    n_axis = len(posterior.axis.parameters)
+    sigma = draws[:, n_axis]
+    outputs, offset = _simulate(posterior.axis, draws[:, :n_axis], record)
+    tail = (1 - INTERVAL_PROBABILITY) / 2
+    lower_parameters, upper_parameters = np.quantile(outputs, [tail, 1 - tail], axis=0)
+    lower, upper = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
+    return Prediction(record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, offset)
+
+
+def noisy_quantiles(
+    outputs: FloatArray, sigma: FloatArray, probability: float
+) -> tuple[FloatArray, FloatArray]:
+    """Equal-tailed bounds (samples,) of the mixture of N(outputs, sigma^2) over `outputs` (draws, samples).
+
+    Newton's method on the probit of the mixture's distribution function, which is nearly linear.
+    """
+    centre = outputs.mean(axis=0)
+    spread = np.sqrt(outputs.var(axis=0) + np.mean(sigma**2))
+    bounds = []
+    for probit in special.ndtri([(1 - probability) / 2, (1 + probability) / 2]):
+        x = centre + probit * spread
+        for _ in range(NEWTON_STEPS):
+            standard = (x - outputs) / sigma[:, None]
+            share = np.clip(special.ndtr(standard).mean(axis=0), 1e-12, 1 - 1e-12)
+            density = (np.exp(-0.5 * standard**2) / sigma[:, None]).mean(axis=0)
+            reached = special.ndtri(share)
+            slope = density / np.exp(-0.5 * reached**2)
+            x = x - np.clip((reached - probit) / np.maximum(slope, 1e-300), -spread, spread)
+        bounds.append(x)
+    return bounds[0], bounds[1]
+
+
+def coverage(inside: FloatArray, nominal: float = INTERVAL_PROBABILITY) -> Coverage:
+    """Coverage from an array (samples,) of ones where y lies inside the band and zeros elsewhere."""
+    achieved = float(np.mean(inside))
+    tau = autocorrelation_time(inside[:, None]) if np.ptp(inside) > 0 else 1.0
+    effective = len(inside) / max(tau, 1.0)
+    z = 1.96
+    centre = (achieved + z**2 / (2 * effective)) / (1 + z**2 / effective)
+    half = (
+        z
+        * np.sqrt(achieved * (1 - achieved) / effective + z**2 / (4 * effective**2))
+        / (1 + z**2 / effective)
+    )
+    return Coverage(nominal, achieved, (float(centre - half), float(centre + half)), effective)
+
+
+def band_coverage(prediction: Prediction) -> Coverage:
+    """Coverage of the bands with noise on the record's own y."""
+    y = prediction.record.y
+    inside = (y >= prediction.lower) & (y <= prediction.upper)
+    return coverage(inside.astype(np.float64))
+
+
+def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> tuple[FloatArray, float]:
+    """Outputs (draws, samples) and the offset that aligned them with the record's start."""
+    values = draws.T.copy()
+    if axis.start_positions is None:
+        return simulated_outputs(axis, values, [record])[0], 0.0
+    for row, parameter in enumerate(axis.parameters):
+        if parameter.name.startswith("start1."):
+            values[row] = 0.0
+    half_width = values[axis.names.index("dead_zone.half_width")]
+    first = float(np.mean(record.y[: min(START_SAMPLES, len(record))]))
+    values[axis.names.index("start1.position")] = first + np.sign(first) * half_width
+    outputs = simulated_outputs(axis, values, [record])[0]
+    offset = first - float(np.mean(outputs[:, : min(START_SAMPLES, len(record))]))
+    return outputs + offset, offset

@@ -1,0 +1,168 @@
+"""What the residuals still hold: tests of the model that come before any statement of probability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.output_error import whitened
+from bayes_hw.infer.noise import autoregression_from_partial, burg
+from bayes_hw.record import Record
+
+SIGNIFICANCE = 0.01
+LARGEST_LAG = 25
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """One test of the whitened residuals: its statistic, p-value, and what it says in words."""
+
+    name: str
+    statistic: float
+    p_value: float
+    passed: bool
+    meaning: str
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualReport:
+    """Residuals of all records, whitened by the noise model, and the tests of them.
+
+    `residuals` and `innovations` are one array a record, (samples,), output units; `autocorrelation` (lags,)
+    is that of the innovations from lag 0, `bound` its two-sided 95 % bound for white noise.
+    """
+
+    residuals: list[FloatArray]
+    innovations: list[FloatArray]
+    autocorrelation: FloatArray
+    bound: float
+    tests: tuple[ResidualTest, ...]
+
+    @property
+    def white(self) -> bool:
+        """Whether the innovations pass the tests of the model's structure (not that of normality)."""
+        return all(test.passed for test in self.tests if test.name != NORMALITY)
+
+    def to_dict(self) -> dict[str, object]:
+        return {
+            "white": bool(self.white),
+            "tests": [
+                {
+                    "name": test.name,
+                    "statistic": float(test.statistic),
+                    "p_value": float(test.p_value),
+                    "passed": bool(test.passed),
+                    "meaning": test.meaning,
+                }
+                for test in self.tests
+            ],
+        }
+
+
+NORMALITY = "normal distribution"
+
+
+def examine_residuals(
+    records: Sequence[Record], residuals: Sequence[FloatArray], autoregression: FloatArray
+) -> ResidualReport:
+    """Test the innovations e(k) - sum phi_i e(k - i) of every record.
+
+    Ljung-Box for whiteness (doi 10.1093/biomet/65.2.297), the largest cross-correlation with the command for
+    dynamics the model lacks, the same with the command's magnitude for nonlinearity it lacks, and Jarque-Bera
+    for normality. Each at 1 %.
+    """
+    order = len(autoregression)
+    innovations = [whitened(e, autoregression)[order:] for e in residuals]
+    commands = [record.u[order:] for record in records]
+    autocorrelation = _autocorrelation(innovations, LARGEST_LAG)
+    samples = sum(len(a) for a in innovations)
+    tests = (
+        _ljung_box(autocorrelation, samples, order),
+        _cross_correlation("independent of the command", innovations, commands, "linear dynamics"),
+        _cross_correlation(
+            "independent of the command's magnitude",
+            innovations,
+            [np.abs(u) for u in commands],
+            "a nonlinearity",
+        ),
+        _jarque_bera(np.concatenate(innovations)),
+    )
+    return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests)
+
+
+def _autocorrelation(segments: Sequence[FloatArray], lags: int) -> FloatArray:
+    sums = np.zeros(lags + 1)
+    for segment in segments:
+        centred = segment - segment.mean()
+        for lag in range(min(lags, len(segment) - 1) + 1):
+            sums[lag] += centred[lag:] @ centred[: len(centred) - lag]
+    return sums / sums[0]
+
+
+def _ljung_box(autocorrelation: FloatArray, samples: int, order: int) -> ResidualTest:
+    lags = np.arange(1, len(autocorrelation))
+    statistic = samples * (samples + 2) * np.sum(autocorrelation[1:] ** 2 / (samples - lags))
+    p_value = float(stats.chi2.sf(statistic, max(len(lags) - order, 1)))
+    passed = p_value >= SIGNIFICANCE
+    return ResidualTest(
+        f"white (Ljung-Box, {len(lags)} lags)",
+        float(statistic),
+        p_value,
+        passed,
+        "no correlation is left in time"
+        if passed
+        else "correlation in time is left: intervals are too narrow, or the model lacks dynamics",
+    )
+
+
+def _cross_correlation(
+    name: str, innovations: Sequence[FloatArray], signals: Sequence[FloatArray], lacking: str
+) -> ResidualTest:
+    """Largest |correlation| of the innovations with the signal whitened, over lags; Sidak over the lags.
+
+    The signal is prewhitened by its own AR model, so that the correlations at different lags are nearly
+    independent.
+    """
+    centred = [signal - signal.mean() for signal in signals]
+    partial, _ = burg(centred, 8)
+    filter_ = autoregression_from_partial(partial[:, None])[:, 0]
+    inputs = [whitened(signal, filter_) for signal in centred]
+    lags = range(LARGEST_LAG + 1)
+    power = np.sqrt(sum(float(a @ a) for a in innovations) * sum(float(x @ x) for x in inputs))
+    correlations = np.array(
+        [
+            sum(float(a[lag:] @ x[: len(x) - lag]) for a, x in zip(innovations, inputs, strict=True))
+            for lag in lags
+        ]
+    )
+    samples = sum(len(a) for a in innovations)
+    largest = float(np.max(np.abs(correlations)) / power) if power > 0 else 0.0
+    single = 2 * stats.norm.sf(largest * np.sqrt(samples))
+    p_value = float(-np.expm1(len(lags) * np.log1p(-min(single, 1 - 1e-16))))
+    passed = p_value >= SIGNIFICANCE
+    return ResidualTest(
+        name,
+        largest,
+        p_value,
+        passed,
+        "nothing of it is left in the residual" if passed else f"the model lacks {lacking}",
+    )
+
+
+def _jarque_bera(innovations: FloatArray) -> ResidualTest:
+    result = stats.jarque_bera(innovations)
+    p_value = float(result.pvalue)
+    passed = p_value >= SIGNIFICANCE
+    return ResidualTest(
+        NORMALITY,
+        float(result.statistic),
+        p_value,
+        passed,
+        "tails as a normal distribution has them"
+        if passed
+        else "not normal: outliers, quantization or changing noise; the likelihood is approximate",
+    )

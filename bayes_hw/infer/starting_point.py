@@ -1,0 +1,90 @@
+"""Where sampling starts: the most probable parameters and the width of the posterior around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.output_error import fit_output_error, prior_scale
+from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
+from bayes_hw.infer.noise import NoiseEstimate, estimate_noise, noise_parameters
+from bayes_hw.model.parameters import AxisParameters, Parameter
+from bayes_hw.record import Record
+
+
+@dataclass(frozen=True, eq=False)
+class StartingPoint:
+    """Approximate posterior mode (parameters,) and covariance in coordinates, axis first, noise after it.
+
+    `noise` is the noise estimated there, `noise_parameters` its sampled parameters; `starts` says whether
+    descents from several starts agreed.
+    """
+
+    coordinates: FloatArray
+    covariance: FloatArray
+    noise: NoiseEstimate
+    noise_parameters: tuple[Parameter, ...]
+    starts: SeveralStarts
+
+
+def starting_point(
+    axis: AxisParameters, records: Sequence[Record], rng: np.random.Generator
+) -> StartingPoint:
+    """Least squares on plain residuals from several starts, then with AR noise and priors.
+
+    Coloured noise enters last: with the parameters still wrong, whitening would absorb the misfit. The
+    covariance is the Gauss-Newton one with the priors' curvature, and the large-sample one of the noise.
+    """
+    starts = fit_from_several_starts(axis, records, rng=rng)
+    fit = starts.best
+    for _ in range(2):
+        noise = estimate_noise(split_by_record(fit.residuals, records))
+        fit = fit_output_error(
+            axis,
+            records,
+            fit.values,
+            autoregression=noise.autoregression,
+            sigma=noise.innovation_sigma,
+            prior=True,
+        )
+    noise = estimate_noise(split_by_record(fit.residuals, records))
+    sampled = noise_parameters(noise, axis.model.units.output)
+    noise_coordinates = np.array([float(p.transform.to_coordinate(np.asarray(p.nominal))) for p in sampled])
+    _, prior_sd = prior_scale(axis)
+    n_axis, samples = len(axis.parameters), len(fit.residuals)
+    covariance = np.diag(np.full(n_axis + len(sampled), 1.0 / samples))
+    covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
+    covariance[n_axis, n_axis] = _log_sigma_variance(noise, samples)
+    return StartingPoint(
+        np.concatenate([fit.coordinates, noise_coordinates]), covariance, noise, sampled, starts
+    )
+
+
+def split_by_record(residuals: FloatArray, records: Sequence[Record]) -> list[FloatArray]:
+    """The concatenated residuals of all records as one array a record."""
+    ends = np.cumsum([len(record) for record in records])[:-1]
+    return np.split(residuals, ends)
+
+
+def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
+    """Inverse of the information plus the priors' precision, computed in units of the prior widths."""
+    scaled = information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd))
+    return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
+
+
+def _log_sigma_variance(noise: NoiseEstimate, samples: int) -> float:
+    """Large-sample variance of log sigma, sum_j rho_j^2 / (2 n), with the autocorrelations rho of the AR."""
+    autocorrelation = np.zeros(2000)
+    impulse = np.zeros(2000)
+    impulse[0] = 1.0
+    for k in range(1, len(impulse)):
+        recent = impulse[max(0, k - noise.order) : k][::-1]
+        impulse[k] = noise.autoregression[: len(recent)] @ recent
+    size = 2 * len(impulse)
+    spectrum = np.abs(np.fft.rfft(impulse, size)) ** 2
+    autocorrelation = np.fft.irfft(spectrum, size)[: len(impulse)]
+    autocorrelation /= autocorrelation[0]
+    return float((1 + 2 * np.sum(autocorrelation[1:] ** 2)) / (2 * samples))

@@ -1,0 +1,78 @@
+"""Where a result comes from: program, command, data, packages and time."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from bayes_hw import __version__
+from bayes_hw.record import Record
+
+PACKAGES = ("numpy", "scipy", "numba", "emcee", "arviz-base", "arviz-stats", "matplotlib", "typst")
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a reader needs to make the same result again."""
+
+    version: str
+    git_state: str
+    command: str
+    seed: int
+    records: tuple[tuple[str, str], ...]
+    packages: tuple[tuple[str, str], ...]
+    python: str
+    machine: str
+    seconds: float
+
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """Name and value of every entry, for a table."""
+        return (
+            ("bayes_hw", f"{self.version} ({self.git_state})"),
+            ("command", self.command),
+            ("seed", str(self.seed)),
+            *((f"SHA-256 of {name}", digest) for name, digest in self.records),
+            ("packages", ", ".join(f"{name} {version}" for name, version in self.packages)),
+            ("Python", self.python),
+            ("machine", self.machine),
+            ("wall time", f"{self.seconds:.1f} s"),
+        )
+
+
+def provenance(command: str, seed: int, records: Sequence[Record], seconds: float) -> Provenance:
+    """The provenance of a result computed here and now."""
+    return Provenance(
+        version=__version__,
+        git_state=git_state(),
+        command=command,
+        seed=seed,
+        records=tuple((record.source or record.name, record.sha256 or "simulated") for record in records),
+        packages=tuple((name, metadata.version(name)) for name in PACKAGES),
+        python=platform.python_version(),
+        machine=f"{platform.system()} {platform.machine()}",
+        seconds=seconds,
+    )
+
+
+def git_state() -> str:
+    """Short commit and whether the tree is changed; "not a git checkout" for an installed package."""
+    folder = Path(__file__).parent
+    if not (folder.parent / ".git").exists():
+        return "not a git checkout"
+    try:
+        commit = _git(folder, "rev-parse", "--short=12", "HEAD")
+        changed = _git(folder, "status", "--porcelain", "--untracked-files=no")
+    except (OSError, subprocess.SubprocessError):
+        return "git state unknown"
+    return f"commit {commit}" + (", with uncommitted changes" if changed else "")
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        ["git", "-C", str(folder), *arguments], capture_output=True, text=True, check=True, timeout=10
+    )
+    return done.stdout.strip()

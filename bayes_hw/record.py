@@ -1,0 +1,158 @@
+"""One measured record of one axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of a record's columns, as text: what goes in comes out in the same unit."""
+
+    time: str = "s"
+    input: str = "deg/s"
+    output: str = "deg"
+
+    @classmethod
+    def from_dict(cls, data: Any) -> Units:
+        """Read {"time", "input", "output"}; raises InputError on an unknown key or a value not text."""
+        if not isinstance(data, Mapping):
+            raise InputError('units: must be an object with "time", "input" and "output"')
+        for key, value in data.items():
+            if key not in ("time", "input", "output"):
+                raise InputError(f'units: unknown key {key!r}; use "time", "input" and "output"')
+            if not isinstance(value, str):
+                raise InputError(f"units.{key}: must be text")
+        units = cls(**data)
+        if units.time != "s":
+            raise InputError(f"units.time: {units.time!r} is not supported; give times in s")
+        return units
+
+    def to_dict(self) -> dict[str, str]:
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Names of a file's columns or variables; `time` is None when the file holds no time stamps."""
+
+    time: str | None = "t"
+    input: str = "u"
+    output: str = "y"
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Commands and measured angles at a uniform rate.
+
+    `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
+    the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
+    the source, so it may start at any value and carry their rounding; the step to compute with is
+    1 / `sample_rate_hz`. Raises InputError unless the three columns have one length, are finite,
+    and the rate is positive.
+    """
+
+    name: str
+    t: FloatArray
+    u: FloatArray
+    y: FloatArray
+    sample_rate_hz: float
+    units: Units
+    source: str = ""
+    sha256: str = ""
+    treatment: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for column in ("t", "u", "y"):
+            values = np.asarray(getattr(self, column), dtype=np.float64)
+            if values.ndim != 1 or len(values) != len(self.t):
+                raise InputError(
+                    f"record {self.name}: {column} has shape {values.shape}; "
+                    "give t, u and y as columns of one length"
+                )
+            if not np.isfinite(values).all():
+                raise InputError(f"record {self.name}: {column} holds NaN or inf; remove them")
+            object.__setattr__(self, column, values)
+        if not (math.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise InputError(
+                f"record {self.name}: sample rate {self.sample_rate_hz!r}; give a positive one in Hz"
+            )
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @classmethod
+    def read(
+        cls,
+        path: Path | str,
+        *,
+        columns: Columns | None = None,
+        sample_rate_hz: float | None = None,
+        resample_hz: float | None = None,
+        units: Units | None = None,
+    ) -> Record:
+        """Read a CSV or MATLAB file; see `bayes_hw.record_files.read_record`."""
+        from bayes_hw.record_files import read_record
+
+        return read_record(
+            path,
+            columns=columns or Columns(),
+            sample_rate_hz=sample_rate_hz,
+            resample_hz=resample_hz,
+            units=units or Units(),
+        )
+
+    @property
+    def duration_s(self) -> float:
+        """Time that the samples cover, each lasting one period, in s."""
+        return len(self) / self.sample_rate_hz
+
+    def window(self, start_s: float, stop_s: float) -> Record:
+        """The samples from `start_s` up to, not including, `stop_s`, both in s after the first
+        sample.
+
+        `stop_s` may lie past the end. The part need not start at rest. Raises InputError when
+        nothing is left.
+        """
+        first, stop = (
+            min(max(math.ceil(limit * self.sample_rate_hz - 1e-6), 0), len(self))
+            if math.isfinite(limit)
+            else (len(self) if limit > 0 else 0)
+            for limit in (start_s, stop_s)
+        )
+        return self._part(first, stop)
+
+    def split(self, fraction: float) -> tuple[Record, Record]:
+        """The first `fraction` of the samples, and the rest; raises InputError when either is empty."""
+        if not 0 < fraction < 1:
+            raise InputError(f"record {self.name}: split at {fraction!r}; give a fraction between 0 and 1")
+        cut = round(fraction * len(self))
+        return self._part(0, cut), self._part(cut, len(self))
+
+    def _part(self, first: int, stop: int) -> Record:
+        if first >= stop:
+            raise InputError(
+                f"record {self.name}: no sample in the part asked for; the record lasts {self.duration_s:g} s"
+            )
+        start_s, stop_s = first / self.sample_rate_hz, stop / self.sample_rate_hz
+        chosen = slice(first, stop)
+        return replace(
+            self,
+            name=f"{self.name}_{start_s:g}-{stop_s:g}s",
+            t=self.t[chosen],
+            u=self.u[chosen],
+            y=self.y[chosen],
+            treatment=(
+                *self.treatment,
+                f"cut to {start_s:g} s to {stop_s:g} s after the first sample",
+            ),
+        )

@@ -1,0 +1,39 @@
+"""Parameter names as a reader sees them: words for captions, symbols for crowded axes."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+_FIXED = {
+    "saturation.lower": ("lower saturation limit", "s₋"),
+    "saturation.upper": ("upper saturation limit", "s₊"),
+    "dead_zone.half_width": ("dead-zone half width", "δ"),
+    "gain": ("gain of G", "g"),
+    "noise.sigma": ("noise standard deviation", "σ"),
+}
+_NUMBERED = {
+    r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),
+    r"mode(\d+)\.damping_ratio": ("damping ratio of mode {}", "ζ{}"),
+    r"noise\.ar(\d+)": ("noise AR coefficient {}", "a{}"),
+}
+
+
+class ParameterName(NamedTuple):
+    """A parameter in words ("frequency of mode 1") and as a symbol ("f₁")."""
+
+    words: str
+    symbol: str
+
+
+def parameter_name(name: str) -> ParameterName:
+    """The reader's form of a name of posterior.json; an unknown name stands for itself."""
+    if name in _FIXED:
+        return ParameterName(*_FIXED[name])
+    for pattern, (words, symbol) in _NUMBERED.items():
+        if match := re.fullmatch(pattern, name):
+            number = match[1]
+            return ParameterName(words.format(number), symbol.format(number.translate(SUBSCRIPTS)))
+    return ParameterName(name, name)

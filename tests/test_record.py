@@ -1,0 +1,91 @@
+"""Records: what they refuse to hold, and what their parts keep."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from bayes_hw.errors import InputError
+from bayes_hw.record import Record, Units
+
+
+@pytest.fixture
+def record() -> Record:
+    k = np.arange(200)
+    return Record("axis", 5 + k / 20, np.sin(k), np.cos(k), 20.0, Units(), "a.csv", "digest", ("x",))
+
+
+def test_columns_become_float_arrays_of_one_length(record):
+    whole = dataclasses.replace(record, u=[1] * 200)
+    assert whole.u.dtype == np.float64
+    with pytest.raises(InputError, match="axis: y has shape"):
+        dataclasses.replace(record, y=record.y[:-1])
+
+
+@pytest.mark.parametrize("column", ["t", "u", "y"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_values_that_are_not_finite_are_refused(record, column, value):
+    values = getattr(record, column).copy()
+    values[7] = value
+    with pytest.raises(InputError, match=f"axis: {column} holds NaN or inf"):
+        dataclasses.replace(record, **{column: values})
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, -20.0, np.nan, np.inf])
+def test_a_sample_rate_that_is_none_is_refused(record, rate_hz):
+    with pytest.raises(InputError, match="sample rate"):
+        dataclasses.replace(record, sample_rate_hz=rate_hz)
+
+
+def test_a_window_is_half_open_in_seconds_after_the_first_sample(record):
+    part = record.window(1.0, 2.5)
+    np.testing.assert_array_equal(part.t, record.t[20:50])
+    np.testing.assert_array_equal(part.u, record.u[20:50])
+    np.testing.assert_array_equal(part.y, record.y[20:50])
+    assert part.name == "axis_1-2.5s"
+    assert part.treatment == ("x", "cut to 1 s to 2.5 s after the first sample")
+    assert (part.source, part.sha256) == ("a.csv", "digest")
+
+
+def test_windows_that_touch_share_no_sample_and_lose_none(record):
+    for cut in (0.05, 0.1, 0.15, 3.3333, 9.95):
+        parts = record.window(0, cut), record.window(cut, np.inf)
+        np.testing.assert_array_equal(np.concatenate([p.t for p in parts]), record.t)
+
+
+@pytest.mark.parametrize("limits", [(2, 1), (1, 1), (10, 20), (-5, 0), (np.nan, np.nan)])
+def test_an_empty_window_is_refused_with_the_length_of_the_record(record, limits):
+    with pytest.raises(InputError, match="lasts 10 s"):
+        record.window(*limits)
+
+
+def test_a_split_keeps_every_sample_once(record):
+    first, second = record.split(0.7)
+    assert (len(first), len(second)) == (140, 60)
+    np.testing.assert_array_equal(np.concatenate([first.y, second.y]), record.y)
+    assert first.name != second.name
+
+
+@pytest.mark.parametrize("fraction", [0.0, 1.0, -0.1, np.nan, 1e-6])
+def test_a_split_with_an_empty_part_is_refused(record, fraction):
+    with pytest.raises(InputError, match="axis"):
+        record.split(fraction)
+
+
+@pytest.mark.parametrize(
+    ("units", "complaint"),
+    [
+        ([], "must be an object"),
+        ({"inputs": "V"}, "unknown key 'inputs'"),
+        ({"input": 3}, "units.input: must be text"),
+        ({"time": "ms"}, "give times in s"),
+    ],
+)
+def test_wrong_units_are_refused_with_the_key(units, complaint):
+    with pytest.raises(InputError, match=complaint):
+        Units.from_dict(units)
+
+
+def test_units_survive_a_round_trip():
+    units = Units(input="V", output="m")
+    assert Units.from_dict(units.to_dict()) == units
