@@ -8,8 +8,8 @@ file is written under a temporary name and renamed, and carries the fingerprint 
 from __future__ import annotations
 
 import hashlib
-import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,8 +52,9 @@ class Checkpoint:
         self.fingerprint = fingerprint
 
     def clear(self) -> None:
-        """Remove the checkpoint, if there is one."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Remove the checkpoint's files, if there are any; other files in the folder stay."""
+        for path in (*self.folder.glob("block_*.h5"), self.folder / "plan.h5"):
+            path.unlink(missing_ok=True)
 
     def save_plan(self, plan: Plan, states: Sequence[EnsembleState]) -> None:
         with temporary_sibling(self.folder / "plan.h5") as path, h5py.File(path, "w") as file:
@@ -106,19 +107,19 @@ class Checkpoint:
     def _block_path(self, number: int) -> Path:
         return self.folder / f"block_{number:05d}.h5"
 
-    def _open(self, path: Path) -> h5py.File:
+    @contextmanager
+    def _open(self, path: Path) -> Iterator[h5py.File]:
         remedy = "remove the folder and run without --resume"
         try:
-            file = h5py.File(path, "r")
-        except OSError:
+            with h5py.File(path, "r") as file:
+                if file.attrs.get("fingerprint") != self.fingerprint:
+                    raise InputError(
+                        f"{path}: the checkpoint belongs to another run (other model, records, options or"
+                        f" seed); {remedy}"
+                    )
+                yield file
+        except (OSError, KeyError, TypeError, AttributeError, RuntimeError):
             raise InputError(f"{path}: the checkpoint is damaged; {remedy}") from None
-        if file.attrs.get("fingerprint") != self.fingerprint:
-            file.close()
-            raise InputError(
-                f"{path}: the checkpoint belongs to another run (other model, records, options or seed);"
-                f" {remedy}"
-            )
-        return file
 
 
 def fingerprint(*parts: str) -> str:

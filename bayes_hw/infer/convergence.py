@@ -59,8 +59,8 @@ def autocorrelation_function(chain: FloatArray) -> FloatArray:
 def autocorrelation_time(chain: FloatArray) -> float:
     """Integrated autocorrelation time in steps of a chain (steps, walkers), by emcee's estimator.
 
-    Sokal's automatic window, the first one of 5 tau or more, on the pooled autocorrelation function; the whole
-    chain where none is. Infinite for a chain that does not move.
+    Sokal's automatic window, the first one of 5 tau or more, on the pooled autocorrelation function; the
+    whole chain where none is. Infinite for a chain that does not move.
     """
     if np.ptp(chain) == 0:
         return float("inf")

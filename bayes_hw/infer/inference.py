@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Sequence
@@ -20,7 +21,7 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import autoregression_from_partial
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
-from bayes_hw.infer.sampler import Sampling, SamplerSettings, sample
+from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import StartingPoint, starting_point
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import AxisParameters, FreeSet
@@ -43,13 +44,18 @@ class Inference:
     residuals: ResidualReport
 
 
+def discard_checkpoint(folder: Path) -> None:
+    """Remove the checkpoint of a run whose results have been written."""
+    Checkpoint(folder, "").clear()
+
+
 def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:
     """Raise InputError unless every record has the model's sample rate (1 %)."""
     for record in records:
         if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
             raise InputError(
-                f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz but the model is for"
-                f" {model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
+                f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz but the model is"
+                f" for {model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
             )
 
 
@@ -97,7 +103,7 @@ def infer(
             fingerprint(
                 __version__,
                 json.dumps(model.to_dict(), sort_keys=True),
-                *[record.sha256 + repr(record.treatment) for record in records],
+                *[_data_digest(record) for record in records],
                 free,
                 start,
                 repr(settings),
@@ -129,6 +135,11 @@ def infer(
         convergence=sampling.convergence,
     )
     return Inference(posterior, sampling, origin, residual_report(posterior, records))
+
+
+def _data_digest(record: Record) -> str:
+    """SHA-256 of what the likelihood sees of a record."""
+    return hashlib.sha256(record.u.tobytes() + record.y.tobytes()).hexdigest()
 
 
 def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:

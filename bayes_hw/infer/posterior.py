@@ -135,7 +135,7 @@ class Posterior:
         if records:
             data["observed_data"] = {f"y{i}": r.y for i, r in enumerate(records, start=1)}
             data["constant_data"] = {f"u{i}": r.u for i, r in enumerate(records, start=1)}
-        tree = from_dict(data, attrs={"/": self._attributes(thin)})
+        tree = from_dict(data, check_conventions=False, attrs={"/": self._attributes(thin)})
         chain = {
             "ensemble": ("chain", np.repeat(np.arange(ensembles), walkers)),
             "walker": ("chain", np.tile(np.arange(walkers), ensembles)),

@@ -27,8 +27,10 @@ class Prediction:
     """94 % equal-tailed bands of y for one record, arrays (samples,), output units.
 
     `mean` is the posterior mean of the simulated output; `lower_parameters`, `upper_parameters` bound it
-    under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included. `offset` was
-    added to every simulation because the record does not start at rest, else 0.
+    under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included.
+    `predicted_probability` is the predictive distribution function at the measured y, uniform between 0 and 1
+    where the predictions are calibrated. `offset` was added to every simulation because the record does not
+    start at rest, else 0.
     """
 
     record: Record
@@ -37,6 +39,7 @@ class Prediction:
     upper_parameters: FloatArray
     lower: FloatArray
     upper: FloatArray
+    predicted_probability: FloatArray
     offset: float
 
     @property
@@ -44,6 +47,13 @@ class Prediction:
         """100 (1 - ||y - mean|| / ||y - mean of y||) (eq. 14)."""
         y = self.record.y
         return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
+
+    def hardest_stretch(self, share: float) -> tuple[float, float]:
+        """Start and end time (s) of the part, `share` of the record long, with the largest squared error."""
+        length = max(2, round(share * len(self.record)))
+        running = np.cumsum(np.concatenate([[0.0], (self.record.y - self.mean) ** 2]))
+        first = int(np.argmax(running[length:] - running[:-length]))
+        return float(self.record.t[first]), float(self.record.t[first + length - 1])
 
 
 @dataclass(frozen=True)
@@ -83,7 +93,10 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     tail = (1 - INTERVAL_PROBABILITY) / 2
     lower_parameters, upper_parameters = np.quantile(outputs, [tail, 1 - tail], axis=0)
     lower, upper = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
-    return Prediction(record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, offset)
+    probability = special.ndtr((record.y - outputs) / sigma[:, None]).mean(axis=0)
+    return Prediction(
+        record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, probability, offset
+    )
 
 
 def noisy_quantiles(
@@ -124,11 +137,10 @@ def coverage(inside: FloatArray, nominal: float = INTERVAL_PROBABILITY) -> Cover
     return Coverage(nominal, achieved, (float(centre - half), float(centre + half)), effective)
 
 
-def band_coverage(prediction: Prediction) -> Coverage:
-    """Coverage of the bands with noise on the record's own y."""
-    y = prediction.record.y
-    inside = (y >= prediction.lower) & (y <= prediction.upper)
-    return coverage(inside.astype(np.float64))
+def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY) -> Coverage:
+    """Coverage of the central bands of probability `nominal`, noise included, on the record's own y."""
+    inside = np.abs(2 * prediction.predicted_probability - 1) <= nominal
+    return coverage(inside.astype(np.float64), nominal)
 
 
 def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> tuple[FloatArray, float]:

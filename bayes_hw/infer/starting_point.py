@@ -36,7 +36,8 @@ def starting_point(
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
     Coloured noise enters last: with the parameters still wrong, whitening would absorb the misfit. The
-    covariance is the Gauss-Newton one with the priors' curvature, and the large-sample one of the noise.
+    covariance is the Gauss-Newton one with the priors' curvature, and large-sample variances of the noise
+    parameters, taken as independent.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     fit = starts.best
@@ -55,9 +56,9 @@ def starting_point(
     noise_coordinates = np.array([float(p.transform.to_coordinate(np.asarray(p.nominal))) for p in sampled])
     _, prior_sd = prior_scale(axis)
     n_axis, samples = len(axis.parameters), len(fit.residuals)
-    covariance = np.diag(np.full(n_axis + len(sampled), 1.0 / samples))
+    covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
-    covariance[n_axis, n_axis] = _log_sigma_variance(noise, samples)
+    covariance[n_axis:, n_axis:] = np.diag(_noise_variances(noise, samples))
     return StartingPoint(
         np.concatenate([fit.coordinates, noise_coordinates]), covariance, noise, sampled, starts
     )
@@ -73,6 +74,17 @@ def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
     """Inverse of the information plus the priors' precision, computed in units of the prior widths."""
     scaled = information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd))
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
+
+
+def _noise_variances(noise: NoiseEstimate, samples: int) -> FloatArray:
+    """Large-sample variances of log sigma and of the inverse hyperbolic tangents of the partial
+    autocorrelations kappa.
+
+    The last kappa of an AR(p) has variance (1 - kappa^2) / n (Box, Jenkins and Reinsel, Time Series Analysis,
+    sec. 7.2.6), hence 1 / (n (1 - kappa^2)) in its coordinate; the others are given the same form.
+    """
+    partial = np.clip(noise.partial, -0.9999, 0.9999)
+    return np.concatenate([[_log_sigma_variance(noise, samples)], 1 / (samples * (1 - partial**2))])
 
 
 def _log_sigma_variance(noise: NoiseEstimate, samples: int) -> float:

@@ -12,9 +12,9 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
 
 A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, mode
 after mode with its coefficients and states in registers; each block is reduced at once to what the caller
-wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release the
-GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v, w or y of the block stand, with
-its state kept between blocks as those of the modes are.
+wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release
+the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v, w or y of the block stand,
+with its state kept between blocks as those of the modes are.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.model.lanes import (
     LANES,
     broadcast,
@@ -49,6 +49,8 @@ NEWER, OLDER = range(2)
 class LaggedSums(NamedTuple):
     """What an AR(p) likelihood needs of the residual e(k) = y(k) - simulated y(k).
 
+    A walker with a coefficient that is NaN has NaN here, and no other walker has.
+
     `lagged` has shape (p + 1, walkers): sum over k of e(k) e(k - lag). `head` and `tail` have shape
     (p, walkers): the first and the last p residuals, in order of time.
     """
@@ -59,7 +61,7 @@ class LaggedSums(NamedTuple):
 
 
 class SimulatedSignals(NamedTuple):
-    """w and y of every walker, each of shape (walkers, samples)."""
+    """w and y of every walker, each of shape (walkers, samples); NaN for a walker with a NaN coefficient."""
 
     w: FloatArray
     y: FloatArray
@@ -79,6 +81,7 @@ def lagged_residual_sums(
         *_grouped(form), _delayed(u, delay_samples, before), np.ascontiguousarray(y, np.float64), order, sums
     )
     flat = np.moveaxis(sums, 0, 1).reshape(3 * order + 1, -1)[:, :walkers]
+    flat[:, _undefined(form)] = np.nan
     return LaggedSums(flat[: order + 1], flat[order + 1 : 2 * order + 1], flat[2 * order + 1 :])
 
 
@@ -90,7 +93,14 @@ def simulate_batch(
     w = np.empty((padded_to_lanes(walkers), samples))
     y = np.empty((padded_to_lanes(walkers), samples))
     _simulate(*_grouped(form), _delayed(u, delay_samples, before), w, y)
+    undefined = _undefined(form)
+    w[:walkers][undefined], y[:walkers][undefined] = np.nan, np.nan
     return SimulatedSignals(w[:walkers], y[:walkers])
+
+
+def _undefined(form: ModalForm) -> BoolArray:
+    """Walkers (walkers,) with a limit that is NaN, which the comparisons of the saturation would drop."""
+    return np.isnan(form.static[LOWER]) | np.isnan(form.static[UPPER])
 
 
 def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:

@@ -2,7 +2,7 @@
 
 `Lanes` is a numba type that LLVM keeps in vector registers: a sum or a product of two of them is a handful of
 vector instructions, so that a kernel reads like the scalar equations and runs at the width of the machine.
-Without it the compiler must prove that arrays do not overlap before it dares to vectorise, and mostly gives up.
+Without it the compiler must first prove that arrays do not overlap, and mostly gives up vectorising.
 """
 
 from __future__ import annotations
@@ -97,13 +97,16 @@ def _binary(instruction: str) -> Any:
 
 
 def _extremum(comparison: str) -> Any:
-    """An intrinsic that keeps, lane by lane, the left value where it compares so with the right one."""
+    """An intrinsic that takes, lane by lane, the right value where it compares so with the left one.
+
+    A left value that is NaN is kept.
+    """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def operation(typing_context: Any, left: Any, right: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            left_wins = builder.fcmp_ordered(comparison, arguments[0], arguments[1])
-            return builder.select(left_wins, arguments[0], arguments[1])
+            right_wins = builder.fcmp_ordered(comparison, arguments[1], arguments[0])
+            return builder.select(right_wins, arguments[1], arguments[0])
 
         return LANES_TYPE(LANES_TYPE, LANES_TYPE), generate
 
@@ -115,17 +118,17 @@ minimum = _extremum("<")
 maximum = _extremum(">")
 
 
-@overload(operator.add)  # type: ignore[untyped-decorator]
+@overload(operator.add)
 def _add_lanes(left, right):  # type: ignore[no-untyped-def]
     return (lambda left, right: _add(left, right)) if _is_lanes(left, right) else None
 
 
-@overload(operator.sub)  # type: ignore[untyped-decorator]
+@overload(operator.sub)
 def _subtract_lanes(left, right):  # type: ignore[no-untyped-def]
     return (lambda left, right: _subtract(left, right)) if _is_lanes(left, right) else None
 
 
-@overload(operator.mul)  # type: ignore[untyped-decorator]
+@overload(operator.mul)
 def _multiply_lanes(left, right):  # type: ignore[no-untyped-def]
     return (lambda left, right: _multiply(left, right)) if _is_lanes(left, right) else None
 
@@ -137,8 +140,9 @@ def padded_to_lanes(count: int) -> int:
 
 def in_lane_groups(values: np.ndarray) -> np.ndarray:
     """Array (..., walkers) as a contiguous (groups, ..., LANES), the last walker repeated to fill."""
-    fill = padded_to_lanes(values.shape[-1]) - values.shape[-1]
+    groups = padded_to_lanes(values.shape[-1]) // LANES
+    fill = groups * LANES - values.shape[-1]
     widths = [(0, 0)] * (values.ndim - 1) + [(0, fill)]
     padded = np.pad(values, widths, mode="edge")
-    grouped = padded.reshape(*values.shape[:-1], -1, LANES)
+    grouped = padded.reshape(*values.shape[:-1], groups, LANES)
     return np.ascontiguousarray(np.moveaxis(grouped, -2, 0))

@@ -11,15 +11,22 @@ a1 = 2 Re p, a2 = |p|^2, b1 = 2 Re r, b2 = -2 Re(r p*).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.linear import LinearBlock
 
+Roots = TypeVar("Roots", FloatArray, ComplexArray)
+
 SEPARATION = 1e-5
-"""Poles closer than this are moved apart symmetrically: the error is its square, the residues stay bounded."""
+"""Poles closer than this are moved apart symmetrically, so that their residues stay bounded.
+
+The relative error of the response of a double pole is of the order of (SEPARATION x samples that the pole
+remembers)^2, and rounding adds about 1e-16 / SEPARATION.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +35,8 @@ class ModalForm:
 
     `static` has shape (7, walkers): lower, upper, c1, half_width, c2, c3, direct. `real` has shape
     (2, n_real, walkers): pole, residue. `pairs` has shape (4, n_pairs, walkers): a1, a2, b1, b2.
-    `real_state` (n_real, walkers) and `pair_state` (2, n_pairs, walkers) are the states before the first sample.
+    `real_state` (n_real, walkers) and `pair_state` (2, n_pairs, walkers) are the states before the first
+    sample.
     """
 
     static: FloatArray
@@ -55,11 +63,19 @@ class LinearBatch:
     zeros: ComplexArray
     gain: FloatArray
 
+    def separated(self) -> LinearBatch:
+        """The same blocks with coinciding poles moved apart; the others are left as they are."""
+        return replace(
+            self, real_poles=_moved_apart(self.real_poles), pair_poles=_moved_apart(self.pair_poles)
+        )
+
     def residues(self) -> tuple[FloatArray, ComplexArray, FloatArray]:
-        """Residues at the real poles and at the pair poles, and the direct term (walkers,)."""
+        """Residues at the real poles and at the pair poles, and the direct term (walkers,).
+
+        The poles must be distinct: see `separated`.
+        """
         pairs = self.pair_poles
         poles = np.concatenate([self.real_poles.astype(np.complex128), pairs, pairs.conj()])
-        poles = _separated(poles, len(self.real_poles))
         n_upper = len(self.real_poles) + len(pairs)
         numerator = np.broadcast_to(self.gain, (n_upper, len(self.gain))).astype(np.complex128)
         for zero in self.zeros:
@@ -74,18 +90,30 @@ class LinearBatch:
         direct = self.gain if len(self.zeros) == len(poles) else np.zeros_like(self.gain)
         return residues[: len(self.real_poles)].real, residues[len(self.real_poles) :], direct
 
+    def frequency_response(
+        self, frequency_hz: FloatArray, sample_rate_hz: float, delay_samples: int
+    ) -> ComplexArray:
+        """G(exp(2 pi i f / rate)) of every walker, shape (walkers, frequencies)."""
+        z = np.exp(2j * np.pi * frequency_hz / sample_rate_hz)
+        response = self.gain[:, None] * z ** (-delay_samples)
+        for zero in self.zeros:
+            response = response * (z - zero[:, None])
+        for pole in (*self.real_poles.astype(np.complex128), *self.pair_poles, *self.pair_poles.conj()):
+            response = response / (z - pole[:, None])
+        return np.asarray(response, dtype=np.complex128)
 
-def _separated(poles: ComplexArray, n_real: int) -> ComplexArray:
-    """Move coinciding real poles apart by SEPARATION; every other configuration is left as it is."""
-    real = poles[:n_real].copy()
-    for i in range(n_real):
+
+def _moved_apart(poles: Roots) -> Roots:
+    """`poles` (n, walkers) with each two that are closer than SEPARATION set that far apart."""
+    moved = poles.copy()
+    for i in range(len(moved)):
         for j in range(i):
-            close = np.abs(real[i] - real[j]) < SEPARATION
+            close = np.abs(moved[i] - moved[j]) < SEPARATION
             if np.any(close):
-                middle = (real[i] + real[j]) / 2
-                real[i] = np.where(close, middle - SEPARATION / 2, real[i])
-                real[j] = np.where(close, middle + SEPARATION / 2, real[j])
-    return np.concatenate([real, poles[n_real:]])
+                middle = (moved[i] + moved[j]) / 2
+                moved[i] = np.where(close, middle - SEPARATION / 2, moved[i])
+                moved[j] = np.where(close, middle + SEPARATION / 2, moved[j])
+    return moved
 
 
 def modal_form(
@@ -98,6 +126,7 @@ def modal_form(
     `initial_position` (walkers,) is w before the first sample, held by the integrator (the real pole nearest
     z = 1); the default is rest at w = 0.
     """
+    linear = linear.separated()
     walkers = static.shape[1]
     real_residues, pair_residues, direct = linear.residues()
     pair_poles = linear.pair_poles

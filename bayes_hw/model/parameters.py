@@ -102,6 +102,8 @@ class AxisParameters:
         self.start_positions = start_positions
         poles, zeros = model.linear.poles, model.linear.zeros
         self._real_poles = poles[poles.imag == 0].real
+        integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
+        self._integrator = int(integrators[0]) if integrators.size else None
         dominant = model.mode_indices()
         others = [int(i) for i in np.flatnonzero(poles.imag > 0) if i not in dominant]
         self._pair_poles = poles[[*dominant, *others]]
@@ -143,12 +145,17 @@ class AxisParameters:
 
     def velocity_gain(self, values: FloatArray) -> FloatArray:
         """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""
-        batch = self._linear_batch(values)
-        integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
-        if integrators.size == 0:
+        if self._integrator is None:
             return np.full(values.shape[1], np.nan)
-        residues, _, _ = batch.residues()
-        return residues[integrators[0]] * self.model.sample_rate_hz
+        residues, _, _ = self._linear_batch(values).separated().residues()
+        return residues[self._integrator] * self.model.sample_rate_hz
+
+    def frequency_response(self, values: FloatArray, frequency_hz: FloatArray) -> ComplexArray:
+        """G at every frequency for every column of `values`, shape (walkers, frequencies)."""
+        linear = self.model.linear
+        return self._linear_batch(values).frequency_response(
+            frequency_hz, self.model.sample_rate_hz, linear.delay_samples
+        )
 
     def to_model(self, values: FloatArray) -> HammersteinWiener:
         """The model at one parameter vector, shape (parameters,)."""
@@ -267,7 +274,7 @@ class AxisParameters:
         for record, position in enumerate(positions, start=1):
             offset = np.sign(position) * self.model.dead_zone.half_width
             centre = float(position + offset)
-            parts = [("position", centre, Normal(centre, scale))]
+            parts = [("position", centre, Normal(centre, scale))] if self._integrator is not None else []
             parts += [(f"real_pole{i + 1}", 0.0, Normal(0.0, 0.1 * scale)) for i in self._slow_real_poles()]
             for i in self._slow_pairs():
                 parts += [
@@ -286,16 +293,15 @@ class AxisParameters:
         s(k) = Re(C p^k) with C = (A - iB) p^2 / (b1 p + b2).
         """
         slow_real, slow_pairs = self._slow_real_poles(), self._slow_pairs()
-        per_record = 1 + len(slow_real) + 2 * len(slow_pairs)
+        real = slow_real if self._integrator is None else [self._integrator, *slow_real]
+        per_record = len(real) + 2 * len(slow_pairs)
         begin = self._n_structure + record * per_record
         start = values[begin : begin + per_record]
         real_state, pair_state = form.real_state.copy(), form.pair_state.copy()
-        integrator = int(np.argmin(np.abs(self._real_poles - 1)))
-        real_state[integrator] = start[0] / form.real[1, integrator]
-        for row, index in enumerate(slow_real, start=1):
+        for row, index in enumerate(real):
             real_state[index] = start[row] / form.real[1, index]
         for number, index in enumerate(slow_pairs):
-            row = 1 + len(slow_real) + 2 * number
+            row = len(real) + 2 * number
             pole: ComplexArray = linear.pair_poles[index]
             b1, b2 = form.pairs[2, index], form.pairs[3, index]
             amplitude = (start[row] - 1j * start[row + 1]) * pole**2 / (b1 * pole + b2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 import re
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -76,6 +77,11 @@ def with_unit(quantity: str, unit: str) -> str:
     """Axis label "quantity (unit)"; no brackets for a quantity without a unit."""
     label = drawable(quantity)
     return f"{label} ({drawable(unit)})" if unit else label
+
+
+def wrapped(label: str, characters: int) -> str:
+    """`label` in lines of at most `characters`."""
+    return "\n".join(textwrap.wrap(label, characters))
 
 
 def plain_log_ticks(axes: Axes, which: str) -> None:

@@ -40,9 +40,9 @@ DEAD_ZONE = Formula(
 """Dead zone of half width delta and unit gains (eq. 5)."""
 
 NOISE = Formula(
-    "e(k) = sum_i a_i e(k - i) + epsilon(k), quad epsilon(k) tilde.op N(0, sigma_epsilon^2)",
-    "the noise e of k is the sum over i of a i times e of k minus i, plus epsilon of k, which is "
-    "normal with mean zero and variance sigma epsilon squared",
+    "e(k) = sum_i phi_i e(k - i) + a(k), quad a(k) tilde.op N(0, sigma_a^2)",
+    "the noise e of k is the sum over i of phi i times e of k minus i, plus the innovation a of k, "
+    "which is normal with mean zero and variance sigma a squared",
 )
 """Autoregressive noise added to the output."""
 

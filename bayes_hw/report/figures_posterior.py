@@ -22,6 +22,7 @@ from bayes_hw.report.drawing import (
     finished,
     new_canvas,
     with_unit,
+    wrapped,
 )
 from bayes_hw.report.names import ParameterName
 from bayes_hw.report.palette import (
@@ -98,12 +99,12 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
     low, high = np.quantile(marginal.draws, [0.001, 0.999])
     marks = [m for m in (marginal.point_estimate, marginal.truth) if m is not None]
     low, high = min([low, *marks]), max([high, *marks])
-    margin = 0.35 * (high - low) or max(abs(high), 1.0) * 1e-3
+    margin = _margin(low, high, 0.35)
     grid = np.linspace(low - margin, high + margin, 200)
     axes.hist(
         marginal.draws,
         bins=HISTOGRAM_BINS,
-        range=(low, max(high, low + margin)),
+        range=(low - 0.1 * margin, high + 0.1 * margin),
         density=True,
         color=POSTERIOR,
         alpha=0.35,
@@ -120,7 +121,7 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
     axes.spines["left"].set_visible(False)
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.set_title(format_interval(*marginal.hdi), loc="center", weight="normal", size=8.5)
-    axes.set_xlabel(with_unit(marginal.name.words, marginal.unit), size=8.5)
+    axes.set_xlabel(wrapped(with_unit(marginal.name.words, marginal.unit), 30), size=8.5)
 
 
 def corner_plot(
@@ -197,8 +198,14 @@ def _place_corner_labels(canvas: Canvas, grid: np.ndarray) -> None:
 
 def _plot_range(values: FloatArray) -> tuple[float, float]:
     low, high = (float(end) for end in np.quantile(values, [0.001, 0.999]))
-    margin = 0.1 * (high - low) or max(abs(high), 1.0) * 1e-3
+    margin = _margin(low, high, 0.1)
     return low - margin, high + margin
+
+
+def _margin(low: float, high: float, share: float) -> float:
+    """`share` of the range; a thousandth of the value where there is no range beyond rounding."""
+    least = 1e-9 * max(abs(low), abs(high))
+    return share * (high - low) if high - low > least else 1e-3 * (abs(high) or 1.0)
 
 
 def _mark_estimate(grid: np.ndarray, index: int, value: float) -> None:
@@ -232,7 +239,8 @@ def traces(
                     linewidth=0.5,
                     alpha=0.7,
                 )
-            axes.set_title(with_unit(names[parameter].words, units[parameter]), weight="normal", size=8.5)
+            label = with_unit(names[parameter].words, units[parameter])
+            axes.set_title(wrapped(label, 45), weight="normal", size=8.5)
             axes.yaxis.set_major_locator(MaxNLocator(4))
         for axes in panels[count:]:
             axes.set_axis_off()
@@ -310,7 +318,7 @@ def interval_comparison(
             axes.hlines(at, lower, upper, color=colour, linewidth=2.2, label=drawable(entry.label))
             axes.plot(mean, at, "o", color=colour, markersize=4)
         axes.axvline(0, color=MUTED, linewidth=0.8)
-        axes.set_yticks(rows, [drawable(name.words) for name in names])
+        axes.set_yticks(rows, [wrapped(drawable(name.words), 28) for name in names])
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.grid(False, axis="y")
         axes.set_xlabel("distance from the first posterior's mean (its standard deviations)")

@@ -13,11 +13,21 @@ _FIXED = {
     "dead_zone.half_width": ("dead-zone half width", "δ"),
     "gain": ("gain of G", "g"),
     "noise.sigma": ("noise standard deviation", "σ"),
+    "noise.innovation_sigma": ("standard deviation of the noise's innovations", "σₐ"),
+    "velocity_gain": ("velocity gain", "K"),
 }
 _NUMBERED = {
     r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),
     r"mode(\d+)\.damping_ratio": ("damping ratio of mode {}", "ζ{}"),
-    r"noise\.ar(\d+)": ("noise AR coefficient {}", "a{}"),
+    r"noise\.autoregression(\d+)": ("noise AR coefficient {}", "φ{}"),
+    r"noise\.partial_autocorrelation(\d+)": ("noise partial autocorrelation {}", "κ{}"),
+    r"real_pole(\d+)": ("real pole {}", "p{}"),
+    r"real_zero(\d+)": ("real zero {}", "q{}"),
+    r"zero_pair(\d+)\.real": ("real part of zero pair {}", "Re z{}"),
+    r"zero_pair(\d+)\.imag": ("imaginary part of zero pair {}", "Im z{}"),
+    r"pole_pair(\d+)\.frequency_hz": ("frequency of pole pair {}", "F{}"),
+    r"pole_pair(\d+)\.damping_ratio": ("damping ratio of pole pair {}", "Z{}"),
+    r"start(\d+)\.position": ("initial position of record {}", "w₀{}"),
 }
 
 

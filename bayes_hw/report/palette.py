@@ -15,7 +15,7 @@ GRID: Final = "#d9d9d9"
 BLUE: Final = "#0072B2"
 VERMILLION: Final = "#D55E00"
 GREEN: Final = "#009E73"
-PURPLE: Final = "#AA4499"
+PURPLE: Final = "#CC79A7"
 SKY: Final = "#56B4E9"
 ORANGE: Final = "#E69F00"
 

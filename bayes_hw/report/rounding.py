@@ -44,15 +44,15 @@ def format_estimate(mean: float, sd: float, unit: str = "") -> str:
 
 
 def format_interval(lower: float, upper: float, unit: str = "") -> str:
-    """`[lower, upper]`, rounded at the second significant digit of its width.
+    """`[lower, upper]`, rounded at the second significant digit of its half width.
 
-    The ends move by at most half a per cent to five per cent of the width.
+    Each end moves by at most a fortieth of the width.
     """
     width = abs(upper - lower)
     if not (_usable(lower, width) and math.isfinite(upper)):
         ends = f"[{format_number(lower)}, {format_number(upper)}]"
         return _append(ends, unit)
-    decimals, exponent = _places([lower, upper], width)
+    decimals, exponent = _places([lower, upper], width / 2)
     return _append(_scaled([lower, upper], "[{}, {}]", decimals, exponent), unit)
 
 

@@ -49,7 +49,7 @@ for (const figure of document.querySelectorAll("figure.zoomable")) {
     const py = value => box.bottom - (value - low) / (high - low) * (box.bottom - box.top);
     pen.font = "12px system-ui, sans-serif"; pen.lineWidth = 1; pen.strokeStyle = role("line"); pen.fillStyle = role("muted");
     pen.textAlign = "right"; pen.textBaseline = "middle"; pen.beginPath();
-    for (const [value, label] of ticks(low, high, (box.bottom - box.top) / 45)) {
+    for (const [value, label] of ticks(low, high, Math.max(3, (box.bottom - box.top) / 45))) {
       pen.moveTo(box.left, py(value)); pen.lineTo(box.right, py(value)); pen.fillText(label, box.left - 6, py(value));
     }
     pen.textAlign = "center"; pen.textBaseline = "top";

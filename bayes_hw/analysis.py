@@ -1,0 +1,224 @@
+"""The whole path for one axis: records, four-step estimate, posterior, bands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy import signal, stats
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.identify.four_steps import identify
+from bayes_hw.identify.result import Identification, RecordFit
+from bayes_hw.identify.validation import evaluate
+from bayes_hw.infer.convergence import autocorrelation_function
+from bayes_hw.infer.inference import Inference, StartCondition, check_rates, infer
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
+from bayes_hw.infer.residual_tests import ResidualReport
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.progress import Progress
+from bayes_hw.record import Record
+
+COVERAGE_LEVELS = (0.5, 0.8, INTERVAL_PROBABILITY)
+RESPONSE_POINTS = 400
+RESPONSE_DRAWS = 400
+LOWEST_RESPONSE_SHARE = 1e-3
+AUTOCORRELATION_LAGS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseBand:
+    """G over frequency: the posterior's central 94 % in dB and degrees, all of shape (frequencies,).
+
+    `model` is the response at the posterior mean, `baseline` that of the linear baseline where there is one.
+    """
+
+    frequency_hz: FloatArray
+    model: ComplexArray
+    baseline: ComplexArray | None
+    magnitude_db: tuple[FloatArray, FloatArray]
+    phase_deg: tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualSpectrum:
+    """Periodogram of the innovations and their quantiles beside those of a normal distribution."""
+
+    frequency_hz: FloatArray
+    density: FloatArray
+    white_density: float
+    normal_quantiles: FloatArray
+    ordered: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """Everything that a report on one axis says.
+
+    `predictions` are those of the held-out records, or, where there are none, of the last training record
+    (`held_out` False). `coverages` are pairs of record name and coverage. `everything` is the posterior with
+    all of G free, where it was asked for. `autocorrelations`
+    (parameters, lags) are those of the dominant chains, averaged over the ensembles. `truth` holds true
+    parameter values where they are known.
+    """
+
+    title: str
+    records: tuple[Record, ...]
+    start: StartCondition
+    identification: Identification | None
+    dominant: Inference
+    everything: Inference | None
+    predictions: tuple[Prediction, ...]
+    held_out: bool
+    fits: tuple[RecordFit, ...]
+    coverages: tuple[tuple[str, Coverage], ...]
+    response: ResponseBand
+    spectrum: ResidualSpectrum
+    autocorrelations: FloatArray
+    truth: dict[str, float]
+
+
+def analyse(
+    title: str,
+    records: Sequence[Record],
+    holdout: Sequence[Record],
+    rng: np.random.Generator,
+    *,
+    model: HammersteinWiener | None = None,
+    start: StartCondition = "rest",
+    settings: SamplerSettings | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    free_all: bool = True,
+    checkpoint_folder: Path | None = None,
+    truth: dict[str, float] | None = None,
+) -> Analysis:
+    """Identify (unless `model` is given), sample the dominant parameters and all of G, predict.
+
+    Raises InputError when records and model differ in sample rate.
+    """
+    progress = progress or Progress(quiet=True)
+    identify_rng, dominant_rng, all_rng, predict_rng = rng.spawn(4)
+    identification = None
+    if model is None:
+        identification = identify_with_progress(records, identify_rng, title, start, progress)
+        model = identification.model
+    check_rates(model, [*records, *holdout])
+    progress.say("posterior of the dominant parameters")
+    dominant = infer(
+        model,
+        records,
+        dominant_rng,
+        free="dominant",
+        start=start,
+        settings=settings,
+        jobs=jobs,
+        progress=progress,
+        checkpoint_folder=checkpoint_folder,
+    )
+    everything = None
+    if free_all:
+        progress.say("posterior with all of G free")
+        everything = infer(
+            model, records, all_rng, free="all", start=start, settings=settings, jobs=jobs, progress=progress
+        )
+    predicted = tuple(holdout) or (records[-1],)
+    predictions = tuple(predict(dominant.posterior, record, predict_rng) for record in predicted)
+    return Analysis(
+        title=title,
+        records=tuple(records),
+        start=start,
+        identification=identification,
+        dominant=dominant,
+        everything=everything,
+        predictions=predictions,
+        held_out=bool(holdout),
+        fits=() if identification is None else tuple(evaluate(identification, holdout)),
+        coverages=tuple(
+            (prediction.record.name, band_coverage(prediction, level))
+            for prediction in predictions
+            for level in COVERAGE_LEVELS
+        ),
+        response=response_band(dominant.posterior, identification),
+        spectrum=residual_spectrum(dominant.residuals, model.sample_rate_hz),
+        autocorrelations=chain_autocorrelations(dominant.posterior),
+        truth=truth or {},
+    )
+
+
+def identify_with_progress(
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    name: str,
+    start: StartCondition,
+    progress: Progress,
+) -> Identification:
+    """The four-step estimate, its stages shown as one task."""
+    with progress.task("four-step identification", 1000) as task:
+        stages: list[str] = []
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in stages:
+                stages.append(stage)
+            task.reach(min(999, 1000 * done // max(total, 1)), stage)
+
+        found = identify(records, rng=rng, name=name, free_start=start == "free", report=report)
+        task.reach(1000)
+    return found
+
+
+def response_band(posterior: Posterior, identification: Identification | None) -> ResponseBand:
+    """The frequency response of G under the posterior, up to half the sample rate."""
+    rate = posterior.axis.model.sample_rate_hz
+    frequency = np.geomspace(LOWEST_RESPONSE_SHARE * rate, 0.499 * rate, RESPONSE_POINTS)
+    n_axis = len(posterior.axis.parameters)
+    draws = posterior.draws(RESPONSE_DRAWS, np.random.default_rng(0))[:, :n_axis].T
+    response = posterior.axis.frequency_response(draws, frequency)
+    tail = (1 - INTERVAL_PROBABILITY) / 2
+    magnitude = np.quantile(20 * np.log10(np.abs(response)), [tail, 1 - tail], axis=0)
+    phase = np.quantile(np.rad2deg(np.unwrap(np.angle(response), axis=1)), [tail, 1 - tail], axis=0)
+    baseline = None
+    if identification is not None:
+        baseline = identification.baseline.linear.frequency_response(frequency, rate)
+    return ResponseBand(
+        frequency,
+        posterior.mean_model().linear.frequency_response(frequency, rate),
+        baseline,
+        (magnitude[0], magnitude[1]),
+        (phase[0], phase[1]),
+    )
+
+
+def residual_spectrum(residuals: ResidualReport, sample_rate_hz: float) -> ResidualSpectrum:
+    """Welch's periodogram of the innovations and their order statistics."""
+    joined = np.concatenate(residuals.innovations)
+    length = min(256, min(len(part) for part in residuals.innovations))
+    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in residuals.innovations]
+    frequency = spectra[0][0]
+    density = np.mean([density for _, density in spectra], axis=0)
+    ordered = np.sort(joined) / np.std(joined)
+    levels = (np.arange(len(ordered)) + 0.5) / len(ordered)
+    return ResidualSpectrum(
+        frequency,
+        density,
+        2 * float(np.var(joined)) / sample_rate_hz,
+        np.asarray(stats.norm.ppf(levels)),
+        ordered,
+    )
+
+
+def chain_autocorrelations(posterior: Posterior) -> FloatArray:
+    """Autocorrelation functions of every parameter's chains, (parameters, lags)."""
+    steps = posterior.values.shape[1]
+    lags = min(steps, AUTOCORRELATION_LAGS)
+    return np.array(
+        [
+            np.mean([autocorrelation_function(chain)[:lags] for chain in posterior.chains(name)], axis=0)
+            for name in posterior.names
+        ]
+    )

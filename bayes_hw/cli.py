@@ -1,0 +1,216 @@
+"""The command line: parse, call, say."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import NoReturn
+
+from bayes_hw import __version__, commands
+from bayes_hw.errors import InputError
+
+DESCRIPTION = """\
+Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive
+train, dead zone, with honest uncertainties.
+
+  from a record to a report       bayes-hw report azimuth.csv --out azimuth/
+  step by step                    bayes-hw identify azimuth.csv --out model/
+                                  bayes-hw sample --model model/model.json azimuth.csv --out posterior/
+                                  bayes-hw predict --posterior posterior/ new.csv --out bands.csv
+  the model alone                 bayes-hw simulate --model model/model.json azimuth.csv --out run.csv
+"""
+
+EPILOG = """\
+A record is a CSV or MATLAB file with time (s), velocity command and measured angle, one row a
+sample at a uniform rate, by default in columns t, u, y; map other names with --time, --input,
+--output. Exit status: 0 done, 2 bad input or usage (one line on stderr), 1 anything else.
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of every command; each sub-parser carries its function as `run`."""
+    parser = _Parser(
+        prog="bayes-hw",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"bayes-hw {__version__}")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    def command(
+        name: str, run: Callable[[argparse.Namespace], int], summary: str, example: str
+    ) -> argparse.ArgumentParser:
+        sub = subparsers.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            epilog=f"example:\n  {example}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        sub.set_defaults(run=run)
+        return sub
+
+    sub = command(
+        "identify",
+        commands.identify_command,
+        "four-step point estimate from records alone",
+        "bayes-hw identify train_1.csv train_2.csv --holdout holdout.csv --out model/",
+    )
+    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument(
+        "--holdout", nargs="+", default=[], metavar="RECORD", help="records to validate on, not fitted to"
+    )
+    _add_output(sub, "folder for model.json and fit.json")
+    _add_record_options(sub)
+    _add_start(sub)
+    _add_common(sub)
+
+    sub = command(
+        "sample",
+        commands.sample_command,
+        "posterior of a model's parameters given records",
+        "bayes-hw sample --model model/model.json train_1.csv train_2.csv --out posterior/",
+    )
+    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument(
+        "--model", required=True, metavar="MODEL.json", help="the model that priors are centred on"
+    )
+    _add_output(sub, "folder for posterior.nc and posterior.json")
+    _add_record_options(sub)
+    _add_start(sub)
+    _add_sampling(sub)
+    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=_FREE_HELP)
+    sub.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+    _add_common(sub)
+
+    sub = command(
+        "simulate",
+        commands.simulate_command,
+        "noise-free response of a model to a record's command",
+        "bayes-hw simulate --model model/model.json train_1.csv --out run.csv",
+    )
+    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("--model", required=True, metavar="MODEL.json")
+    _add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
+    _add_record_options(sub)
+    _add_common(sub)
+
+    sub = command(
+        "predict",
+        commands.predict_command,
+        "94 % bands of a record's output under a posterior",
+        "bayes-hw predict --posterior posterior/ holdout.csv --out bands.csv",
+    )
+    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
+    _add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
+    _add_record_options(sub)
+    _add_common(sub)
+
+    sub = command(
+        "report",
+        commands.report_command,
+        "everything in one go: estimate, posterior, bands, report.html and report.pdf",
+        "bayes-hw report train_1.csv train_2.csv --holdout holdout.csv --out azimuth/",
+    )
+    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument(
+        "--holdout", nargs="+", default=[], metavar="RECORD", help="records for the bands, not fitted to"
+    )
+    sub.add_argument("--model", metavar="MODEL.json", help="start from this model instead of identifying one")
+    sub.add_argument("--title", default="", help="title of the report")
+    _add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
+    _add_record_options(sub)
+    _add_start(sub)
+    _add_sampling(sub)
+    _add_common(sub)
+    return parser
+
+
+_FREE_HELP = (
+    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
+    "all: every pole and zero of G as well"
+)
+
+
+def _add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
+    parser.add_argument("--out", required=True, metavar=metavar, help=text)
+
+
+def _add_record_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("how to read the records")
+    group.add_argument("--time", default="t", metavar="NAME", help="time column in s (default t), or none")
+    group.add_argument("--input", default="u", metavar="NAME", help="command column (default u)")
+    group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
+    group.add_argument("--sample-rate", type=float, metavar="HZ", help="needed where there is no time column")
+    group.add_argument(
+        "--resample",
+        type=float,
+        metavar="HZ",
+        help="put records with uneven time stamps, or another rate, on this rate",
+    )
+    group.add_argument("--input-unit", metavar="UNIT", help="unit of the command (default deg/s)")
+    group.add_argument("--output-unit", metavar="UNIT", help="unit of the output (default deg)")
+
+
+def _add_start(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--start",
+        choices=("rest", "free"),
+        default="rest",
+        help="rest (default): every record starts at rest at zero; free: its initial state is estimated",
+    )
+
+
+def _add_sampling(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("sampling")
+    group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
+    group.add_argument(
+        "--walkers", type=int, metavar="N", help="walkers of an ensemble (default by dimension)"
+    )
+    group.add_argument("--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here")
+    group.add_argument(
+        "--target-ess", type=float, default=2000.0, metavar="N", help="effective samples to stop at"
+    )
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=int, default=1, help="seed of every random number (default 1)")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="threads (default: all cores)"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit status."""
+    parser = build_parser()
+    parsed = parser.parse_args(arguments)
+    parsed.command_line = " ".join(["bayes-hw", *(sys.argv[1:] if arguments is None else arguments)])
+    try:
+        commands.check_common(parsed)
+        status: int = parsed.run(parsed)
+    except InputError as error:
+        print(f"bayes-hw: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"bayes-hw: interrupted; {commands.interruption_advice(parsed)}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"bayes-hw: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,222 @@
+"""The four-step identification of a Hammerstein-Wiener axis from its records alone.
+
+Section 3.2 of Acta Astronomica Sinica, doi 10.15940/j.cnki.0001-5245.2026.01.012: linear block; input
+nonlinearity; output nonlinearity; iterative output-error minimisation over all of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.cascade_fit import CascadeFit, evaluated
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
+from bayes_hw.identify.fit import fit_percent
+from bayes_hw.identify.identified_model import (
+    baseline_model,
+    blocks_shown,
+    cascade_in_units,
+    hammerstein_wiener_model,
+    warnings_of,
+)
+from bayes_hw.identify.input_nonlinearity import InputNonlinearity, estimate_input_nonlinearity
+from bayes_hw.identify.joint_output_error import JointStage, identify_jointly
+from bayes_hw.identify.linear_output_error import (
+    SCAN_ORDER,
+    LinearStage,
+    Progress,
+    best_poles,
+    identify_linear,
+)
+from bayes_hw.identify.noise import estimate_noise
+from bayes_hw.identify.output_nonlinearity import OutputNonlinearity, estimate_output_nonlinearity
+from bayes_hw.identify.result import Identification, Rebuilt, RecordFit, Step
+from bayes_hw.record import Record
+
+MAX_ORDER = 8
+SMALLEST_COMMAND = 1e-3
+"""A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
+
+FIGURE_POINTS = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """Steps 2 to 4 under one hypothesis about the integrator."""
+
+    input_step: InputNonlinearity
+    output_step: OutputNonlinearity
+    joint: JointStage
+
+
+def identify(
+    records: Sequence[Record],
+    *,
+    rng: np.random.Generator,
+    name: str = "axis",
+    max_order: int = MAX_ORDER,
+    free_start: bool = False,
+    report: Progress | None = None,
+) -> Identification:
+    """Estimate saturation, linear block and dead zone, and a linear baseline, from `records` of one axis.
+
+    No nominal model is needed. With `free_start` the initial position and the initial states of G are
+    estimated for every record and model; otherwise every record starts at rest with w = 0. `max_order`
+    bounds the number of poles. `report` is called as the work goes on. Raises InputError when the records
+    cannot be used.
+    """
+    progress = report or _silent
+    experiment = prepare(records, free_start=free_start)
+    source = pole_source(experiment, experiment.commands)
+    linear = identify_linear(experiment, source, max_order, progress)
+    hypotheses = {True, linear.fit.structure.integrator}
+    paths = [
+        _identify_blocks(experiment, linear, source, integrator, max_order, rng, progress)
+        for integrator in sorted(hypotheses, reverse=True)
+    ]
+    path = min(paths, key=lambda item: item.joint.fit.sum_of_squares)
+    return _result(experiment, records, linear, path, name)
+
+
+def _identify_blocks(
+    experiment: Experiment,
+    linear: LinearStage,
+    source: PoleSource,
+    integrator: bool,
+    max_order: int,
+    rng: np.random.Generator,
+    report: Progress,
+) -> _Path:
+    """Steps 2 to 4."""
+    at_rest = Structure.of_order(min(SCAN_ORDER, max_order), linear.scanned_delay, integrator)
+    poles, _ = best_poles(experiment, at_rest, source, experiment.commands)
+    report("input nonlinearity", 0, 1)
+    input_step = estimate_input_nonlinearity(experiment, at_rest, poles)
+    report("input nonlinearity", 1, 1)
+    commands = np.concatenate(experiment.commands)
+    structure = replace(
+        at_rest,
+        lower=bool(commands.min() < -SMALLEST_COMMAND),
+        upper=bool(commands.max() > SMALLEST_COMMAND),
+        free_start=experiment.free_start,
+    )
+    values = replace(
+        input_step.values,
+        lower=input_step.lower if structure.lower else -np.inf,
+        upper=input_step.upper if structure.upper else np.inf,
+    )
+    report("output nonlinearity", 0, 1)
+    output_step = estimate_output_nonlinearity(experiment, structure, values)
+    report("output nonlinearity", 1, 1)
+    start = output_step.fit
+    if not start.structure.dead_zone:
+        start = evaluated(
+            replace(start.structure, dead_zone=True),
+            replace(start.values, half_width=experiment.noise_level),
+            experiment.records,
+        )
+    joint = identify_jointly(experiment, start, [source], max_order, rng, report)
+    return _Path(input_step, output_step, joint)
+
+
+def _result(
+    experiment: Experiment,
+    records: Sequence[Record],
+    linear: LinearStage,
+    path: _Path,
+    name: str,
+) -> Identification:
+    final = path.joint.fit
+    noise = estimate_noise(final.residuals, final.structure.size(len(records)))
+    noise = replace(noise, sigma=noise.sigma * experiment.output_scale)
+    shown = blocks_shown(experiment, path.joint, records[0].units)
+    model = hammerstein_wiener_model(experiment, final, noise.sigma, name, records[0].units)
+    curve = path.input_step
+    return Identification(
+        model=model,
+        baseline=baseline_model(experiment, linear.fit),
+        cascade=cascade_in_units(experiment, final),
+        baseline_cascade=cascade_in_units(experiment, linear.fit),
+        steps=_steps(experiment, linear, path),
+        input_curve=Rebuilt(curve.command * experiment.input_scale, curve.rebuilt * experiment.input_scale),
+        output_cloud=_thinned(
+            path.output_step.intermediate * experiment.output_scale,
+            path.output_step.output * experiment.output_scale,
+        ),
+        orders=path.joint.candidates,
+        linear_orders=linear.candidates,
+        fits=tuple(
+            RecordFit(
+                record.name,
+                fit_percent(record.y, record.y - e),
+                fit_percent(record.y, record.y - e_linear),
+            )
+            for record, e, e_linear in zip(
+                experiment.records, final.residuals, linear.fit.residuals, strict=True
+            )
+        ),
+        blocks_shown=shown,
+        noise=noise,
+        residuals=tuple(e * experiment.output_scale for e in final.residuals),
+        warnings=warnings_of(path.joint, shown),
+    )
+
+
+def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[Step, ...]:
+    final = path.joint.fit
+    return (
+        _step(
+            experiment,
+            "linear block",
+            "subspace identification, refined by output error; order and delay by the criterion for dynamics",
+            linear.fit,
+        ),
+        _step(
+            experiment,
+            "input nonlinearity",
+            "f(u) rebuilt on hinges through G, saturation fitted to it, residues of G solved for again",
+            path.output_step.without,
+        ),
+        _step(
+            experiment,
+            "output nonlinearity",
+            "y against w simulated with the saturation, half width by the output error",
+            path.output_step.fit,
+        ),
+        _step(
+            experiment,
+            "whole cascade",
+            "output-error minimisation over limits, half width and G from several starts, order and delay "
+            "chosen again, blocks that the records do not show left out",
+            final,
+        ),
+    )
+
+
+def _step(experiment: Experiment, name: str, description: str, fit: CascadeFit) -> Step:
+    values, structure = experiment.in_original_units(fit.values), fit.structure
+    measured = np.concatenate(experiment.outputs)
+    saturated = structure.lower or structure.upper
+    return Step(
+        name,
+        description,
+        cost=fit.rms * experiment.output_scale,
+        fit_percent=fit_percent(measured, measured - np.concatenate(fit.residuals)),
+        linear=linear_block(structure, values),
+        saturation=(values.lower, values.upper) if saturated else None,
+        half_width=values.half_width if structure.dead_zone else None,
+    )
+
+
+def _thinned(abscissa: FloatArray, ordinate: FloatArray) -> Rebuilt:
+    chosen = slice(None, None, max(1, len(abscissa) // FIGURE_POINTS))
+    return Rebuilt(abscissa[chosen], ordinate[chosen])
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """Report nothing."""

@@ -1,0 +1,141 @@
+"""From a fitted cascade to the models that users read, and to words about what the records show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.cascade_fit import CascadeFit
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.criterion import DECISIVE
+from bayes_hw.identify.experiment import Experiment
+from bayes_hw.identify.joint_output_error import JointStage
+from bayes_hw.identify.result import Cascade, LinearModel, Shown
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import Mode
+from bayes_hw.record import Units
+
+LIGHT_DAMPING = 0.3
+"""A pole pair with a smaller damping ratio is a resonance."""
+
+RESONANCE_SHARE = 0.3
+"""A resonance counts as dominant when its own section makes up at least this part of |G| at its frequency;
+a pair that a neighbouring zero cancels does not."""
+
+
+def cascade_in_units(experiment: Experiment, fit: CascadeFit) -> Cascade:
+    """The fitted cascade in the units of the records."""
+    return Cascade(fit.structure, experiment.in_original_units(fit.values))
+
+
+def baseline_model(experiment: Experiment, fit: CascadeFit) -> LinearModel:
+    """The linear baseline in the units of the records."""
+    values = experiment.in_original_units(fit.values)
+    return LinearModel(linear_block(fit.structure, values), values.input_offset, experiment.sample_rate_hz)
+
+
+def hammerstein_wiener_model(
+    experiment: Experiment, fit: CascadeFit, sigma: float, name: str, units: Units
+) -> HammersteinWiener:
+    """The cascade as a model; a limit that it lacks is put at the largest command seen on its side."""
+    values, structure = experiment.in_original_units(fit.values), fit.structure
+    lowest, highest = extreme_commands(experiment)
+    linear = linear_block(structure, values)
+    return HammersteinWiener(
+        name=name,
+        sample_rate_hz=experiment.sample_rate_hz,
+        saturation=Saturation(
+            values.lower if structure.lower else lowest, values.upper if structure.upper else highest
+        ),
+        linear=linear,
+        dead_zone=DeadZone(values.half_width),
+        dominant_modes=dominant_modes(structure, values, experiment.sample_rate_hz),
+        noise_sigma=sigma,
+        units=units,
+    )
+
+
+def extreme_commands(experiment: Experiment) -> tuple[float, float]:
+    """The largest commands below and above zero; where a side has none, the other side's mirrored."""
+    commands = np.concatenate(experiment.commands) * experiment.input_scale
+    lowest, highest = float(commands.min()), float(commands.max())
+    return (lowest if lowest < 0 else -highest, highest if highest > 0 else -lowest)
+
+
+def dominant_modes(structure: Structure, values: CascadeValues, sample_rate_hz: float) -> tuple[Mode, ...]:
+    """Lightly damped pole pairs that carry their share of G at their own frequency."""
+    block = linear_block(structure, values)
+    found = []
+    for a1, a2, b1, b2 in values.sections.T:
+        if a1 * a1 / 4 - a2 >= 0:
+            continue
+        mode = Mode.from_pole(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)), sample_rate_hz)
+        if mode.damping_ratio >= LIGHT_DAMPING or mode.frequency_hz >= sample_rate_hz / 2:
+            continue
+        frequency = np.array([mode.frequency_hz])
+        z = np.exp(2j * np.pi * frequency / sample_rate_hz)
+        own = np.abs((b1 * z + b2) / (z * z - a1 * z + a2))
+        whole = np.abs(block.frequency_response(frequency, sample_rate_hz))
+        if own[0] >= RESONANCE_SHARE * whole[0]:
+            found.append(mode)
+    return tuple(sorted(found, key=lambda mode: mode.frequency_hz))
+
+
+def blocks_shown(experiment: Experiment, joint: JointStage, units: Units) -> dict[str, Shown]:
+    """For every static block, whether leaving it out is decisively worse, in words."""
+    values = experiment.in_original_units(joint.fit.values)
+    commands = np.concatenate(experiment.commands) * experiment.input_scale
+    outputs = np.concatenate(experiment.outputs) * experiment.output_scale
+    lowest, highest = extreme_commands(experiment)
+    inside = float(np.mean(np.abs(outputs) <= values.half_width))
+    nearest = float(np.abs(outputs).min())
+    facts = {
+        "lower": (
+            f"{100 * np.mean(commands < values.lower):.2g} % of the commands lie below it",
+            f"the commands reach {lowest:.4g} {units.input}",
+        ),
+        "upper": (
+            f"{100 * np.mean(commands > values.upper):.2g} % of the commands lie above it",
+            f"the commands reach {highest:.4g} {units.input}",
+        ),
+        "dead_zone": (
+            f"{100 * inside:.2g} % of the outputs lie within its half width of zero",
+            f"the smallest |y| is {nearest:.3g} {units.output}",
+        ),
+    }
+    names = {"lower": "saturation.lower", "upper": "saturation.upper", "dead_zone": "dead_zone"}
+    return {
+        names[block]: _shown(experiment, joint, block, present, absent)
+        for block, (present, absent) in facts.items()
+    }
+
+
+def warnings_of(joint: JointStage, shown: dict[str, Shown]) -> tuple[str, ...]:
+    """Sentences that a reader of the estimate must see."""
+    found = [
+        f"{name} is not shown by these records: {block.reason}"
+        for name, block in shown.items()
+        if not block.shown
+    ]
+    if joint.agreeing < 2:
+        found.append(
+            f"only one of {joint.starts} starts reached the smallest output error; a better minimum may exist"
+        )
+    if not joint.fit.structure.integrator:
+        found.append("the records speak against an integrator; the output does not behave like a position")
+    return tuple(found)
+
+
+def _shown(experiment: Experiment, joint: JointStage, block: str, present: str, absent: str) -> Shown:
+    rise = joint.evidence[block]
+    if rise is None:
+        return Shown(False, f"{absent}, which leaves nothing to estimate it from")
+    without = joint.rms_without[block] * experiment.output_scale
+    change = (
+        f"leaving it out changes the criterion by {rise:.3g} (bound {DECISIVE:g}) "
+        f"and the rms output error to {without:.4g}"
+    )
+    if getattr(joint.fit.structure, block):
+        return Shown(True, f"{present}; {change}")
+    return Shown(False, f"{absent}; {change}")

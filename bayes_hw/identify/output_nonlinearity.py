@@ -1,0 +1,93 @@
+"""Step 3: the output nonlinearity, from w simulated with the saturation of step 2 and the measured y.
+
+For every trial half width delta the inverse of the dead zone turns y into w where y has left zero; G's
+residues are solved for on it, and the whole cascade is simulated. The delta with the smallest output error
+is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade import CascadeValues, Structure, intermediate_signal
+from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, solve_linear_part
+from bayes_hw.identify.experiment import OUTSIDE_NOISE, Experiment
+
+TRIALS = 16
+LARGEST_SHARE = 1.5
+"""Largest half width tried, in units of the largest |y|."""
+
+
+@dataclass(frozen=True, eq=False)
+class OutputNonlinearity:
+    """`intermediate` and `output` (all samples,) are w simulated and y measured; `half_widths` (trials,) with
+    their `errors` (root mean square); `without`
+    is the cascade at zero half width, `fit` that at the best one.
+    """
+
+    intermediate: FloatArray
+    output: FloatArray
+    half_widths: FloatArray
+    errors: FloatArray
+    without: CascadeFit
+    fit: CascadeFit
+
+
+def estimate_output_nonlinearity(
+    experiment: Experiment, structure: Structure, values: CascadeValues
+) -> OutputNonlinearity:
+    """Fit delta with the limits of `values` and the denominators of G held.
+
+    `structure` has its saturation but no dead zone.
+    """
+    largest = max(float(np.abs(y).max()) for y in experiment.outputs)
+    smallest = min(experiment.noise_level, 0.1 * largest)
+    trials = np.concatenate([[0.0], np.geomspace(smallest, LARGEST_SHARE * largest, TRIALS)])
+    fits = [at_half_width(experiment, structure, values, float(trial)) for trial in trials]
+    errors = np.array([fit.rms for fit in fits])
+    best = fits[int(np.argmin(errors))]
+    signals = intermediate_signal(best.structure, best.values, experiment.records)
+    return OutputNonlinearity(
+        np.concatenate(signals), np.concatenate(experiment.outputs), trials, errors, fits[0], best
+    )
+
+
+def at_half_width(
+    experiment: Experiment, structure: Structure, values: CascadeValues, half_width: float
+) -> CascadeFit:
+    """The cascade with residues (and initial states) solved for at a given half width, not descended
+    further."""
+    structure = replace(structure, dead_zone=half_width > 0)
+    values = replace(values, half_width=half_width)
+    commands = [np.clip(u, values.lower, values.upper) for u in experiment.commands]
+    solved, _ = solve_linear_part(
+        structure,
+        values,
+        commands,
+        inverse_dead_zone(experiment.outputs, half_width),
+        _outside(experiment, half_width),
+        differenced=False,
+    )
+    candidates = [solved] if structure.free_start else [solved, values]
+    return min(
+        (evaluated(structure, item, experiment.records) for item in candidates),
+        key=lambda fit: fit.sum_of_squares,
+    )
+
+
+def inverse_dead_zone(outputs: Sequence[FloatArray], half_width: float) -> list[FloatArray]:
+    """y + half_width sign(y): w wherever y is not zero."""
+    return [y + half_width * np.sign(y) for y in outputs]
+
+
+def _outside(experiment: Experiment, half_width: float) -> list[FloatArray]:
+    """Samples at which the sign of y tells the side of the dead zone; all of them where there is none."""
+    if half_width == 0:
+        return [np.ones(len(y)) for y in experiment.outputs]
+    threshold = OUTSIDE_NOISE * experiment.noise_level
+    masks = [(np.abs(y) > threshold).astype(float) for y in experiment.outputs]
+    return masks if sum(m.sum() for m in masks) > 0 else [np.ones_like(m) for m in masks]

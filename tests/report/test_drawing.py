@@ -1,0 +1,59 @@
+import matplotlib as mpl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bayes_hw.report.drawing import (
+    LABEL_LENGTH,
+    drawable,
+    drawing_settings,
+    envelope,
+    finished,
+    new_canvas,
+    outline,
+    with_unit,
+)
+
+
+def drawn(label):
+    with drawing_settings():
+        canvas = new_canvas(2.0)
+        axes = canvas.subplots()
+        axes.plot([0, 1.23456], [0, 1])
+        axes.set_xlabel(with_unit("time", label))
+        return finished(canvas, "caption", "alt")
+
+
+def test_same_drawing_is_same_svg_and_settings_are_restored():
+    before = dict(mpl.rcParams)
+    assert drawn("s").svg == drawn("s").svg
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize("unit", ["$\\frac", "<b>", "度", "\x00\u202e", "x" * 500, "\ud800"])
+def test_any_unit_can_be_drawn(unit):
+    assert drawn(unit).svg.startswith("<?xml")
+
+
+@given(st.text(alphabet=st.characters(exclude_categories=())))
+def test_label_is_of_bounded_length_before_codes_are_spelt_out(text):
+    assert len(drawable(text)) <= LABEL_LENGTH * len("‹U+10FFFF›")
+
+
+def test_outline_and_envelope_keep_the_extremes_of_a_long_record():
+    t = np.arange(100_000) / 100
+    y = np.sin(t)
+    y[54_321], y[98_765] = 7.0, -8.0
+    shown_t, shown = outline(t, y)
+    assert (shown.min(), shown.max()) == (-8.0, 7.0)
+    assert len(shown) <= 1202
+    assert (shown_t[0], shown_t[-1]) == (t[0], t[-1])
+    _, lower, upper = envelope(t, y - 1, y + 1)
+    assert (lower.min(), upper.max()) == (-9.0, 8.0)
+
+
+def test_short_records_are_drawn_as_they_are():
+    t = np.arange(50.0)
+    assert outline(t, t)[1] is t
+    assert envelope(t, t, t)[1] is t

@@ -1,0 +1,17 @@
+import pytest
+
+from bayes_hw.report.names import parameter_name
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "symbol"),
+    [
+        ("saturation.lower", "lower saturation limit", "s₋"),
+        ("mode1.frequency_hz", "frequency of mode 1", "f₁"),
+        ("mode12.damping_ratio", "damping ratio of mode 12", "ζ₁₂"),
+        ("noise.autoregression2", "noise AR coefficient 2", "φ₂"),
+        ("something.else", "something.else", "something.else"),
+    ],
+)
+def test_names_read_as_words_and_symbols(name, words, symbol):
+    assert parameter_name(name) == (words, symbol)
