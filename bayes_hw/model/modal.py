@@ -119,21 +119,13 @@ def _moved_apart(poles: Roots) -> Roots:
 def modal_form(
     linear: LinearBatch,
     static: FloatArray,
-    initial_position: FloatArray | None = None,
 ) -> ModalForm:
-    """The modal form of cascades with rows lower, upper, c1, half_width, c2, c3 in `static` (6, walkers).
-
-    `initial_position` (walkers,) is w before the first sample, held by the integrator (the real pole nearest
-    z = 1); the default is rest at w = 0.
-    """
+    """The modal form of cascades with rows lower, upper, c1, half_width, c2, c3 in `static` (6, walkers), at
+    rest with w = 0."""
     linear = linear.separated()
     walkers = static.shape[1]
     real_residues, pair_residues, direct = linear.residues()
     pair_poles = linear.pair_poles
-    real_state = np.zeros((len(linear.real_poles), walkers))
-    if initial_position is not None:
-        integrator = int(np.argmin(np.abs(linear.real_poles[:, 0] - 1)))
-        real_state[integrator] = initial_position / real_residues[integrator]
     return ModalForm(
         static=np.concatenate([static, direct[None, :]]),
         real=np.stack([linear.real_poles, real_residues]),
@@ -145,7 +137,7 @@ def modal_form(
                 -2 * (pair_residues * pair_poles.conj()).real,
             ]
         ),
-        real_state=real_state,
+        real_state=np.zeros((len(linear.real_poles), walkers)),
         pair_state=np.zeros((2, len(pair_poles), walkers)),
     )
 

@@ -270,10 +270,16 @@ def autocorrelation(functions: FloatArray, times: FloatArray, names: Sequence[Pa
         left.axhline(0, color=INK, linewidth=0.7)
         left.set(xlabel="lag (steps)", ylabel="autocorrelation", xlim=(0, lags[-1]))
         rows = np.arange(len(names))
-        right.barh(rows, times, color=POSTERIOR, height=0.65)
-        right.bar_label(right.containers[0], [f" {time:.1f}" for time in times], size=8)
+        right.barh(rows, np.where(np.isfinite(times), times, 0.0), color=POSTERIOR, height=0.65)
+        right.bar_label(
+            right.containers[0],
+            [f" {time:.1f}" if np.isfinite(time) else " not known" for time in times],
+            size=8,
+        )
         right.set_yticks(rows, [drawable(name.symbol) for name in names])
-        right.set(xlabel="autocorrelation time τ (steps)", xlim=(0, 1.25 * float(np.max(times))))
+        right.set(
+            xlabel="autocorrelation time τ (steps)", xlim=(0, 1.25 * float(np.nanmax(times, initial=1.0)))
+        )
         right.invert_yaxis()
         right.grid(False, axis="y")
         return finished(

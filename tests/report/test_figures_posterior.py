@@ -88,3 +88,15 @@ def test_interval_comparison_names_both_posteriors(draws, labels_of):
     ]
     labels = labels_of(lambda: interval_comparison(sets, NAMES, sd))
     assert {"dominant modes free", "all of G free", "gain of G"} <= set(labels)
+
+
+def test_unknown_autocorrelation_times_are_said(labels_of):
+    functions = np.full((4, 10), np.nan)
+    labels = labels_of(lambda: autocorrelation(functions, np.full(4, np.nan), NAMES))
+    assert sum(label.strip() == "not known" for label in labels) == 4
+
+
+def test_corner_draws_a_parameter_that_never_moves(draws):
+    draws[:, 1] = 0.005
+    hdi = np.quantile(draws, [0.03, 0.97], axis=0).T
+    assert corner_plot(draws, NAMES, UNITS, hdi).svg.startswith("<?xml")

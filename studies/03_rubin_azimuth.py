@@ -1,0 +1,46 @@
+"""The azimuth axis of the Rubin Observatory mount: what do ten seconds of motion at 0.1 deg/s tell?
+
+Measured tracking data with uneven time stamps, put on 10 Hz; the initial state is estimated. The command barely
+varies: the study shows what the program says when a record does not show a block. Skipped where the data is absent.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from study import SHARED_DATA, headline, start_study
+
+from bayes_hw.analysis import analyse
+from bayes_hw.record import Columns, Record
+
+DATA = SHARED_DATA / "data" / "rubin_tma" / "20230531_azimuth.csv"
+RATE_HZ = 10.0
+
+
+def main() -> None:
+    study = start_study("03_rubin_azimuth", __doc__)
+    if not DATA.is_file():
+        print(f"skipped: {DATA} is absent")
+        sys.exit(0)
+    record = Record.read(
+        DATA,
+        columns=Columns("timestamp", "demandVelocity", "actualPosition"),
+        resample_hz=RATE_HZ,
+    )
+    analysis = analyse(
+        "Rubin Observatory mount, azimuth",
+        [record],
+        [],
+        np.random.default_rng(study.seed),
+        start="free",
+        jobs=study.jobs,
+        progress=study.progress,
+        free_all=False,
+    )
+    study.write_report(analysis)
+    study.write_results(headline(analysis))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""What every study script shares: its options, its folder, its results file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bayes_hw.analysis import Analysis
+from bayes_hw.commands import write_analysis
+from bayes_hw.files import write_text_atomically
+from bayes_hw.progress import Progress
+from bayes_hw.provenance import provenance
+from bayes_hw.report.posterior_report import posterior_report
+from bayes_hw.report.render import render
+
+REPORTS = Path(__file__).resolve().parents[1] / "reports"
+SHARED_DATA = Path(__file__).resolve().parents[2] / "shared"
+
+
+@dataclass(frozen=True)
+class Study:
+    """One run of one study: its name, its options and when it began."""
+
+    name: str
+    quick: bool
+    seed: int
+    jobs: int
+    out: Path
+    progress: Progress
+    begin: float
+
+    def write_results(self, results: Mapping[str, Any]) -> None:
+        """Write results.json, with the name and seed first."""
+        content = {"study": self.name, "seed": self.seed, "quick": self.quick, **results}
+        write_text_atomically(self.out / "results.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+    def write_report(self, analysis: Analysis) -> None:
+        """Write the files of the analysis, report.html and report.pdf, and say where they are."""
+        write_analysis(self.out, analysis)
+        records = [*analysis.records, *(p.record for p in analysis.predictions if analysis.held_out)]
+        command = f"python studies/{Path(sys.argv[0]).name} --seed {self.seed}" + " --quick" * self.quick
+        origin = provenance(command, self.seed, records, time.perf_counter() - self.begin)
+        written = render(posterior_report(analysis, origin), self.out)
+        print(f"report: {written.html}\n        {written.pdf}")
+
+
+def start_study(name: str, question: str | None) -> Study:
+    """Parse the options of a study script."""
+    parser = argparse.ArgumentParser(description=question, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a smaller run of the same study")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="threads (default: all cores)")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--out", type=Path, default=REPORTS / name, help="folder of the results")
+    parsed = parser.parse_args()
+    return Study(
+        name,
+        parsed.quick,
+        parsed.seed,
+        parsed.jobs,
+        parsed.out,
+        Progress(parsed.quiet),
+        time.perf_counter(),
+    )
+
+
+def headline(analysis: Analysis) -> dict[str, Any]:
+    """The numbers of an analysis that a results file keeps."""
+    posterior = analysis.dominant.posterior
+    content: dict[str, Any] = {
+        "posterior": posterior.to_dict(),
+        "residuals": analysis.dominant.residuals.to_dict(),
+        "coverage": [
+            {
+                "record": name,
+                "nominal": covered.nominal,
+                "achieved": covered.achieved,
+                "interval95": list(covered.interval),
+            }
+            for name, covered in analysis.coverages
+        ],
+        "prediction_fit_percent": {p.record.name: p.fit_percent for p in analysis.predictions},
+        "held_out": analysis.held_out,
+        "fits": [
+            {"record": fit.record, "hammerstein_wiener": fit.hammerstein_wiener, "linear": fit.linear}
+            for fit in analysis.fits
+        ],
+    }
+    if analysis.everything is not None:
+        content["posterior_all_free"] = analysis.everything.posterior.to_dict()
+    if analysis.identification is not None:
+        content["steps"] = [
+            {"name": step.name, "cost": step.cost, "fit_percent": step.fit_percent}
+            for step in analysis.identification.steps
+        ]
+    return content
