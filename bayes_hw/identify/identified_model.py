@@ -19,6 +19,10 @@ from bayes_hw.record import Units
 LIGHT_DAMPING = 0.3
 """A pole pair with a smaller damping ratio is a resonance."""
 
+FORGETTING = 0.5
+"""A resonance must decay by 1 / e within this part of the longest record; a slower one is not told from
+none."""
+
 RESONANCE_SHARE = 0.3
 """A resonance counts as dominant when its own section makes up at least this part of |G| at its frequency;
 a pair that a neighbouring zero cancels does not."""
@@ -50,7 +54,12 @@ def hammerstein_wiener_model(
         ),
         linear=linear,
         dead_zone=DeadZone(values.half_width),
-        dominant_modes=dominant_modes(structure, values, experiment.sample_rate_hz),
+        dominant_modes=dominant_modes(
+            structure,
+            values,
+            experiment.sample_rate_hz,
+            max(record.duration_s for record in experiment.records),
+        ),
         noise_sigma=sigma,
         units=units,
     )
@@ -63,7 +72,9 @@ def extreme_commands(experiment: Experiment) -> tuple[float, float]:
     return (lowest if lowest < 0 else -highest, highest if highest > 0 else -lowest)
 
 
-def dominant_modes(structure: Structure, values: CascadeValues, sample_rate_hz: float) -> tuple[Mode, ...]:
+def dominant_modes(
+    structure: Structure, values: CascadeValues, sample_rate_hz: float, longest_s: float
+) -> tuple[Mode, ...]:
     """Lightly damped pole pairs that carry their share of G at their own frequency."""
     block = linear_block(structure, values)
     found = []
@@ -72,6 +83,9 @@ def dominant_modes(structure: Structure, values: CascadeValues, sample_rate_hz: 
             continue
         mode = Mode.from_pole(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)), sample_rate_hz)
         if mode.damping_ratio >= LIGHT_DAMPING or mode.frequency_hz >= sample_rate_hz / 2:
+            continue
+        decay_s = 1 / (2 * np.pi * mode.frequency_hz * mode.damping_ratio)
+        if decay_s > FORGETTING * longest_s:
             continue
         frequency = np.array([mode.frequency_hz])
         z = np.exp(2j * np.pi * frequency / sample_rate_hz)

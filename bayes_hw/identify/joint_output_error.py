@@ -77,12 +77,12 @@ def identify_jointly(
     released = without_integrator(experiment, best)
     if best.structure.integrator:
         tried.append(released)
-        if integrator_rejected(best, released):
+        if integrator_rejected(experiment, best, released):
             best = released
     report("whole cascade", parts - 1, parts)
     best, evidence, rms_without = _drop_blocks(experiment, best)
     report("whole cascade", parts, parts)
-    return JointStage(best, tabulate(tried), evidence, rms_without, agreeing, len(fits))
+    return JointStage(best, tabulate(experiment, tried), evidence, rms_without, agreeing, len(fits))
 
 
 def at_order(

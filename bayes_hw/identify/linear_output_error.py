@@ -17,7 +17,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade, solve_linear_part
-from bayes_hw.identify.cascade_roots import with_poles
+from bayes_hw.identify.cascade_roots import poles_of, with_poles
 from bayes_hw.identify.criterion import DECISIVE, dynamics_criterion
 from bayes_hw.identify.experiment import Experiment, PoleSource
 
@@ -33,10 +33,13 @@ MAX_DELAY_SAMPLES = 40
 NEAR_INTEGRATOR = 0.999
 """Where an integrator's pole starts when it is set free."""
 
+FORGETTING = 0.1
+
 
 @dataclass(frozen=True)
 class OrderCandidate:
-    """One structure that was tried: `rms` is the output error, `criterion` decides (smaller is better)."""
+    """One structure that was tried: `rms` is the output error in output units, `criterion` decides
+    (smaller is better; only differences mean something)."""
 
     order: int
     delay_samples: int
@@ -71,10 +74,12 @@ def identify_linear(
         if other >= 0
     ]
     best = choose(fits)
-    fits.append(without_integrator(experiment, best))
+    released = without_integrator(experiment, best)
+    fits.append(released)
     report("linear block", len(orders) + 1, len(orders) + 1)
-    best = choose(fits)
-    return LinearStage(best, tabulate(fits), delay)
+    if integrator_rejected(experiment, best, released):
+        best = released
+    return LinearStage(best, tabulate(experiment, fits), delay)
 
 
 def scan_delay(experiment: Experiment, source: PoleSource, commands: Sequence[FloatArray], order: int) -> int:
@@ -121,14 +126,14 @@ def choose(fits: Iterable[CascadeFit]) -> CascadeFit:
     return min(fits, key=score)
 
 
-def tabulate(fits: Iterable[CascadeFit]) -> tuple[OrderCandidate, ...]:
+def tabulate(experiment: Experiment, fits: Iterable[CascadeFit]) -> tuple[OrderCandidate, ...]:
     """Every fit as a row, in the order in which they were made."""
     return tuple(
         OrderCandidate(
             fit.structure.order,
             fit.structure.delay_samples,
             fit.structure.integrator,
-            fit.rms,
+            fit.rms * experiment.output_scale,
             score(fit),
         )
         for fit in fits
@@ -149,9 +154,17 @@ def without_integrator(experiment: Experiment, fit: CascadeFit) -> CascadeFit:
     return fit_cascade(structure, values, experiment.records)
 
 
-def integrator_rejected(with_it: CascadeFit, without_it: CascadeFit) -> bool:
-    """Whether the model without an integrator is decisively better."""
-    return score(without_it) < score(with_it) - DECISIVE
+def integrator_rejected(experiment: Experiment, with_it: CascadeFit, without_it: CascadeFit) -> bool:
+    """Whether the model without an integrator is decisively better and forgets within the records.
+
+    The slowest pole must decay by 1 / e within FORGETTING of the longest record: a slower leak is what
+    other effects look like to an integrating axis, and the records are too short to tell it from an
+    integrator.
+    """
+    slowest = float(np.abs(poles_of(without_it.values, integrator=False)).max())
+    longest = max(len(record) for record in experiment.records)
+    forgets = slowest ** (FORGETTING * longest) < np.exp(-1)
+    return forgets and score(without_it) < score(with_it) - DECISIVE
 
 
 def _fit_linear(

@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.infer.checkpoint import Block, Checkpoint, Plan
 from bayes_hw.infer.convergence import Convergence, assess
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
@@ -21,6 +22,7 @@ from bayes_hw.progress import Progress
 PILOT_STEPS = 90
 SETTLING_STEPS = 25
 START_INFLATION = 4.0
+SMALLEST_START = 1e-6
 MIN_STEPS = 50
 PILOT_COMPONENTS = (1, 4)
 TRIAL_PROPOSALS = 2048
@@ -203,10 +205,18 @@ def _possible_start(
     walkers: int,
     rng: np.random.Generator,
 ) -> EnsembleState:
-    """Draws from `wide` where the density is not zero; the width shrinks while too few of them are."""
+    """Draws from `wide` where the density is not zero; the width shrinks while too few of them are.
+
+    Raises InputError when the density is zero at the mode itself and all around it.
+    """
     kept = np.empty((0, len(mode)))
     shrink = 1.0
     while len(kept) < walkers:
+        if shrink < SMALLEST_START:
+            raise InputError(
+                "sampling: no parameters near the least-squares estimate are possible; "
+                "give a model closer to the data, its modes in order of frequency"
+            )
         drawn = mode + (wide.sample(2 * walkers, rng) - mode) * shrink
         kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
         shrink *= 0.8

@@ -107,6 +107,14 @@ class LinearBlock:
         return cls(zeros, poles, float(b[0]), delay)
 
     @property
+    def smallest_separation(self) -> float:
+        """Distance (in z) of the two poles nearest each other, infinite for fewer than two."""
+        if len(self.poles) < 2:
+            return float("inf")
+        distance = np.abs(self.poles[:, None] - self.poles[None, :])
+        return float(np.min(distance[np.triu_indices(len(self.poles), 1)]))
+
+    @property
     def total_delay(self) -> int:
         """Samples before a step of v first shows in w."""
         return self.delay_samples + len(self.poles) - len(self.zeros)

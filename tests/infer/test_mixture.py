@@ -1,0 +1,97 @@
+"""The t mixture is the density that it says, draws from it, and finds what made a cloud of points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import integrate, stats
+
+from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
+
+MEANS = np.array([[0.0, 1.0], [3.0, -2.0]])
+SCALES = np.array([[[1.0, 0.3], [0.3, 0.5]], [[0.4, -0.1], [-0.1, 0.9]]])
+
+
+def mixture(weights: tuple[float, float] = (0.3, 0.7), degrees: float = 8.0) -> StudentTMixture:
+    return StudentTMixture(np.array(weights), MEANS, np.linalg.cholesky(SCALES), degrees)
+
+
+def test_density_is_that_of_scipy() -> None:
+    x = np.random.default_rng(1).normal(0, 4, size=(50, 2))
+    expected = sum(
+        weight * stats.multivariate_t(mean, scale, df=8).pdf(x)
+        for weight, mean, scale in zip((0.3, 0.7), MEANS, SCALES, strict=True)
+    )
+    np.testing.assert_allclose(np.exp(mixture().log_density(x)), expected, rtol=1e-11)
+
+
+def test_density_integrates_to_one() -> None:
+    one = laplace_proposal(np.array([0.4]), np.array([[2.0]]))
+    total, _ = integrate.quad(lambda x: np.exp(one.log_density(np.array([[x]]))[0]), -np.inf, np.inf)
+    assert total == pytest.approx(1, abs=1e-8)
+
+
+def test_far_away_points_have_a_finite_density() -> None:
+    assert np.isfinite(mixture().log_density(np.full((1, 2), 1e8))).all()
+
+
+@pytest.mark.parametrize("random", [np.random.default_rng(2), np.random.RandomState(2)])
+def test_draws_have_the_moments_of_the_mixture(random: np.random.Generator | np.random.RandomState) -> None:
+    """Mean and covariance (t: scale x nu / (nu - 2)) within five standard errors, for both generators."""
+    draws = mixture().sample(100_000, random)
+    weights = np.array([0.3, 0.7])
+    mean = weights @ MEANS
+    within = np.einsum("j,jkl->kl", weights, SCALES) * 8 / 6
+    spread = np.einsum("j,jk,jl->kl", weights, MEANS - mean, MEANS - mean)
+    np.testing.assert_allclose(draws.mean(axis=0), mean, atol=5 * np.sqrt(3.0 / 1e5))
+    np.testing.assert_allclose(np.cov(draws.T), within + spread, rtol=0.03, atol=0.02)
+
+
+def test_draws_follow_the_density() -> None:
+    """Kolmogorov-Smirnov of one component's Mahalanobis distance: d^2 / dimension is F(dimension, nu)."""
+    one = StudentTMixture(np.ones(1), MEANS[:1], np.linalg.cholesky(SCALES[:1]))
+    draws = one.sample(20_000, np.random.default_rng(3)) - MEANS[0]
+    distance = np.einsum("ni,ij,nj->n", draws, np.linalg.inv(SCALES[0]), draws)
+    assert stats.kstest(distance / 2, stats.f(2, 8).cdf).pvalue > 1e-3
+
+
+def test_laplace_proposal_has_the_inflated_covariance_as_scale() -> None:
+    proposal = laplace_proposal(MEANS[0], SCALES[0], inflation=4.0)
+    np.testing.assert_allclose(proposal.factors[0] @ proposal.factors[0].T, 4 * SCALES[0], rtol=1e-12)
+
+
+def test_expectation_maximisation_recovers_a_mixture() -> None:
+    """Weights, means and scales of two t components from 20,000 of their draws."""
+    rng = np.random.default_rng(4)
+    found = fit_student_t_mixture(mixture().sample(20_000, rng), 2, rng)
+    order = np.argsort(found.means[:, 0])
+    np.testing.assert_allclose(found.weights[order], [0.3, 0.7], atol=0.02)
+    np.testing.assert_allclose(found.means[order], MEANS, atol=0.05)
+    scales = found.factors[order] @ np.swapaxes(found.factors[order], 1, 2)
+    np.testing.assert_allclose(scales, SCALES, atol=0.06)
+
+
+def test_expectation_maximisation_covers_both_modes() -> None:
+    """Two far clouds of unequal size: an independence sampler needs mass on each."""
+    rng = np.random.default_rng(5)
+    points = np.concatenate([rng.normal(-10, 1, (1800, 3)), rng.normal(10, 1, (200, 3))])
+    found = fit_student_t_mixture(points, 4, rng)
+    left = found.means[:, 0] < 0
+    assert found.weights[left].sum() == pytest.approx(0.9, abs=0.02)
+    assert found.log_density(np.array([[10.0, 10.0, 10.0]]))[0] > -6
+
+
+def test_more_components_than_the_points_need_do_no_harm() -> None:
+    """Four components on one Gaussian cloud in 6 dimensions: a proper density close to the cloud's."""
+    rng = np.random.default_rng(6)
+    points = rng.standard_normal((3000, 6)) * np.logspace(-3, 3, 6)
+    found = fit_student_t_mixture(points, 4, rng)
+    exact = stats.multivariate_normal(np.zeros(6), np.diag(np.logspace(-3, 3, 6) ** 2)).logpdf(points)
+    assert np.mean(exact - found.log_density(points)) < 0.3
+    assert found.weights.sum() == pytest.approx(1)
+
+
+def test_identical_points_give_a_proper_density() -> None:
+    """A chain that never moved must not end in a singular matrix."""
+    found = fit_student_t_mixture(np.ones((50, 2)), 1, np.random.default_rng(7))
+    assert np.isfinite(found.factors).all() and (np.linalg.det(found.factors) > 0).all()

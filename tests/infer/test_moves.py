@@ -1,0 +1,142 @@
+"""Every move leaves its target as it is: one harness, and proof that it catches a wrong acceptance factor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from emcee.moves import Move
+from scipy import stats
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.convergence import autocorrelation_time
+from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
+from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
+from bayes_hw.infer.moves import IndependenceMove, weighted_moves
+from targets import Gaussian, LogGamma, Target
+
+WALKERS, BURN_IN, STEPS = 192, 300, 1200
+Moves = Sequence[tuple[Move, float]]
+MoveMaker = Callable[[StudentTMixture, StudentTMixture], Moves]
+
+MOVES: dict[str, MoveMaker] = {
+    "independence, Laplace": lambda laplace, _: [(IndependenceMove(laplace), 1.0)],
+    "independence, mixture": lambda _, mixture: [(IndependenceMove(mixture), 1.0)],
+    "even mix": lambda laplace, _: weighted_moves(laplace, 0.5),
+    "mostly differential evolution": lambda _, mixture: weighted_moves(mixture, 0.1),
+    "differential evolution alone": lambda laplace, _: weighted_moves(laplace, 0.5)[1:],
+}
+
+
+def proposals(points: FloatArray) -> tuple[StudentTMixture, StudentTMixture]:
+    """A Laplace-like proposal off the centre and a fitted mixture, from exact draws."""
+    covariance = np.cov(points.T)
+    off_centre = points.mean(axis=0) + 0.3 * np.sqrt(np.diag(covariance))
+    mixture = fit_student_t_mixture(points[:2000], 3, np.random.default_rng(1))
+    return laplace_proposal(off_centre, covariance, 1.3), mixture
+
+
+def run(target: Target, start: FloatArray, moves: Moves) -> FloatArray:
+    """A chain (STEPS, WALKERS, dimension) after BURN_IN steps."""
+    state = start_ensemble(start, target, seed=7)
+    _, _, _, state = advance(state, target, moves, BURN_IN)
+    chain, _, _, _ = advance(state, target, moves, STEPS)
+    return chain
+
+
+def assert_mean(series: FloatArray, expected: float) -> None:
+    """The mean of series (steps, walkers) within four Monte Carlo standard errors of `expected`."""
+    error = series.std() * np.sqrt(autocorrelation_time(series) / series.size)
+    assert abs(series.mean() - expected) < 4 * error, f"{series.mean():.4f} +- {error:.4f}, not {expected:.4f}"
+
+
+def assert_marginal(series: FloatArray, distribution_function: Callable[[FloatArray], FloatArray]) -> None:
+    """Kolmogorov-Smirnov on the series thinned to nearly independent draws."""
+    thin = int(np.ceil(3 * autocorrelation_time(series)))
+    assert stats.kstest(series[::thin].ravel(), distribution_function).pvalue > 1e-4
+
+
+def assert_leaves_gaussian(make: MoveMaker) -> None:
+    target = Gaussian(16)
+    points = target.draw(4000, np.random.default_rng(2))
+    chain = run(target, points[:WALKERS], make(*proposals(points)))
+    assert_mean(target.chi_square(chain) / 16, 1.0)
+    for i in range(16):
+        sd = np.sqrt(target.covariance[i, i])
+        assert_mean(chain[..., i], target.mean[i])
+        assert_mean((chain[..., i] - target.mean[i]) ** 2, sd**2)
+        assert_marginal(chain[..., i], stats.norm(target.mean[i], sd).cdf)
+
+
+def assert_leaves_log_gamma(make: MoveMaker) -> None:
+    target = LogGamma(3)
+    points = target.draw(4000, np.random.default_rng(3))
+    chain = run(target, points[:WALKERS], make(*proposals(points)))
+    exact = stats.loggamma(target.SHAPE)
+    for i in range(3):
+        assert_mean(chain[..., i], exact.mean())
+        assert_mean((chain[..., i] - exact.mean()) ** 2, exact.var())
+        assert_marginal(chain[..., i], exact.cdf)
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_move_leaves_a_correlated_gaussian(name: str) -> None:
+    """16 dimensions: mean chi^2 per dimension, every mean and variance, every marginal."""
+    assert_leaves_gaussian(MOVES[name])
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_move_leaves_a_skewed_target(name: str) -> None:
+    assert_leaves_log_gamma(MOVES[name])
+
+
+class WrongFactor(IndependenceMove):
+    """An independence move whose acceptance factor is multiplied by `power`; 1 is right."""
+
+    def __init__(self, proposal: StudentTMixture, power: float) -> None:
+        super().__init__(proposal)
+        self.power = power
+
+    def _propose(self, x: FloatArray, random: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
+        proposed, factor = super()._propose(x, random)
+        return proposed, self.power * factor
+
+
+@pytest.mark.parametrize("power", [0.0, 0.9, 1.1])
+@pytest.mark.parametrize("check", [assert_leaves_gaussian, assert_leaves_log_gamma])
+def test_harness_catches_a_wrong_factor(power: float, check: Callable[[MoveMaker], None]) -> None:
+    """Ten per cent off in the logarithm of the factor is enough, in either target."""
+    with pytest.raises(AssertionError):
+        check(lambda laplace, _: [(WrongFactor(laplace, power), 1.0)])
+
+
+def test_factor_is_the_ratio_of_proposal_densities() -> None:
+    """q(x) / q(x'), the Hastings factor of an independence proposal; opposite for the reverse step."""
+    proposal = laplace_proposal(np.array([1.0, -1.0]), np.array([[2.0, 0.3], [0.3, 1.0]]))
+    x = np.random.default_rng(4).normal(size=(5, 2))
+    proposed, factor = IndependenceMove(proposal)._propose(x, np.random.RandomState(1))
+    exact = stats.multivariate_t([1.0, -1.0], [[2.0, 0.3], [0.3, 1.0]], df=8)
+    np.testing.assert_allclose(factor, exact.logpdf(x) - exact.logpdf(proposed), rtol=1e-10)
+
+
+def test_weights_add_to_one() -> None:
+    proposal = laplace_proposal(np.zeros(2), np.eye(2))
+    for share in (0.1, 0.5, 0.9):
+        moves = weighted_moves(proposal, share)
+        assert sum(weight for _, weight in moves) == pytest.approx(1)
+        assert moves[0][1] == share
+
+
+def test_advancing_in_two_parts_is_advancing_at_once() -> None:
+    """The state carries everything, the generator included: the numbers are the same to the bit."""
+    target = Gaussian(3)
+    rng = np.random.default_rng(5)
+    moves = weighted_moves(laplace_proposal(target.mean, target.covariance), 0.5)
+    state: EnsembleState = start_ensemble(target.draw(16, rng), target, seed=1)
+    whole, log_whole, _, _ = advance(state, target, moves, 12)
+    first, log_first, _, middle = advance(state, target, moves, 5)
+    second, log_second, _, _ = advance(middle, target, moves, 7)
+    np.testing.assert_array_equal(whole, np.concatenate([first, second]))
+    np.testing.assert_array_equal(log_whole, np.concatenate([log_first, log_second]))
+    np.testing.assert_array_equal(target(whole[-1]), log_whole[-1])
