@@ -246,7 +246,7 @@ def say_verdict(posterior: Posterior, quiet: bool) -> None:
         warn("NOT CONVERGED: " + "; ".join(posterior.problems))
     if quiet:
         return
-    for name, summary in posterior.summaries().items():
+    for name, summary in posterior.summaries.items():
         low, high = summary.hdi94
         unit = f" {summary.unit}" if summary.unit else ""
         print(f"{name:32} {summary.mean:.6g} +- {summary.sd:.2g}{unit}, 94 % HDI [{low:.6g}, {high:.6g}]")

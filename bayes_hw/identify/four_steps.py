@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import Structure
-from bayes_hw.identify.cascade_fit import CascadeFit, evaluated
+from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
 from bayes_hw.identify.fit import fit_percent
@@ -21,11 +21,12 @@ from bayes_hw.identify.identified_model import (
     baseline_model,
     blocks_shown,
     cascade_in_units,
+    cut_warning,
     hammerstein_wiener_model,
     warnings_of,
 )
 from bayes_hw.identify.input_nonlinearity import InputNonlinearity, estimate_input_nonlinearity
-from bayes_hw.identify.joint_output_error import JointStage, identify_jointly
+from bayes_hw.identify.joint_output_error import SHORT, JointStage, identify_jointly, unless_linear_is_better
 from bayes_hw.identify.linear_output_error import (
     SCAN_ORDER,
     LinearStage,
@@ -34,9 +35,14 @@ from bayes_hw.identify.linear_output_error import (
     identify_linear,
 )
 from bayes_hw.identify.noise import estimate_noise
-from bayes_hw.identify.output_nonlinearity import OutputNonlinearity, estimate_output_nonlinearity
+from bayes_hw.identify.output_nonlinearity import (
+    OutputNonlinearity,
+    at_half_width,
+    estimate_output_nonlinearity,
+)
 from bayes_hw.identify.result import Identification, Rebuilt, RecordFit, Step
 from bayes_hw.record import Record
+from bayes_hw.threads import one_blas_thread
 
 MAX_ORDER = 8
 SMALLEST_COMMAND = 1e-3
@@ -50,6 +56,7 @@ class _Path:
     """Steps 2 to 4 under one hypothesis about the integrator."""
 
     input_step: InputNonlinearity
+    input_fit: CascadeFit
     output_step: OutputNonlinearity
     joint: JointStage
 
@@ -70,7 +77,18 @@ def identify(
     bounds the number of poles. `report` is called as the work goes on. Raises InputError when the records
     cannot be used.
     """
-    progress = report or _silent
+    with one_blas_thread():
+        return _identify(records, rng, name, max_order, free_start, report or _silent)
+
+
+def _identify(
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    name: str,
+    max_order: int,
+    free_start: bool,
+    progress: Progress,
+) -> Identification:
     experiment = prepare(records, free_start=free_start)
     source = pole_source(experiment, experiment.commands)
     linear = identify_linear(experiment, source, max_order, progress)
@@ -80,6 +98,7 @@ def identify(
         for integrator in sorted(hypotheses, reverse=True)
     ]
     path = min(paths, key=lambda item: item.joint.fit.sum_of_squares)
+    path = replace(path, joint=unless_linear_is_better(experiment, path.joint, linear.fit))
     return _result(experiment, records, linear, path, name)
 
 
@@ -97,7 +116,6 @@ def _identify_blocks(
     poles, _ = best_poles(experiment, at_rest, source, experiment.commands)
     report("input nonlinearity", 0, 1)
     input_step = estimate_input_nonlinearity(experiment, at_rest, poles)
-    report("input nonlinearity", 1, 1)
     commands = np.concatenate(experiment.commands)
     structure = replace(
         at_rest,
@@ -110,18 +128,27 @@ def _identify_blocks(
         lower=input_step.lower if structure.lower else -np.inf,
         upper=input_step.upper if structure.upper else np.inf,
     )
+    hinged = at_half_width(experiment, structure, values, 0.0)
+    input_fit = fit_cascade(structure, hinged.values, experiment.records, max_evaluations=SHORT)
+    report("input nonlinearity", 1, 1)
     report("output nonlinearity", 0, 1)
-    output_step = estimate_output_nonlinearity(experiment, structure, values)
+    trials = [
+        estimate_output_nonlinearity(experiment, structure, item) for item in (values, input_fit.values)
+    ]
+    output_step = min(trials, key=lambda trial: trial.fit.sum_of_squares)
     report("output nonlinearity", 1, 1)
-    start = output_step.fit
-    if not start.structure.dead_zone:
-        start = evaluated(
-            replace(start.structure, dead_zone=True),
-            replace(start.values, half_width=experiment.noise_level),
-            experiment.records,
-        )
-    joint = identify_jointly(experiment, start, [source], max_order, rng, report)
-    return _Path(input_step, output_step, joint)
+    starts = [_with_dead_zone(experiment, trial.fit) for trial in trials]
+    joint = identify_jointly(experiment, starts, [source], max_order, rng, report)
+    return _Path(input_step, input_fit, output_step, joint)
+
+
+def _with_dead_zone(experiment: Experiment, fit: CascadeFit) -> CascadeFit:
+    """The fit, with a dead zone as wide as the noise where its own vanished."""
+    if fit.structure.dead_zone:
+        return fit
+    structure = replace(fit.structure, dead_zone=True)
+    values = replace(fit.values, half_width=experiment.noise_level)
+    return evaluated(structure, values, experiment.records)
 
 
 def _result(
@@ -163,7 +190,10 @@ def _result(
         blocks_shown=shown,
         noise=noise,
         residuals=tuple(e * experiment.output_scale for e in final.residuals),
-        warnings=warnings_of(path.joint, shown),
+        warnings=(
+            *cut_warning(experiment, records),
+            *warnings_of(experiment, path.joint, linear.fit, shown),
+        ),
     )
 
 
@@ -179,8 +209,8 @@ def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[St
         _step(
             experiment,
             "input nonlinearity",
-            "f(u) rebuilt on hinges through G, saturation fitted to it, residues of G solved for again",
-            path.output_step.without,
+            "f(u) rebuilt on hinges through G, saturation fitted to it, then refined by output error",
+            path.input_fit,
         ),
         _step(
             experiment,
@@ -201,14 +231,14 @@ def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[St
 def _step(experiment: Experiment, name: str, description: str, fit: CascadeFit) -> Step:
     values, structure = experiment.in_original_units(fit.values), fit.structure
     measured = np.concatenate(experiment.outputs)
-    saturated = structure.lower or structure.upper
     return Step(
         name,
         description,
         cost=fit.rms * experiment.output_scale,
         fit_percent=fit_percent(measured, measured - np.concatenate(fit.residuals)),
         linear=linear_block(structure, values),
-        saturation=(values.lower, values.upper) if saturated else None,
+        lower=values.lower if structure.lower else None,
+        upper=values.upper if structure.upper else None,
         half_width=values.half_width if structure.dead_zone else None,
     )
 

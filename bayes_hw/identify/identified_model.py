@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
@@ -14,10 +16,13 @@ from bayes_hw.identify.result import Cascade, LinearModel, Shown
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import Mode
-from bayes_hw.record import Units
+from bayes_hw.record import Record, Units
 
 LIGHT_DAMPING = 0.3
 """A pole pair with a smaller damping ratio is a resonance."""
+
+WEAK_INTEGRATOR = 0.5
+"""Below this share of the output's spread an integrator looks like drift rather than like an axis."""
 
 FORGETTING = 0.5
 """A resonance must decay by 1 / e within this part of the longest record; a slower one is not told from
@@ -125,20 +130,54 @@ def blocks_shown(experiment: Experiment, joint: JointStage, units: Units) -> dic
     }
 
 
-def warnings_of(joint: JointStage, shown: dict[str, Shown]) -> tuple[str, ...]:
+def integrator_share(experiment: Experiment, fit: CascadeFit) -> float:
+    """Spread of the integrator's part of w over the spread of y, all records together; about 1 for a
+    position."""
+    values = fit.values
+    parts = [
+        values.integrator_residue * np.cumsum(np.clip(u, values.lower, values.upper))
+        for u in experiment.commands
+    ]
+    return float(np.std(np.concatenate(parts)) / np.std(np.concatenate(experiment.outputs)))
+
+
+def warnings_of(
+    experiment: Experiment, joint: JointStage, linear: CascadeFit, shown: dict[str, Shown]
+) -> tuple[str, ...]:
     """Sentences that a reader of the estimate must see."""
     found = [
         f"{name} is not shown by these records: {block.reason}"
         for name, block in shown.items()
         if not block.shown
     ]
+    if linear.sum_of_squares <= joint.fit.sum_of_squares:
+        found.append(
+            "the linear baseline, which has a constant command offset besides, describes these records "
+            "at least as well"
+        )
     if joint.agreeing < 2:
         found.append(
             f"only one of {joint.starts} starts reached the smallest output error; a better minimum may exist"
         )
     if not joint.fit.structure.integrator:
         found.append("the records speak against an integrator; the output does not behave like a position")
+    elif (share := integrator_share(experiment, joint.fit)) < WEAK_INTEGRATOR:
+        found.append(
+            f"the integrator carries only {100 * share:.2g} % of the output's spread; "
+            "the output may not be a position"
+        )
     return tuple(found)
+
+
+def cut_warning(experiment: Experiment, records: Sequence[Record]) -> tuple[str, ...]:
+    """A sentence saying so when only the beginnings of the records were used."""
+    given = sum(len(record) for record in records)
+    if experiment.samples == given:
+        return ()
+    return (
+        f"only the beginning of each record was used, {experiment.samples} of {given} samples; "
+        "give shorter records or a lower rate to choose others",
+    )
 
 
 def _shown(experiment: Experiment, joint: JointStage, block: str, present: str, absent: str) -> Shown:

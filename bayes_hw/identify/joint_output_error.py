@@ -27,6 +27,9 @@ DRAWS = 32
 LIMIT_LOG_SD = 0.25
 HALF_WIDTH_LOG_SD = 0.7
 STARTS = 5
+AGREEMENT = 0.05
+"""Starts agree when their errors, after short descents, exceed the smallest by no more than this fraction."""
+
 SHORT = 25
 """Evaluations given to every start; the best goes on."""
 
@@ -50,32 +53,31 @@ class JointStage:
 
 def identify_jointly(
     experiment: Experiment,
-    start: CascadeFit,
+    starts: Sequence[CascadeFit],
     sources: Sequence[PoleSource],
     max_order: int,
     rng: np.random.Generator,
     report: Progress,
 ) -> JointStage:
-    """Minimise the output error from the cascade of step 3, `start`, whose structure says which blocks
-    there are."""
+    """Minimise the output error from cascades of step 3; their structure says which blocks there are."""
     orders = range(MIN_ORDER, max_order + 1)
     parts = len(orders) + 3
     report("whole cascade", 0, parts)
-    fits = _from_several_starts(experiment, start, rng)
+    fits = _from_several_starts(experiment, starts, rng)
     first = min(fits, key=lambda fit: fit.sum_of_squares)
-    agreeing = sum(fit.rms <= 1.01 * first.rms for fit in fits)
+    agreeing = sum(fit.rms <= (1 + AGREEMENT) * first.rms for fit in fits)
     first = fit_cascade(first.structure, first.values, experiment.records)
     saturated = [np.clip(u, first.values.lower, first.values.upper) for u in experiment.commands]
-    everywhere = (*sources, pole_source(experiment, saturated))
+    all_sources = (*sources, pole_source(experiment, saturated))
     tried = [first]
     for done, order in enumerate(orders, start=1):
         report("whole cascade", done, parts)
-        tried.append(at_order(experiment, choose(tried), order, None, everywhere))
-    tried += _other_delays(experiment, tried, everywhere)
+        tried.append(at_order(experiment, choose(tried), order, None, all_sources))
+    tried += _other_delays(experiment, tried, all_sources)
     report("whole cascade", parts - 2, parts)
     best = choose(tried)
-    released = without_integrator(experiment, best)
     if best.structure.integrator:
+        released = without_integrator(experiment, best)
         tried.append(released)
         if integrator_rejected(experiment, best, released):
             best = released
@@ -115,18 +117,18 @@ def at_order(
 
 
 def _from_several_starts(
-    experiment: Experiment, start: CascadeFit, rng: np.random.Generator
+    experiment: Experiment, starts: Sequence[CascadeFit], rng: np.random.Generator
 ) -> list[CascadeFit]:
-    """Short descents from the start, and from the best of random changes of its limits and half width."""
-    structure = start.structure
+    """Short descents from the starts, and from the best of random changes of the first."""
+    structure = starts[0].structure
     drawn = [
         at_half_width(experiment, structure, values, values.half_width)
-        for values in (_jittered(start.values, rng) for _ in range(DRAWS))
+        for values in (_jittered(starts[0].values, rng) for _ in range(DRAWS))
     ]
     drawn.sort(key=lambda fit: fit.sum_of_squares)
     return [
         fit_cascade(structure, fit.values, experiment.records, max_evaluations=SHORT)
-        for fit in [start, *drawn[: STARTS - 1]]
+        for fit in [*starts, *drawn[: STARTS - len(starts)]]
     ]
 
 
@@ -196,3 +198,24 @@ def _without(experiment: Experiment, fit: CascadeFit, block: str) -> CascadeFit:
     else:
         values, structure = replace(values, half_width=0.0), replace(structure, dead_zone=False)
     return fit_cascade(structure, values, experiment.records)
+
+
+def unless_linear_is_better(experiment: Experiment, joint: JointStage, linear: CascadeFit) -> JointStage:
+    """`joint`, or a purely linear cascade refitted from the baseline `linear` where that errs no more.
+
+    The cascade contains every linear model without a command offset, so a larger error than theirs is a local
+    minimum, and the blocks found in it are not shown.
+    """
+    structure = replace(linear.structure, input_offset=False)
+    plain = fit_cascade(structure, replace(linear.values, input_offset=0.0), experiment.records)
+    if plain.sum_of_squares > joint.fit.sum_of_squares:
+        return joint
+    time = autocorrelation_time(plain.residuals)
+    rise = _block_score(plain, time) - _block_score(joint.fit, time)
+    present = [block for block in BLOCKS if getattr(joint.fit.structure, block)]
+    return replace(
+        joint,
+        fit=plain,
+        evidence=joint.evidence | dict.fromkeys(present, rise),
+        rms_without=joint.rms_without | dict.fromkeys(present, plain.rms),
+    )

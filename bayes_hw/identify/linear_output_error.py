@@ -28,6 +28,11 @@ MIN_ORDER = 2
 SCAN_ORDER = 6
 """Order at which the delay is first looked for; enough for an integrator, a lag and two modes."""
 
+COARSE_ORDER = 3
+COARSE_DELAYS = (0, 2, 5, 12, 30)
+"""Delays compared by output error, at COARSE_ORDER, with the one that increments of the output suggest:
+where those are mostly noise, they mislead."""
+
 MAX_DELAY_S = 0.5
 MAX_DELAY_SAMPLES = 40
 NEAR_INTEGRATOR = 0.999
@@ -61,7 +66,7 @@ def identify_linear(
     experiment: Experiment, source: PoleSource, max_order: int, report: Progress
 ) -> LinearStage:
     """Fit linear models of order 2 to `max_order`, and neighbouring delays and no integrator at the best."""
-    delay = scan_delay(experiment, source, experiment.commands, min(SCAN_ORDER, max_order))
+    delay = _coarse_delay(experiment, source, min(SCAN_ORDER, max_order))
     fits: list[CascadeFit] = []
     orders = range(MIN_ORDER, max_order + 1)
     for done, order in enumerate(orders):
@@ -82,11 +87,23 @@ def identify_linear(
     return LinearStage(best, tabulate(experiment, fits), delay)
 
 
+def _coarse_delay(experiment: Experiment, source: PoleSource, order: int) -> int:
+    """The best of the scanned delay and the coarse ones."""
+    scanned = scan_delay(experiment, source, experiment.commands, order)
+    delays = {scanned, *(d for d in COARSE_DELAYS if d <= longest_delay(experiment))}
+    fits = [_fit_linear(experiment, source, COARSE_ORDER, delay, integrator=True) for delay in sorted(delays)]
+    return choose(fits).structure.delay_samples
+
+
+def longest_delay(experiment: Experiment) -> int:
+    """The longest delay looked for, in samples."""
+    return min(MAX_DELAY_SAMPLES, max(4, round(MAX_DELAY_S * experiment.sample_rate_hz)))
+
+
 def scan_delay(experiment: Experiment, source: PoleSource, commands: Sequence[FloatArray], order: int) -> int:
     """The delay, in samples, whose linear model leaves the least error of the output's increments."""
-    longest = min(MAX_DELAY_SAMPLES, max(4, round(MAX_DELAY_S * experiment.sample_rate_hz)))
     errors = []
-    for delay in range(longest + 1):
+    for delay in range(longest_delay(experiment) + 1):
         structure = Structure.of_order(order, delay, True)
         _, error = best_poles(experiment, structure, source, commands)
         errors.append(error)

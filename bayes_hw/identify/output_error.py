@@ -76,8 +76,8 @@ def fit_output_error(
 ) -> OutputErrorFit:
     """Minimise sum ((y - y_simulated) whitened by `autoregression` / sigma)^2 from the values `start`.
 
-    With `prior`, each coordinate is also drawn towards its prior (its median and half the width of its central
-    68 %): then `sigma` must be the standard deviation of the innovations, output units.
+    With `prior`, each coordinate is also drawn towards its prior (its median and half the width of its
+    central 68 %): then `sigma` must be the standard deviation of the innovations, output units.
     """
     coefficients = np.zeros(0) if autoregression is None else autoregression
     parameters = axis.parameters

@@ -25,15 +25,14 @@ LARGEST_SHARE = 1.5
 @dataclass(frozen=True, eq=False)
 class OutputNonlinearity:
     """`intermediate` and `output` (all samples,) are w simulated and y measured; `half_widths` (trials,) with
-    their `errors` (root mean square); `without`
-    is the cascade at zero half width, `fit` that at the best one.
+    their `errors` (root mean square); `fit`
+    is the cascade at the best one.
     """
 
     intermediate: FloatArray
     output: FloatArray
     half_widths: FloatArray
     errors: FloatArray
-    without: CascadeFit
     fit: CascadeFit
 
 
@@ -52,7 +51,7 @@ def estimate_output_nonlinearity(
     best = fits[int(np.argmin(errors))]
     signals = intermediate_signal(best.structure, best.values, experiment.records)
     return OutputNonlinearity(
-        np.concatenate(signals), np.concatenate(experiment.outputs), trials, errors, fits[0], best
+        np.concatenate(signals), np.concatenate(experiment.outputs), trials, errors, best
     )
 
 

@@ -43,14 +43,18 @@ class Cascade:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One of the four steps: what it did, the root mean square output error it left, its fit and its G."""
+    """One of the four steps: what it did, the root mean square output error `cost` that it left (output
+    units), the fit percentage over all records together, its G, and its limits and half width, None where
+    it has none.
+    """
 
     name: str
     description: str
     cost: float
     fit_percent: float
     linear: LinearBlock
-    saturation: tuple[float, float] | None
+    lower: float | None
+    upper: float | None
     half_width: float | None
 
 
@@ -121,9 +125,8 @@ class Identification:
                     "cost": step.cost,
                     "fit_percent": step.fit_percent,
                     "linear": _linear_dict(step.linear),
-                    "saturation": step.saturation
-                    and {"lower": step.saturation[0], "upper": step.saturation[1]},
-                    "dead_zone": None if step.half_width is None else {"half_width": step.half_width},
+                    "saturation": {"lower": step.lower, "upper": step.upper},
+                    "dead_zone": {"half_width": step.half_width},
                 }
                 for step in self.steps
             ],

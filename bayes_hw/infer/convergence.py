@@ -16,6 +16,8 @@ from arviz_stats.base import array_stats
 from bayes_hw.arrays import FloatArray
 
 R_HAT_LIMIT = 1.01
+R_HAT_STEPS = 250
+"""Longer chains are thinned evenly to at most so many steps for nested R-hat."""
 ESS_LIMIT = 400.0
 TIMES_TAU = 20.0
 """Steps per autocorrelation time below which that time itself is not to be believed."""
@@ -85,7 +87,8 @@ def nested_r_hat(chains: FloatArray) -> float:
     ensembles, steps, walkers = chains.shape
     if np.ptp(chains) == 0:
         return float("inf")
-    flat = np.moveaxis(chains, 1, 2).reshape(ensembles * walkers, steps)
+    thinned = chains[:, :: -(-steps // R_HAT_STEPS)]
+    flat = np.moveaxis(thinned, 1, 2).reshape(ensembles * walkers, -1)
     identifiers = np.repeat(np.arange(ensembles), walkers)
     return float(array_stats.rhat_nested(flat, superchain_ids=identifiers))
 

@@ -44,7 +44,7 @@ def advance(
     sampler = EnsembleSampler(walkers, dimension, log_density, moves=list(moves), vectorize=True)
     start = State(state.coordinates, log_prob=state.log_probability, random_state=state.random_state)
     end = sampler.run_mcmc(start, steps, skip_initial_state_check=True)
-    after = EnsembleState(end.coords, end.log_prob, end.random_state)
+    after = EnsembleState(np.ascontiguousarray(end.coords), end.log_prob, end.random_state)
     return (
         sampler.get_chain(),
         sampler.get_log_prob(),

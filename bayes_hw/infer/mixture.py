@@ -17,13 +17,18 @@ class StudentTMixture:
     """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom).
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
-    lower Cholesky factors of the scale matrices.
+    lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the order
+    in memory, and a mixture read from a checkpoint must give the same numbers to the bit.
     """
 
     weights: FloatArray
     means: FloatArray
     factors: FloatArray
     degrees_of_freedom: float = DEGREES_OF_FREEDOM
+
+    def __post_init__(self) -> None:
+        for name in ("weights", "means", "factors"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
 
     @property
     def dimension(self) -> int:

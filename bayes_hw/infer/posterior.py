@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,10 +64,12 @@ class Posterior:
         """Draws of one parameter, shape (ensembles, steps, walkers)."""
         return self.values[..., self.names.index(name)]
 
+    @cached_property
     def summaries(self) -> dict[str, Summary]:
         """One summary a parameter, in the parameters' order."""
         return {p.name: summarize(self.values[..., i], p.unit) for i, p in enumerate(self.parameters)}
 
+    @cached_property
     def derived(self) -> dict[str, Summary]:
         """Summaries of what follows from the parameters: velocity gain and AR coefficients."""
         n_axis = len(self.axis.parameters)
@@ -99,8 +102,8 @@ class Posterior:
         """The content of posterior.json."""
         return {
             "schema": SCHEMA,
-            "parameters": {name: summary.to_dict() for name, summary in self.summaries().items()},
-            "derived": {name: summary.to_dict() for name, summary in self.derived().items()},
+            "parameters": {name: summary.to_dict() for name, summary in self.summaries.items()},
+            "derived": {name: summary.to_dict() for name, summary in self.derived.items()},
             "converged": self.converged,
             "problems": list(self.problems),
             "interval": "94 % highest-density interval",

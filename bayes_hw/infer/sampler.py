@@ -24,6 +24,8 @@ SETTLING_STEPS = 25
 START_INFLATION = 4.0
 SMALLEST_START = 1e-6
 MIN_STEPS = 50
+LOOK_AGAIN = 0.3
+"""Convergence is looked at again when the chain has grown by this share."""
 PILOT_COMPONENTS = (1, 4)
 TRIAL_PROPOSALS = 2048
 
@@ -110,10 +112,12 @@ def sample(
             plan, blocks, states = stored
         moves = weighted_moves(plan.proposal, plan.independence_weight)
         with progress.task("sampling", settings.max_steps) as task:
+            next_look = MIN_STEPS
             while True:
-                chain, acceptance = _joined(blocks)
                 steps = len(blocks) * settings.block
-                if steps >= MIN_STEPS:
+                if steps >= min(next_look, settings.max_steps):
+                    next_look = steps + max(settings.block, int(LOOK_AGAIN * steps))
+                    chain, acceptance = _joined(blocks)
                     convergence = assess(chain, names, acceptance)
                     smallest = min(convergence.ess_bulk.min(), convergence.ess_tail.min())
                     task.reach(
@@ -139,8 +143,6 @@ def sample(
 
 
 def _joined(blocks: list[Block]) -> tuple[FloatArray, FloatArray]:
-    if not blocks:
-        return np.empty(0), np.empty(0)
     chain = np.concatenate([block.chain for block in blocks], axis=1)
     return chain, np.mean([block.acceptance for block in blocks], axis=0)
 

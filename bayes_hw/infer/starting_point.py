@@ -36,8 +36,8 @@ def starting_point(
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
     Coloured noise enters last: with the parameters still wrong, whitening would absorb the misfit. The
-    covariance is the Gauss-Newton one with the priors' curvature, and large-sample variances of the noise
-    parameters, taken as independent.
+    covariance is the Gauss-Newton one with the priors' curvature, and the large-sample one of the noise
+    parameters; the two are independent.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     fit = starts.best
@@ -58,7 +58,7 @@ def starting_point(
     n_axis, samples = len(axis.parameters), len(fit.residuals)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = np.diag(_noise_variances(noise, samples))
+    covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
     return StartingPoint(
         np.concatenate([fit.coordinates, noise_coordinates]), covariance, noise, sampled, starts
     )
@@ -76,27 +76,16 @@ def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
 
 
-def _noise_variances(noise: NoiseEstimate, samples: int) -> FloatArray:
-    """Large-sample variances of log sigma and of the inverse hyperbolic tangents of the partial
-    autocorrelations kappa.
+def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
+    """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
+    autocorrelations kappa, (1 + p, 1 + p).
 
-    The last kappa of an AR(p) has variance (1 - kappa^2) / n (Box, Jenkins and Reinsel, Time Series Analysis,
-    sec. 7.2.6), hence 1 / (n (1 - kappa^2)) in its coordinate; the others are given the same form.
+    log sigma = log sigma_a - sum log(1 - kappa_i^2) / 2, where log sigma_a has variance 1 / (2 n) and is
+    independent of the kappas. Each kappa is given the variance (1 - kappa^2) / n, which is that of the last one
+    (Box, Jenkins and Reinsel, Time Series Analysis, sec. 7.2.6): exact for an AR(1), else an approximation.
     """
     partial = np.clip(noise.partial, -0.9999, 0.9999)
-    return np.concatenate([[_log_sigma_variance(noise, samples)], 1 / (samples * (1 - partial**2))])
-
-
-def _log_sigma_variance(noise: NoiseEstimate, samples: int) -> float:
-    """Large-sample variance of log sigma, sum_j rho_j^2 / (2 n), with the autocorrelations rho of the AR."""
-    autocorrelation = np.zeros(2000)
-    impulse = np.zeros(2000)
-    impulse[0] = 1.0
-    for k in range(1, len(impulse)):
-        recent = impulse[max(0, k - noise.order) : k][::-1]
-        impulse[k] = noise.autoregression[: len(recent)] @ recent
-    size = 2 * len(impulse)
-    spectrum = np.abs(np.fft.rfft(impulse, size)) ** 2
-    autocorrelation = np.fft.irfft(spectrum, size)[: len(impulse)]
-    autocorrelation /= autocorrelation[0]
-    return float((1 + 2 * np.sum(autocorrelation[1:] ** 2)) / (2 * samples))
+    independent = np.concatenate([[0.5], 1 / (1 - partial**2)]) / samples
+    to_coordinates = np.eye(len(independent))
+    to_coordinates[0, 1:] = partial
+    return (to_coordinates * independent) @ to_coordinates.T

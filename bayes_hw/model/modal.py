@@ -62,6 +62,7 @@ class LinearBatch:
     pair_poles: ComplexArray
     zeros: ComplexArray
     gain: FloatArray
+    numerator: FloatArray | None = None
 
     def separated(self) -> LinearBatch:
         """The same blocks with coinciding poles moved apart; the others are left as they are."""
@@ -77,9 +78,7 @@ class LinearBatch:
         pairs = self.pair_poles
         poles = np.concatenate([self.real_poles.astype(np.complex128), pairs, pairs.conj()])
         n_upper = len(self.real_poles) + len(pairs)
-        numerator = np.broadcast_to(self.gain, (n_upper, len(self.gain))).astype(np.complex128)
-        for zero in self.zeros:
-            numerator = numerator * (poles[:n_upper] - zero)
+        numerator = self._numerator_at(poles[:n_upper])
         denominator = np.ones_like(numerator)
         for j, pole in enumerate(poles):
             difference = poles[:n_upper] - pole
@@ -90,14 +89,24 @@ class LinearBatch:
         direct = self.gain if len(self.zeros) == len(poles) else np.zeros_like(self.gain)
         return residues[: len(self.real_poles)].real, residues[len(self.real_poles) :], direct
 
+    def _numerator_at(self, z: ComplexArray) -> ComplexArray:
+        """B(z) of every walker at points z of shape (points, walkers) or (points, 1)."""
+        value = np.zeros(np.broadcast_shapes(z.shape, (1, len(self.gain))), dtype=np.complex128)
+        if self.numerator is not None:
+            for coefficient in self.numerator:
+                value = value * z + coefficient
+            return value
+        value += self.gain
+        for zero in self.zeros:
+            value = value * (z - zero)
+        return value
+
     def frequency_response(
         self, frequency_hz: FloatArray, sample_rate_hz: float, delay_samples: int
     ) -> ComplexArray:
         """G(exp(2 pi i f / rate)) of every walker, shape (walkers, frequencies)."""
         z = np.exp(2j * np.pi * frequency_hz / sample_rate_hz)
-        response = self.gain[:, None] * z ** (-delay_samples)
-        for zero in self.zeros:
-            response = response * (z - zero[:, None])
+        response = self._numerator_at(z[:, None]).T * z ** (-delay_samples)
         for pole in (*self.real_poles.astype(np.complex128), *self.pair_poles, *self.pair_poles.conj()):
             response = response / (z - pole[:, None])
         return np.asarray(response, dtype=np.complex128)

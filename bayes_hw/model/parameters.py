@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole, polynomial_roots
 from bayes_hw.model.modal import LinearBatch, ModalForm, modal_form
 from bayes_hw.model.priors import (
     HalfNormal,
@@ -31,7 +31,7 @@ GAIN_LOG_SD = 0.3
 FREQUENCY_LOG_SD = 0.1
 DAMPING_LOG_SD = 0.8
 DEAD_ZONE_SCALE = 3.0
-ZERO_SD = 0.5
+NUMERATOR_SD = 1.0
 MEMORY_RADIUS = 0.5
 """Poles inside this radius forget their state within a few samples: no initial state is given to them."""
 
@@ -71,7 +71,7 @@ def log_prior(parameters: tuple[Parameter, ...], coordinates: FloatArray) -> Flo
 class _Slot:
     """Where a parameter of G goes: the kind of root and its position among the roots of that kind."""
 
-    kind: Literal["mode", "pole_pair", "real_pole", "zero_pair", "real_zero"]
+    kind: Literal["mode", "pole_pair", "real_pole"]
     position: int
 
 
@@ -101,20 +101,24 @@ class AxisParameters:
         self.output_scale = output_scale
         self.start_positions = start_positions
         poles, zeros = model.linear.poles, model.linear.zeros
-        self._real_poles = poles[poles.imag == 0].real
+        self._real_poles = np.sort(poles[poles.imag == 0].real)
         integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
         self._integrator = int(integrators[0]) if integrators.size else None
         dominant = model.mode_indices()
         others = [int(i) for i in np.flatnonzero(poles.imag > 0) if i not in dominant]
+        others.sort(key=lambda i: abs(np.log(poles[i])))
         self._pair_poles = poles[[*dominant, *others]]
         self._n_modes = len(dominant)
-        self._zero_pairs = zeros[zeros.imag > 0]
-        self._real_zeros = zeros[zeros.imag == 0].real
+        self._numerator = model.linear.gain * np.atleast_1d(np.real(np.poly(zeros)))
         self._slots: list[tuple[_Slot, int]] = []
         structure = [*self._static_parameters(), *self._linear_parameters()]
         self._n_structure = len(structure)
         starts = [] if start_positions is None else self._start_parameters(start_positions)
         self.parameters: tuple[Parameter, ...] = (*structure, *starts)
+        self._interchangeable = [
+            [row for slot, row in self._slots if slot.kind == kind]
+            for kind in ("mode", "pole_pair", "real_pole")
+        ]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,9 +130,14 @@ class AxisParameters:
         return np.array([parameter.nominal for parameter in self.parameters])
 
     def in_order(self, values: FloatArray) -> FloatArray:
-        """Whether the dominant modes are in order of frequency, for values (parameters, walkers)."""
-        rows = [i for i, name in enumerate(self.names) if name.startswith("mode") and name.endswith("_hz")]
-        return np.all(np.diff(values[rows], axis=0) > 0, axis=0)
+        """Whether modes, other pole pairs and real poles keep the order that gives them their numbers.
+
+        Exchanging two poles of a kind changes nothing but their names. For values (parameters, walkers).
+        """
+        kept = np.ones(values.shape[1], dtype=np.bool_)
+        for rows in self._interchangeable:
+            kept &= np.all(np.diff(values[rows], axis=0) > 0, axis=0)
+        return kept
 
     def modal_form(self, values: FloatArray, record: int = 0) -> ModalForm:
         """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
@@ -162,7 +171,8 @@ class AxisParameters:
         batch = self._linear_batch(values[:, None])
         pairs = batch.pair_poles[:, 0]
         poles = np.concatenate([batch.real_poles[:, 0], pairs, pairs.conj()]).astype(np.complex128)
-        linear = LinearBlock(batch.zeros[:, 0], poles, float(batch.gain[0]), self.model.linear.delay_samples)
+        zeros = batch.zeros[:, 0] if batch.numerator is None else polynomial_roots(batch.numerator[:, 0])
+        linear = LinearBlock(zeros, poles, float(batch.gain[0]), self.model.linear.delay_samples)
         rate = self.model.sample_rate_hz
         return replace(
             self.model,
@@ -208,20 +218,11 @@ class AxisParameters:
                         HyperbolicTangent(),
                     )
                 )  # fmt: skip
-        for position, zero in enumerate(self._zero_pairs):
-            self._slots.append((_Slot("zero_pair", position), 4 + len(found)))
-            for part, value in (("real", zero.real), ("imag", zero.imag)):
-                found.append(
-                    Parameter(
-                        f"zero_pair{position + 1}.{part}", "", float(value),
-                        Normal(float(value), ZERO_SD * max(1.0, abs(zero))), Identity(),
-                    )
-                )  # fmt: skip
-        for position, value in enumerate(self._real_zeros):
-            self._slots.append((_Slot("real_zero", position), 4 + len(found)))
-            spread = ZERO_SD * max(1.0, abs(float(value)))
+        self._numerator_row = 4 + len(found)
+        spread = NUMERATOR_SD * float(np.max(np.abs(self._numerator)))
+        for power, value in enumerate(self._numerator[1:], start=1):
             prior = Normal(float(value), spread)
-            found.append(Parameter(f"real_zero{position + 1}", "", float(value), prior, Identity()))
+            found.append(Parameter(f"numerator{power}", "", float(value), prior, Identity()))
         return found
 
     def _pair(self, name: str, slot: _Slot, pole: complex, rate: float) -> list[Parameter]:
@@ -242,21 +243,19 @@ class AxisParameters:
         walkers = values.shape[1]
         real_poles = np.repeat(self._real_poles[:, None], walkers, axis=1)
         pairs = np.repeat(self._pair_poles[:, None], walkers, axis=1)
-        zero_pairs = np.repeat(self._zero_pairs[:, None], walkers, axis=1)
-        real_zeros = np.repeat(self._real_zeros[:, None], walkers, axis=1)
         for slot, row in self._slots:
             if slot.kind in ("mode", "pole_pair"):
                 pairs[slot.position] = mode_pole(
                     values[row], np.minimum(values[row + 1], 0.999), self.model.sample_rate_hz
                 )
-            elif slot.kind == "real_pole":
-                real_poles[slot.position] = values[row]
-            elif slot.kind == "zero_pair":
-                zero_pairs[slot.position] = values[row] + 1j * values[row + 1]
             else:
-                real_zeros[slot.position] = values[row]
-        zeros = np.concatenate([zero_pairs, zero_pairs.conj(), real_zeros.astype(np.complex128)])
-        return LinearBatch(real_poles, pairs, zeros, values[3])
+                real_poles[slot.position] = values[row]
+        zeros = np.repeat(self.model.linear.zeros[:, None], walkers, axis=1)
+        if self.free == "dominant":
+            return LinearBatch(real_poles, pairs, zeros, values[3])
+        first = self._numerator_row
+        numerator = values[[3, *range(first, first + len(self._numerator) - 1)]]
+        return LinearBatch(real_poles, pairs, zeros, values[3], numerator)
 
     def _slow_real_poles(self) -> list[int]:
         return [

@@ -20,7 +20,7 @@ from bayes_hw.record import Record
 
 DURATION_S = 120.0
 STOP_HZ = 5.0
-AMPLITUDE = 0.45
+AMPLITUDE = 0.5
 DEAD_ZONE_HALF_WIDTH = 0.006
 NOISE_SHARE = 0.054
 NOISE_CORRELATION = 0.6
@@ -49,7 +49,7 @@ def twin_records(
 ) -> TwinExperiment:
     """Three training and two validation records of `duration_s`, each with noise of its own.
 
-    Every command is a sweep from 0 to 5 Hz of `amplitude`, by default 0.45 and so just beyond both limits,
+    Every command is a sweep from 0 to 5 Hz of `amplitude`, by default 0.5 and so beyond both limits,
     with a start phase near -pi / 4, so that the axis swings about its start, plus a constant. Unequal
     limits turn such a sweep into a drift; OFFSET_SHARES of the constant that would cancel it send the
     records to either side of zero in turn, through the dead zone. The noise is AR(1) with marginal standard

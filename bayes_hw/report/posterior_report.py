@@ -83,7 +83,7 @@ def _verdict(analysis: Analysis) -> str:
     sentences.append(
         f"The Hammerstein-Wiener model predicts {place} with a fit of {prediction.fit_percent:.1f} %{against}."
     )
-    summaries = posterior.summaries()
+    summaries = posterior.summaries
     modes = [name for name in summaries if name.startswith("mode") and name.endswith("frequency_hz")]
     parts = [
         f"limits {format_estimate(summaries[name].mean, summaries[name].sd, summaries[name].unit)}"
@@ -109,7 +109,7 @@ def _verdict(analysis: Analysis) -> str:
 
 def _badges(analysis: Analysis) -> tuple[Badge, ...]:
     posterior, residuals = analysis.dominant.posterior, analysis.dominant.residuals
-    summaries = posterior.summaries().values()
+    summaries = posterior.summaries.values()
     worst_r_hat = max(summary.r_hat for summary in summaries)
     smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
     converged = Badge(

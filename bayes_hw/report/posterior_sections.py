@@ -30,7 +30,7 @@ MARGINAL_DRAWS = 40_000
 def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
     """Parameters, correlations, convergence, and the comparison with all of G free."""
     posterior = analysis.dominant.posterior
-    summaries = posterior.summaries()
+    summaries = posterior.summaries
     sections = [
         _parameter_section(analysis, summaries),
         Section("Correlations", (_corner(posterior, summaries),)),
@@ -82,7 +82,7 @@ def _parameter_section(analysis: Analysis, summaries: dict[str, Summary]) -> Sec
             format_estimate(summary.mean, summary.sd, summary.unit),
             format_interval(*summary.hdi94, summary.unit),
         )
-        for name, summary in posterior.derived().items()
+        for name, summary in posterior.derived.items()
     )
     return Section(
         "Parameters",
@@ -168,7 +168,7 @@ def sampling_starts(analysis: Analysis) -> str:
 
 
 def _widening_section(dominant: dict[str, Summary], everything: Posterior) -> Section:
-    all_summaries = everything.summaries()
+    all_summaries = everything.summaries
     shared = [name for name in dominant if name in all_summaries]
     sets = [
         IntervalSet(

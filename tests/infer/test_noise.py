@@ -132,9 +132,7 @@ def test_estimate_reports_marginal_and_innovation_sigma() -> None:
     np.testing.assert_allclose(estimate.autoregression, phi, atol=0.03)
 
 
-@pytest.mark.parametrize(
-    ("partial", "order"), [([], 0), ([0.5], 1), ([0.8, -0.5], 2), ([0.5, 0.2, -0.3], 3)]
-)
+@pytest.mark.parametrize(("partial", "order"), [([], 0), ([0.5], 1), ([0.8, -0.5], 2), ([0.5, 0.2, -0.3], 3)])
 def test_information_criterion_finds_the_order(partial: list[float], order: int) -> None:
     """In at least nine of ten simulated sets of 2,000 samples."""
     rng = np.random.default_rng(9)

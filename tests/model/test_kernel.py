@@ -57,7 +57,9 @@ def assert_simulates_exactly(
         return
     scale = max(abs(value) for value in w)
     assert relative_error(batch.w[0], w) < tolerance
-    assert max(abs(mpmath.mpf(f) - e) for f, e in zip(batch.y[0].tolist(), y, strict=True)) < tolerance * scale
+    assert (
+        max(abs(mpmath.mpf(f) - e) for f, e in zip(batch.y[0].tolist(), y, strict=True)) < tolerance * scale
+    )
 
 
 def test_nanshan_signals_and_log_probability_to_40_digit_arithmetic() -> None:

@@ -1,0 +1,136 @@
+"""Predictive bands are the quantiles that they say, and cover new records of the same axis."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayes_hw.errors import InputError
+from bayes_hw.infer.noise import NoiseEstimate, noise_parameters
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
+from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import AxisParameters, as_values
+from bayes_hw.record import Record
+from simulated_records import measured
+
+
+def test_one_draw_gives_normal_quantiles() -> None:
+    outputs = np.array([[0.0, 3.0, -50.0]])
+    low, high = noisy_quantiles(outputs, np.array([0.2]), 0.94)
+    np.testing.assert_allclose(low, outputs[0] + 0.2 * stats.norm.ppf(0.03), rtol=1e-12)
+    np.testing.assert_allclose(high, outputs[0] + 0.2 * stats.norm.ppf(0.97), rtol=1e-12)
+
+
+@pytest.mark.parametrize("spread", [0.01, 1.0, 3.0])
+def test_many_draws_agree_with_brute_force(spread: float) -> None:
+    """Noise and parameter spread of any ratio: the mixture's distribution function is 3 % and 97 % there, and
+    simulated noise finds the same bounds."""
+    rng = np.random.default_rng(1)
+    outputs = spread * rng.gamma(2.0, size=(200, 6)) * np.array([1.0, -1, 1, -1, 2, 0.1])
+    sigma = rng.uniform(0.5, 1.0, 200)
+    low, high = noisy_quantiles(outputs, sigma, 0.94)
+    for bound, probability in ((low, 0.03), (high, 0.97)):
+        reached = stats.norm.cdf((bound - outputs) / sigma[:, None]).mean(axis=0)
+        np.testing.assert_allclose(reached, probability, rtol=1e-5)
+    noisy = outputs[:, None, :] + sigma[:, None, None] * rng.standard_normal((200, 500, 6))
+    brute = np.quantile(noisy.reshape(-1, 6), [0.03, 0.97], axis=0)
+    np.testing.assert_allclose([low, high], brute, atol=0.05 * (1 + 2 * spread))
+
+
+def test_two_far_draws() -> None:
+    """A distribution with a gap wider than its noise: the probit is far from linear."""
+    outputs = np.array([[-5.0], [5.0]])
+    low, high = noisy_quantiles(outputs, np.array([0.5, 0.5]), 0.94)
+    np.testing.assert_allclose(high, 5 + 0.5 * stats.norm.ppf(0.94), rtol=1e-4)
+    np.testing.assert_allclose(low, -high, rtol=1e-6)
+
+
+def test_coverage_of_independent_samples_is_the_wilson_interval() -> None:
+    rng = np.random.default_rng(2)
+    inside = (rng.uniform(size=2000) < 0.94).astype(float)
+    found = coverage(inside)
+    assert found.achieved == inside.mean() and found.agrees
+    assert found.effective_samples == pytest.approx(2000, rel=0.15)
+    exact = stats.binomtest(int(inside.sum()), 2000).proportion_ci(0.95, "wilson")
+    assert found.interval == pytest.approx((exact.low, exact.high), abs=0.002)
+
+
+def test_coverage_counts_correlated_samples_once() -> None:
+    inside = np.repeat((np.random.default_rng(3).uniform(size=200) < 0.9).astype(float), 20)
+    found = coverage(inside)
+    assert found.effective_samples < 400
+    assert found.interval[1] - found.interval[0] > 0.05
+
+
+@pytest.mark.parametrize("inside", [np.ones(50), np.zeros(50)])
+def test_coverage_of_all_or_nothing(inside: np.ndarray) -> None:
+    found = coverage(inside)
+    assert found.achieved == inside[0]
+    assert 0 - 1e-12 <= found.interval[0] < found.interval[1] <= 1 + 1e-12
+    assert found.agrees == bool(inside[0])
+
+
+@pytest.fixture(scope="module")
+def posterior(small_axis: HammersteinWiener, small_record: Record) -> Posterior:
+    """Draws of the Laplace approximation: near enough to the posterior for bands."""
+    axis = AxisParameters(small_axis, output_scale=2.0)
+    start = starting_point(axis, [small_record], np.random.default_rng(1))
+    parameters = (*axis.parameters, *start.noise_parameters)
+    normal = np.random.default_rng(2).standard_normal((400, len(parameters)))
+    coordinates = start.coordinates + normal @ np.linalg.cholesky(start.covariance).T
+    values = as_values(parameters, coordinates.T).T.reshape(4, 10, 10, -1)
+    mode = as_values(parameters, start.coordinates)
+    return Posterior(
+        axis, start.noise_parameters, values, np.zeros((4, 10, 10)), mode, True, (), 0.0
+    )
+
+
+def test_bands_cover_new_records(posterior: Posterior, small_axis: HammersteinWiener) -> None:
+    """94 % and 50 % bands on a held-out record contain the share of y that they promise; the narrower band of
+    the parameters alone contains the noise-free output."""
+    record = measured(small_axis, 4000, seed=21)
+    found = predict(posterior, record, np.random.default_rng(3))
+    for nominal in (0.94, 0.5):
+        assert band_coverage(found, nominal).achieved == pytest.approx(nominal, abs=0.04)
+    assert band_coverage(found).agrees
+    inside = (record.y >= found.lower) & (record.y <= found.upper)
+    assert band_coverage(found).achieved == pytest.approx(inside.mean(), abs=0.002)
+    assert (found.lower <= found.lower_parameters).all()
+    assert (found.upper_parameters <= found.upper).all()
+    clean = small_axis.simulate(record.u).y
+    assert np.mean((clean >= found.lower_parameters - 1e-9) & (clean <= found.upper_parameters + 1e-9)) > 0.8
+    assert found.fit_percent > 90 and found.offset == 0
+
+
+def test_a_wrong_noise_level_is_seen_in_the_coverage(
+    posterior: Posterior, small_axis: HammersteinWiener
+) -> None:
+    noisier = measured(replace(small_axis, noise_sigma=0.013), 4000, seed=22)
+    assert not band_coverage(predict(posterior, noisier, np.random.default_rng(3))).agrees
+
+
+def test_rate_mismatch(posterior: Posterior, small_record: Record) -> None:
+    with pytest.raises(InputError, match=r"50 Hz.*--resample 20"):
+        predict(posterior, replace(small_record, sample_rate_hz=50.0), np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("position", [5.0, -3.0])
+def test_free_start_begins_where_the_record_does(small_axis: HammersteinWiener, position: float) -> None:
+    """A posterior with free initial conditions predicts a record that starts elsewhere."""
+    axis = AxisParameters(small_axis, output_scale=2.0, start_positions=np.array([0.1]))
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
+    values = np.tile(nominal, (1, 2, 5, 1))
+    posterior = Posterior(axis, noise, values, np.zeros((1, 2, 5)), nominal, True, (), 0.0)
+    record = measured(small_axis, 1000, seed=23, initial_position=position)
+    quiet = record.u.copy()
+    quiet[:30] = 0.0
+    y = small_axis.simulate(quiet, position).y
+    found = predict(posterior, replace(record, u=quiet, y=y), np.random.default_rng(1))
+    np.testing.assert_allclose(found.mean, y, atol=1e-9)
+    assert found.offset == pytest.approx(0, abs=1e-9)
