@@ -7,16 +7,19 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.commands import write_analysis
+from bayes_hw.executor import Executor, make_executor
 from bayes_hw.files import write_text_atomically
 from bayes_hw.progress import Progress
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import Provenance, provenance
+from bayes_hw.record import Record
+from bayes_hw.report.document import Report
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
@@ -35,6 +38,11 @@ class Study:
     out: Path
     progress: Progress
     begin: float
+    scheduler: str | None = None
+
+    def executor(self) -> Executor:
+        """Where the replicates of the study run."""
+        return make_executor(self.jobs, self.scheduler)
 
     def write_results(self, results: Mapping[str, Any]) -> None:
         """Write results.json, with the name and seed first."""
@@ -45,10 +53,17 @@ class Study:
         """Write the files of the analysis, report.html and report.pdf, and say where they are."""
         write_analysis(self.out, analysis)
         records = [*analysis.records, *(p.record for p in analysis.predictions if analysis.held_out)]
-        command = f"python studies/{Path(sys.argv[0]).name} --seed {self.seed}" + " --quick" * self.quick
-        origin = provenance(command, self.seed, records, time.perf_counter() - self.begin)
-        written = render(posterior_report(analysis, origin), self.out)
+        self.write_document(posterior_report(analysis, self.origin(records)))
+
+    def write_document(self, report: Report) -> None:
+        """Write report.html and report.pdf, and say where they are."""
+        written = render(report, self.out)
         print(f"report: {written.html}\n        {written.pdf}")
+
+    def origin(self, records: Sequence[Record] = ()) -> Provenance:
+        """Where the results of this run come from."""
+        command = f"python studies/{Path(sys.argv[0]).name} --seed {self.seed}" + " --quick" * self.quick
+        return provenance(command, self.seed, records, time.perf_counter() - self.begin)
 
 
 def start_study(name: str, question: str | None) -> Study:
@@ -57,6 +72,7 @@ def start_study(name: str, question: str | None) -> Study:
     parser.add_argument("--quick", action="store_true", help="a smaller run of the same study")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="threads (default: all cores)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="run replicates on this Dask cluster instead")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     parser.add_argument("--out", type=Path, default=REPORTS / name, help="folder of the results")
     parsed = parser.parse_args()
@@ -68,6 +84,7 @@ def start_study(name: str, question: str | None) -> Study:
         parsed.out,
         Progress(parsed.quiet),
         time.perf_counter(),
+        parsed.scheduler,
     )
 
 

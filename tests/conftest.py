@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from simulated_records import SAMPLE_RATE_HZ, measured
 
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
-from simulated_records import SAMPLE_RATE_HZ, measured
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -13,8 +13,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import simulate_batch
-from bayes_hw.model.parameters import AxisParameters, as_coordinates, as_values
+from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
 DIFFERENCE_STEP = 1e-6

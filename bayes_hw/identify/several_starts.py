@@ -13,7 +13,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, simulated_outputs
-from bayes_hw.model.parameters import AxisParameters, as_coordinates, as_values
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
 SPREAD = 0.4

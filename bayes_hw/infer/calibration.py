@@ -33,8 +33,9 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.infer.summary import highest_density_interval
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.parameters import AxisParameters, Parameter, as_coordinates, as_values
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.model.priors import LogNormal
 from bayes_hw.record import Record
 

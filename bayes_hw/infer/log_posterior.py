@@ -8,8 +8,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.noise import log_likelihood
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import lagged_residual_sums
-from bayes_hw.model.parameters import AxisParameters, Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
 from bayes_hw.record import Record
 
 

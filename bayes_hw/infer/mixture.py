@@ -17,8 +17,8 @@ class StudentTMixture:
     """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom).
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
-    lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the order
-    in memory, and a mixture read from a checkpoint must give the same numbers to the bit.
+    lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the
+    order in memory, and a mixture read from a checkpoint must give the same numbers to the bit.
     """
 
     weights: FloatArray

@@ -17,8 +17,9 @@ from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.infer.convergence import Convergence
 from bayes_hw.infer.noise import NoiseEstimate, autoregression_from_partial, noise_parameters
 from bayes_hw.infer.summary import Summary, summarize
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.parameters import AxisParameters, Parameter
+from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Record
 
 if TYPE_CHECKING:
@@ -75,8 +76,10 @@ class Posterior:
         n_axis = len(self.axis.parameters)
         shape, flat = self.values.shape[:3], self.values.reshape(-1, self.values.shape[-1])
         found: dict[str, Summary] = {}
+        if "gain" not in self.names:
+            found["gain"] = summarize(self.axis.gain(flat[:, :n_axis].T).reshape(shape), "")
         velocity = self.axis.velocity_gain(flat[:, :n_axis].T)
-        if np.all(np.isfinite(velocity)):
+        if "velocity_gain" not in self.names and np.all(np.isfinite(velocity)):
             units = self.axis.model.units
             found["velocity_gain"] = summarize(velocity.reshape(shape), f"({units.output}/s)/({units.input})")
         partial = flat[:, n_axis + 1 :].T

@@ -13,7 +13,7 @@ from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
-from bayes_hw.model.parameters import AxisParameters
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.record import Record
 
 DRAWS = 300

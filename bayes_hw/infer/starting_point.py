@@ -11,7 +11,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.noise import NoiseEstimate, estimate_noise, noise_parameters
-from bayes_hw.model.parameters import AxisParameters, Parameter
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Record
 
 
@@ -81,7 +82,7 @@ def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     autocorrelations kappa, (1 + p, 1 + p).
 
     log sigma = log sigma_a - sum log(1 - kappa_i^2) / 2, where log sigma_a has variance 1 / (2 n) and is
-    independent of the kappas. Each kappa is given the variance (1 - kappa^2) / n, which is that of the last one
+    independent of the kappas. Each kappa is given the variance (1 - kappa^2) / n, that of the last one
     (Box, Jenkins and Reinsel, Time Series Analysis, sec. 7.2.6): exact for an AR(1), else an approximation.
     """
     partial = np.clip(noise.partial, -0.9999, 0.9999)

@@ -45,9 +45,7 @@ class Saturation:
         if not (np.isfinite(self.lower) and np.isfinite(self.upper)):
             raise InputError("saturation: limits must be finite numbers")
         if not self.lower < 0 < self.upper:
-            raise InputError(
-                f"saturation: needs lower < 0 < upper, got {self.lower:g} and {self.upper:g}"
-            )
+            raise InputError(f"saturation: needs lower < 0 < upper, got {self.lower:g} and {self.upper:g}")
 
     def __call__(self, u: FloatArray) -> FloatArray:
         """v for every command u."""

@@ -69,9 +69,7 @@ class HammersteinWiener:
         return replace(
             self,
             saturation=replace(self.saturation, gain=normalization.c1),
-            dead_zone=replace(
-                self.dead_zone, gain_positive=normalization.c2, gain_negative=normalization.c3
-            ),
+            dead_zone=replace(self.dead_zone, gain_positive=normalization.c2, gain_negative=normalization.c3),
         )
 
     def mode_indices(self) -> list[int]:
@@ -85,10 +83,7 @@ class HammersteinWiener:
             target = mode.pole(self.sample_rate_hz)
             free = [i for i in candidates if i not in chosen]
             nearest = min(free, key=lambda i: abs(self.linear.poles[i] - target), default=None)
-            if (
-                nearest is None
-                or abs(self.linear.poles[nearest] - target) > MODE_MATCH_RADIUS
-            ):
+            if nearest is None or abs(self.linear.poles[nearest] - target) > MODE_MATCH_RADIUS:
                 raise InputError(
                     f"dominant_modes[{number - 1}]: no pole pair of linear.poles lies near "
                     f"{mode.frequency_hz:g} Hz with damping {mode.damping_ratio:g}; "
@@ -224,15 +219,11 @@ def _number(data: Mapping[str, Any], key: str) -> float:
 
 def _linear_block(data: Mapping[str, Any]) -> LinearBlock:
     if "numerator" in data or "denominator" in data:
-        return LinearBlock.from_coefficients(
-            _numbers(data, "numerator"), _numbers(data, "denominator")
-        )
+        return LinearBlock.from_coefficients(_numbers(data, "numerator"), _numbers(data, "denominator"))
     delay = _number(data, "delay_samples")
     if delay != int(delay):
         raise InputError("linear.delay_samples: must be a whole number of samples")
-    return LinearBlock(
-        _roots(data, "zeros"), _roots(data, "poles"), _number(data, "gain"), int(delay)
-    )
+    return LinearBlock(_roots(data, "zeros"), _roots(data, "poles"), _number(data, "gain"), int(delay))
 
 
 def _numbers(data: Mapping[str, Any], key: str) -> list[float]:
@@ -260,9 +251,7 @@ def _mode(item: Any, index: int, rate: float) -> Mode:
         raise InputError(f"dominant_modes[{index}]: must be an object")
     mode = Mode(_number(item, "frequency_hz"), _number(item, "damping_ratio"))
     if not 0 < mode.frequency_hz < rate / 2:
-        raise InputError(
-            f"dominant_modes[{index}].frequency_hz: must lie between 0 and half the sample rate"
-        )
+        raise InputError(f"dominant_modes[{index}].frequency_hz: must lie between 0 and half the sample rate")
     if not 0 < mode.damping_ratio < 1:
         raise InputError(f"dominant_modes[{index}].damping_ratio: must lie between 0 and 1")
     return mode

@@ -62,7 +62,6 @@ class LinearBatch:
     pair_poles: ComplexArray
     zeros: ComplexArray
     gain: FloatArray
-    numerator: FloatArray | None = None
 
     def separated(self) -> LinearBatch:
         """The same blocks with coinciding poles moved apart; the others are left as they are."""
@@ -92,10 +91,6 @@ class LinearBatch:
     def _numerator_at(self, z: ComplexArray) -> ComplexArray:
         """B(z) of every walker at points z of shape (points, walkers) or (points, 1)."""
         value = np.zeros(np.broadcast_shapes(z.shape, (1, len(self.gain))), dtype=np.complex128)
-        if self.numerator is not None:
-            for coefficient in self.numerator:
-                value = value * z + coefficient
-            return value
         value += self.gain
         for zero in self.zeros:
             value = value * (z - zero)
@@ -112,6 +107,45 @@ class LinearBatch:
         return np.asarray(response, dtype=np.complex128)
 
 
+@dataclass(frozen=True, eq=False)
+class ResidueBatch:
+    """Linear blocks given by their poles and residues, so that no two poles need be distinct.
+
+    `real_poles`, `real_residues` (n_real, walkers), `pair_poles`, `pair_residues` (n_pairs, walkers) complex,
+    `direct` (walkers,).
+    """
+
+    real_poles: FloatArray
+    pair_poles: ComplexArray
+    real_residues: FloatArray
+    pair_residues: ComplexArray
+    direct: FloatArray
+
+    def separated(self) -> ResidueBatch:
+        """Itself: given residues are bounded wherever the poles are."""
+        return self
+
+    def residues(self) -> tuple[FloatArray, ComplexArray, FloatArray]:
+        """Residues at the real poles and at the pair poles, and the direct term (walkers,)."""
+        return self.real_residues, self.pair_residues, self.direct
+
+    def frequency_response(
+        self, frequency_hz: FloatArray, sample_rate_hz: float, delay_samples: int
+    ) -> ComplexArray:
+        """G(exp(2 pi i f / rate)) of every walker, shape (walkers, frequencies)."""
+        z = np.exp(2j * np.pi * frequency_hz / sample_rate_hz)
+        response = np.repeat(self.direct[:, None].astype(np.complex128), len(z), axis=1)
+        poles = np.concatenate(
+            [self.real_poles.astype(np.complex128), self.pair_poles, self.pair_poles.conj()]
+        )
+        residues = np.concatenate(
+            [self.real_residues.astype(np.complex128), self.pair_residues, self.pair_residues.conj()]
+        )
+        for pole, residue in zip(poles, residues, strict=True):
+            response += residue[:, None] / (z - pole[:, None])
+        return np.asarray(response * z ** (-delay_samples), dtype=np.complex128)
+
+
 def _moved_apart(poles: Roots) -> Roots:
     """`poles` (n, walkers) with each two that are closer than SEPARATION set that far apart."""
     moved = poles.copy()
@@ -125,10 +159,7 @@ def _moved_apart(poles: Roots) -> Roots:
     return moved
 
 
-def modal_form(
-    linear: LinearBatch,
-    static: FloatArray,
-) -> ModalForm:
+def modal_form(linear: LinearBatch | ResidueBatch, static: FloatArray) -> ModalForm:
     """The modal form of cascades with rows lower, upper, c1, half_width, c2, c3 in `static` (6, walkers), at
     rest with w = 0."""
     linear = linear.separated()

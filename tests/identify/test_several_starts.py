@@ -12,9 +12,9 @@ from known_axis import commands, known_axis, simulated_records
 
 from bayes_hw.identify.output_error import fit_output_error
 from bayes_hw.identify.several_starts import fit_from_several_starts
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.parameters import AxisParameters
 from bayes_hw.record import Record
 
 TRUTH = known_axis()

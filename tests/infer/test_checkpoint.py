@@ -12,11 +12,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from targets import Gaussian
 
 from bayes_hw.errors import InputError
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
-from targets import Gaussian
 
 SETTINGS = SamplerSettings(ensembles=2, walkers=16, block=20, max_steps=120, target_ess=1e9)
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy import stats
+from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -19,10 +20,9 @@ from bayes_hw.infer.mixture import laplace_proposal
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.parameters import AxisParameters
 from bayes_hw.record import Record
-from simulated_records import measured
 
 SHORT = SamplerSettings(ensembles=2, walkers=64, max_steps=100, target_ess=500)
 
@@ -33,7 +33,7 @@ def inference(small_axis: HammersteinWiener, small_record: Record) -> Inference:
 
 
 def test_the_truth_lies_within_the_posterior(inference: Inference, small_axis: HammersteinWiener) -> None:
-    """Every parameter within four posterior standard deviations; the report finds nothing in the residuals."""
+    """Every parameter within four posterior standard deviations; nothing is found in the residuals."""
     truth = {
         "saturation.lower": -0.8,
         "saturation.upper": 1.0,
@@ -95,7 +95,7 @@ def test_axis_takes_its_scale_and_start_from_the_records(small_axis: Hammerstein
 
 
 class Ranks(NamedTuple):
-    """Share of posterior draws below the truth, (replicates, parameters), and below 1.2 times the true sigma,
+    """Share of posterior draws below the truth (replicates, parameters), and below 1.2 times the true sigma
     (replicates,)."""
 
     shares: FloatArray

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import linalg, signal, stats
+from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import NoiseEstimate, noise_parameters
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.parameters import AxisParameters
 from bayes_hw.record import Record
-from simulated_records import measured
 
 NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]), np.zeros(3))
 

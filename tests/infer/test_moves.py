@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from emcee.moves import Move
 from scipy import stats
+from targets import Gaussian, LogGamma, Target
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
 from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
 from bayes_hw.infer.moves import IndependenceMove, weighted_moves
-from targets import Gaussian, LogGamma, Target
 
 WALKERS, BURN_IN, STEPS = 192, 300, 1200
 Moves = Sequence[tuple[Move, float]]

@@ -15,9 +15,9 @@ from arviz_stats.base import array_stats
 from bayes_hw.errors import InputError
 from bayes_hw.infer.noise import NoiseEstimate, autoregression_from_partial, noise_parameters
 from bayes_hw.infer.posterior import SCHEMA, STORED_DRAWS, Posterior
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.parameters import AxisParameters
 from bayes_hw.record import Record
 
 NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]), np.zeros(3))

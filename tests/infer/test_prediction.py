@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
+from simulated_records import measured
 
 from bayes_hw.errors import InputError
 from bayes_hw.infer.noise import NoiseEstimate, noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
 from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.parameters import AxisParameters, as_values
+from bayes_hw.model.parameters import as_values
 from bayes_hw.record import Record
-from simulated_records import measured
 
 
 def test_one_draw_gives_normal_quantiles() -> None:
@@ -76,24 +77,23 @@ def test_coverage_of_all_or_nothing(inside: np.ndarray) -> None:
 
 
 @pytest.fixture(scope="module")
-def posterior(small_axis: HammersteinWiener, small_record: Record) -> Posterior:
-    """Draws of the Laplace approximation: near enough to the posterior for bands."""
+def posterior(small_axis: HammersteinWiener) -> Posterior:
+    """Draws of the Laplace approximation from a long record: near enough to the posterior for bands."""
+    training = measured(small_axis, 6000, seed=20)
     axis = AxisParameters(small_axis, output_scale=2.0)
-    start = starting_point(axis, [small_record], np.random.default_rng(1))
+    start = starting_point(axis, [training], np.random.default_rng(1))
     parameters = (*axis.parameters, *start.noise_parameters)
     normal = np.random.default_rng(2).standard_normal((400, len(parameters)))
     coordinates = start.coordinates + normal @ np.linalg.cholesky(start.covariance).T
     values = as_values(parameters, coordinates.T).T.reshape(4, 10, 10, -1)
     mode = as_values(parameters, start.coordinates)
-    return Posterior(
-        axis, start.noise_parameters, values, np.zeros((4, 10, 10)), mode, True, (), 0.0
-    )
+    return Posterior(axis, start.noise_parameters, values, np.zeros((4, 10, 10)), mode, True, (), 0.0)
 
 
 def test_bands_cover_new_records(posterior: Posterior, small_axis: HammersteinWiener) -> None:
     """94 % and 50 % bands on a held-out record contain the share of y that they promise; the narrower band of
     the parameters alone contains the noise-free output."""
-    record = measured(small_axis, 4000, seed=21)
+    record = measured(small_axis, 1000, seed=21)
     found = predict(posterior, record, np.random.default_rng(3))
     for nominal in (0.94, 0.5):
         assert band_coverage(found, nominal).achieved == pytest.approx(nominal, abs=0.04)
@@ -110,7 +110,7 @@ def test_bands_cover_new_records(posterior: Posterior, small_axis: HammersteinWi
 def test_a_wrong_noise_level_is_seen_in_the_coverage(
     posterior: Posterior, small_axis: HammersteinWiener
 ) -> None:
-    noisier = measured(replace(small_axis, noise_sigma=0.013), 4000, seed=22)
+    noisier = measured(replace(small_axis, noise_sigma=0.013), 1000, seed=22)
     assert not band_coverage(predict(posterior, noisier, np.random.default_rng(3))).agrees
 
 

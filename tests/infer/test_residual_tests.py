@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import signal, stats
+from simulated_records import coloured_noise, command
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.residual_tests import (
@@ -15,7 +16,6 @@ from bayes_hw.infer.residual_tests import (
     examine_residuals,
 )
 from bayes_hw.record import Record, Units
-from simulated_records import coloured_noise, command
 
 WHITE, COMMAND, MAGNITUDE = 0, 1, 2
 

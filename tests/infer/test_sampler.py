@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from targets import Banana, Gaussian, HalfSpace, Target, TwoModes
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, independence_share, sample
-from targets import Banana, Gaussian, HalfSpace, Target, TwoModes
 
 QUICK = SamplerSettings(ensembles=4, walkers=64, max_steps=1500, target_ess=3000)
 

@@ -1,0 +1,271 @@
+"""The parameter vector of a Hammerstein-Wiener axis, and how it becomes a model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.initial_state import InitialStates
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole, polynomial_roots
+from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.model.priors import (
+    HalfNormal,
+    HyperbolicTangent,
+    Identity,
+    Logarithm,
+    LogNormal,
+    Normal,
+    Uniform,
+)
+
+FreeSet: TypeAlias = Literal["dominant", "all"]
+
+LIMIT_LOG_SD = 0.3
+GAIN_LOG_SD = 0.3
+FREQUENCY_LOG_SD = 0.1
+DAMPING_LOG_SD = 0.8
+DEAD_ZONE_SCALE = 3.0
+WEIGHT_SD = 1.0
+"""Prior standard deviation of a residue, in units of the largest nominal one."""
+
+LARGEST_DAMPING = 0.999
+NEGLIGIBLE = 1e-10
+"""Leading numerator coefficients this small beside the largest are rounding errors."""
+
+
+class AxisParameters:
+    """Which numbers of a Hammerstein-Wiener model are free, and how a vector of them becomes a model.
+
+    `free` is "dominant": saturation limits, dead zone, gain, frequencies and dampings of the dominant modes,
+    the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
+    gain the residue of every pole (that of the integrator as velocity gain), in which the response is linear.
+    With `start_positions` the initial state of every record is free as well.
+    """
+
+    def __init__(
+        self,
+        model: HammersteinWiener,
+        free: FreeSet = "dominant",
+        *,
+        output_scale: float = 1.0,
+        start_positions: FloatArray | None = None,
+    ) -> None:
+        """`output_scale` is the size of the output (output units): it scales the prior of a dead zone whose
+        nominal width is zero, and the priors of the initial states. `start_positions` holds the measured
+        first output of every record when the initial conditions are free, else None (rest at w = 0).
+        """
+        self.model = model
+        self.free: FreeSet = free
+        self.output_scale = output_scale
+        self.start_positions = start_positions
+        poles = model.linear.poles
+        self._real_poles = np.sort(poles[poles.imag == 0].real)
+        integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
+        self._integrator = int(integrators[0]) if integrators.size else None
+        dominant = model.mode_indices()
+        others = [int(i) for i in np.flatnonzero(poles.imag > 0) if i not in dominant]
+        others.sort(key=lambda i: abs(np.log(poles[i])))
+        self._pair_poles = poles[[*dominant, *others]]
+        self._pair_names = [f"mode{i + 1}" for i in range(len(dominant))]
+        self._pair_names += [f"pole_pair{i + 1}" for i in range(len(others))]
+        self._free_real = [i for i in range(len(self._real_poles)) if i != self._integrator]
+        structure = [*self._static_parameters(), *self._linear_parameters()]
+        self._n_structure = len(structure)
+        self._states = InitialStates.of_poles(self._real_poles, self._pair_poles, self._integrator)
+        starts: list[Parameter] = []
+        if start_positions is not None:
+            starts = self._states.parameters(
+                start_positions.tolist(), model.dead_zone.half_width, model.units.output, output_scale
+            )
+        self.parameters: tuple[Parameter, ...] = (*structure, *starts)
+        self._row = {parameter.name: row for row, parameter in enumerate(self.parameters)}
+        self._interchangeable = [
+            [row for name, row in self._row.items() if name.startswith(kind) and name.endswith(what)]
+            for kind, what in (("mode", "_hz"), ("pole_pair", "_hz"), ("real_pole", ".value"))
+        ]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def nominal(self) -> FloatArray:
+        """Values of the nominal model, shape (parameters,)."""
+        return np.array([parameter.nominal for parameter in self.parameters])
+
+    def in_order(self, values: FloatArray) -> BoolArray:
+        """Whether modes, other pole pairs and real poles keep the order that gives them their numbers.
+
+        Exchanging two poles of a kind changes nothing but their names. For values (parameters, walkers).
+        """
+        kept = np.ones(values.shape[1], dtype=np.bool_)
+        for rows in self._interchangeable:
+            kept &= np.all(np.diff(values[rows], axis=0) > 0, axis=0)
+        return kept
+
+    def modal_form(self, values: FloatArray, record: int = 0) -> ModalForm:
+        """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
+        linear = self.linear_batch(values)
+        gains = self.model.normalization
+        ones = np.ones(values.shape[1])
+        static = np.stack(
+            [values[0], values[1], gains.c1 * ones, values[2], gains.c2 * ones, gains.c3 * ones]
+        )
+        form = modal_form(linear, static)
+        if self.start_positions is None:
+            return form
+        begin = self._n_structure + record * self._states.count
+        return self._states.apply(form, linear.pair_poles, values[begin : begin + self._states.count])
+
+    def linear_batch(self, values: FloatArray) -> LinearBatch | ResidueBatch:
+        """The linear blocks of every column of `values` (parameters, walkers)."""
+        walkers, rate = values.shape[1], self.model.sample_rate_hz
+        real_poles = np.repeat(self._real_poles[:, None], walkers, axis=1)
+        pair_poles = np.repeat(self._pair_poles[:, None], walkers, axis=1)
+        for i, name in enumerate(self._pair_names):
+            if (row := self._row.get(f"{name}.frequency_hz")) is not None:
+                damping = np.minimum(values[row + 1], LARGEST_DAMPING)
+                pair_poles[i] = mode_pole(values[row], damping, rate)
+        if self.free == "dominant":
+            zeros = np.repeat(self.model.linear.zeros[:, None], walkers, axis=1)
+            return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
+        real_residues = np.empty_like(real_poles)
+        for i in self._free_real:
+            real_poles[i] = values[self._row[f"real_pole{i + 1}.value"]]
+            real_residues[i] = values[self._row[f"real_pole{i + 1}.residue"]]
+        if self._integrator is not None:
+            real_residues[self._integrator] = values[self._row["velocity_gain"]] / rate
+        cosine = np.array([values[self._row[f"{name}.cosine"]] for name in self._pair_names])
+        sine = np.array([values[self._row[f"{name}.sine"]] for name in self._pair_names])
+        pair_residues = (0.5 * (cosine - 1j * sine)).reshape(len(self._pair_names), walkers)
+        direct = values[self._row["direct"]] if "direct" in self._row else np.zeros(walkers)
+        return ResidueBatch(real_poles, pair_poles, real_residues, pair_residues, direct)
+
+    def gain(self, values: FloatArray) -> FloatArray:
+        """The leading numerator coefficient of G for every column of `values` (parameters, walkers)."""
+        if self.free == "dominant":
+            return values[self._row["gain"]]
+        if "direct" in self._row:
+            return values[self._row["direct"]]
+        real, pairs, _ = self.linear_batch(values).residues()
+        return real.sum(axis=0) + 2 * pairs.real.sum(axis=0)
+
+    def velocity_gain(self, values: FloatArray) -> FloatArray:
+        """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""
+        if self._integrator is None:
+            return np.full(values.shape[1], np.nan)
+        residues, _, _ = self.linear_batch(values).separated().residues()
+        return residues[self._integrator] * self.model.sample_rate_hz
+
+    def frequency_response(self, values: FloatArray, frequency_hz: FloatArray) -> ComplexArray:
+        """G at every frequency for every column of `values`, shape (walkers, frequencies)."""
+        return self.linear_batch(values).frequency_response(
+            frequency_hz, self.model.sample_rate_hz, self.model.linear.delay_samples
+        )
+
+    def to_model(self, values: FloatArray) -> HammersteinWiener:
+        """The model at one parameter vector, shape (parameters,)."""
+        batch = self.linear_batch(values[:, None])
+        pairs, delay = batch.pair_poles[:, 0], self.model.linear.delay_samples
+        poles = np.concatenate([batch.real_poles[:, 0], pairs, pairs.conj()]).astype(np.complex128)
+        if isinstance(batch, LinearBatch):
+            linear = LinearBlock(batch.zeros[:, 0], poles, float(batch.gain[0]), delay)
+        else:
+            linear = _from_residues(batch, poles, delay)
+        rate, n_modes = self.model.sample_rate_hz, len(self.model.dominant_modes)
+        return replace(
+            self.model,
+            saturation=replace(self.model.saturation, lower=float(values[0]), upper=float(values[1])),
+            dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
+            linear=linear,
+            dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
+        )
+
+    def _static_parameters(self) -> list[Parameter]:
+        model, units = self.model, self.model.units
+        lower, upper = model.saturation.lower, model.saturation.upper
+        half_width = model.dead_zone.half_width
+        scale = DEAD_ZONE_SCALE * half_width if half_width > 0 else 0.05 * self.output_scale
+        start = half_width if half_width > 0 else 0.01 * scale
+        return [
+            Parameter(
+                "saturation.lower", units.input, lower, LogNormal(lower, LIMIT_LOG_SD), Logarithm(-1.0)
+            ),
+            Parameter("saturation.upper", units.input, upper, LogNormal(upper, LIMIT_LOG_SD), Logarithm()),
+            Parameter("dead_zone.half_width", units.output, start, HalfNormal(scale), Logarithm()),
+        ]
+
+    def _linear_parameters(self) -> list[Parameter]:
+        if self.free == "dominant":
+            modes = len(self.model.dominant_modes)
+            return [_gain("gain", "", self.model.linear.gain), *self._pair_parameters(modes)]
+        units = self.model.units
+        per_sample = f"{units.output}/({units.input})"
+        batch = linear_batch(self.model.linear, 1)
+        real, pairs, direct = _residues_at(batch.separated(), self._real_poles, self._pair_poles)
+        weights = np.concatenate([np.delete(real, self._integrator or 0), 2 * np.abs(pairs), np.abs(direct)])
+        spread = WEIGHT_SD * float(np.max(np.abs(weights), initial=0.0)) or abs(float(real[0]))
+        found: list[Parameter] = []
+        if self._integrator is not None:
+            gain = float(real[self._integrator]) * self.model.sample_rate_hz
+            found.append(_gain("velocity_gain", f"({units.output}/s)/({units.input})", gain))
+        found += self._pair_parameters(len(self._pair_names))
+        for i in self._free_real:
+            pole = float(np.clip(self._real_poles[i], -0.999999, 0.999999))
+            found.append(
+                Parameter(f"real_pole{i + 1}.value", "", pole, Uniform(-1.0, 1.0), HyperbolicTangent())
+            )
+            found.append(_weight(f"real_pole{i + 1}.residue", per_sample, float(real[i]), spread))
+        for name, residue in zip(self._pair_names, pairs, strict=True):
+            found.append(_weight(f"{name}.cosine", per_sample, float(2 * residue.real), spread))
+            found.append(_weight(f"{name}.sine", per_sample, float(-2 * residue.imag), spread))
+        if len(self.model.linear.zeros) == len(self.model.linear.poles):
+            found.append(_weight("direct", per_sample, float(direct[0]), spread))
+        return found
+
+    def _pair_parameters(self, count: int) -> list[Parameter]:
+        found = []
+        for name, pole in zip(self._pair_names[:count], self._pair_poles, strict=False):
+            mode = Mode.from_pole(complex(pole), self.model.sample_rate_hz)
+            frequency = LogNormal(mode.frequency_hz, FREQUENCY_LOG_SD)
+            damping = LogNormal(mode.damping_ratio, DAMPING_LOG_SD)
+            found += [
+                Parameter(f"{name}.frequency_hz", "Hz", mode.frequency_hz, frequency, Logarithm()),
+                Parameter(f"{name}.damping_ratio", "", mode.damping_ratio, damping, Logarithm()),
+            ]
+        return found
+
+
+def _gain(name: str, unit: str, value: float) -> Parameter:
+    return Parameter(name, unit, value, LogNormal(value, GAIN_LOG_SD), Logarithm(float(np.sign(value))))
+
+
+def _weight(name: str, unit: str, value: float, spread: float) -> Parameter:
+    return Parameter(name, unit, value, Normal(value, spread), Identity())
+
+
+def _residues_at(
+    batch: LinearBatch, real_poles: FloatArray, pair_poles: ComplexArray
+) -> tuple[FloatArray, ComplexArray, FloatArray]:
+    """Residues of a batch of one block, in the order of the given poles."""
+    real, pairs, direct = batch.residues()
+    real_order = [int(np.argmin(np.abs(batch.real_poles[:, 0] - pole))) for pole in real_poles]
+    pair_order = [int(np.argmin(np.abs(batch.pair_poles[:, 0] - pole))) for pole in pair_poles]
+    return real[real_order, 0], pairs[pair_order, 0], direct
+
+
+def _from_residues(batch: ResidueBatch, poles: ComplexArray, delay_samples: int) -> LinearBlock:
+    """The block of one column of residues: its numerator is sum_i r_i prod_{j != i} (z - p_j)."""
+    pairs = batch.pair_residues[:, 0]
+    residues = np.concatenate([batch.real_residues[:, 0].astype(np.complex128), pairs, pairs.conj()])
+    numerator = batch.direct[0] * np.real(np.poly(poles))
+    for i, residue in enumerate(residues):
+        numerator[1:] += np.real(residue * np.poly(np.delete(poles, i)))
+    first = int(np.argmax(np.abs(numerator) > NEGLIGIBLE * np.max(np.abs(numerator))))
+    kept = numerator[first:]
+    return LinearBlock(polynomial_roots(kept), poles, float(kept[0]), delay_samples)

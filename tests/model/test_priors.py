@@ -1,0 +1,102 @@
+"""Priors are normalised densities whose quantiles fit them; transforms are inverted and differentiated right."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import integrate
+
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.model.priors import (
+    HalfNormal,
+    HyperbolicTangent,
+    Identity,
+    Logarithm,
+    LogNormal,
+    Normal,
+    Prior,
+    Transform,
+    Uniform,
+)
+
+PRIORS: list[tuple[Prior, float, float]] = [
+    (Normal(1.5, 0.4), -np.inf, np.inf),
+    (LogNormal(2.0, 0.3), 0.0, np.inf),
+    (LogNormal(-0.335, 0.3), -np.inf, 0.0),
+    (HalfNormal(0.7), 0.0, np.inf),
+    (Uniform(-1.0, 1.0), -1.0, 1.0),
+]
+COORDINATES: list[tuple[Prior, Transform]] = [
+    (Normal(1.5, 0.4), Identity()),
+    (LogNormal(2.0, 0.3), Logarithm()),
+    (LogNormal(-0.335, 0.3), Logarithm(-1.0)),
+    (HalfNormal(0.7), Logarithm()),
+    (Uniform(-1.0, 1.0), HyperbolicTangent()),
+]
+TRANSFORMS: list[Transform] = [Identity(), Logarithm(), Logarithm(-1.0), HyperbolicTangent()]
+
+
+def density(prior: Prior, value: float) -> float:
+    return float(np.exp(prior.log_density(np.array([value]))[0]))
+
+
+@pytest.mark.parametrize(("prior", "low", "high"), PRIORS)
+def test_density_integrates_to_one(prior: Prior, low: float, high: float) -> None:
+    total, _ = integrate.quad(lambda x: density(prior, x), low, high)
+    assert total == pytest.approx(1, abs=1e-7)
+
+
+@pytest.mark.parametrize(("prior", "low", "high"), PRIORS)
+def test_quantile_inverts_the_integrated_density(prior: Prior, low: float, high: float) -> None:
+    for probability in (0.01, 0.3, 0.5, 0.97):
+        bound = float(prior.quantile(np.array(probability)))
+        below, _ = integrate.quad(lambda x: density(prior, x), low, bound)
+        assert below == pytest.approx(probability, abs=1e-7), high
+
+
+@pytest.mark.parametrize(("prior", "outside"), [(p, x) for p, x in zip(
+    [prior for prior, _, _ in PRIORS[1:]], (-0.1, 0.1, -1e-9, 1.0001), strict=True)])  # fmt: skip
+def test_no_density_outside_the_support(prior: Prior, outside: float) -> None:
+    assert prior.log_density(np.array([outside]))[0] == -np.inf
+
+
+@pytest.mark.parametrize(("prior", "low", "high"), PRIORS)
+def test_description_is_one_line_with_the_unit(prior: Prior, low: float, high: float) -> None:
+    text = prior.describe("deg/s")
+    assert "deg/s" in text and "\n" not in text and low < high
+    assert prior.describe("") == prior.describe("").strip()
+
+
+@settings(max_examples=60, deadline=None)
+@given(coordinate=st.floats(-8, 8))
+@pytest.mark.parametrize("transform", TRANSFORMS)
+def test_transform_round_trips_and_its_jacobian_is_its_slope(transform: Transform, coordinate: float) -> None:
+    q = np.array([coordinate])
+    np.testing.assert_allclose(transform.to_coordinate(transform.to_value(q)), q, rtol=1e-8, atol=1e-8)
+    step = 1e-5
+    slope = (transform.to_value(q + step) - transform.to_value(q - step)) / (2 * step)
+    np.testing.assert_allclose(np.exp(transform.log_jacobian(q)), np.abs(slope), rtol=1e-4, atol=1e-10)
+
+
+def test_far_coordinates_do_not_overflow_the_jacobian() -> None:
+    found = HyperbolicTangent().log_jacobian(np.array([-400.0, 400.0]))
+    np.testing.assert_allclose(found, 2 * np.log(2) - 800, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("prior", "transform"), COORDINATES)
+def test_prior_in_coordinates_integrates_to_one(prior: Prior, transform: Transform) -> None:
+    parameters = (Parameter("x", "", 1.0, prior, transform),)
+    total, _ = integrate.quad(
+        lambda q: float(np.exp(log_prior(parameters, np.array([[q]])))[0]), -30, 30, limit=400, points=[0.0]
+    )
+    assert total == pytest.approx(1, abs=1e-6)
+
+
+def test_prior_of_several_parameters_is_their_product() -> None:
+    parameters = tuple(Parameter(str(i), "", 1.0, p, t) for i, (p, t) in enumerate(COORDINATES))
+    q = np.random.default_rng(1).normal(0, 0.5, size=(5, 7))
+    parts = [log_prior((parameter,), q[[i]]) for i, parameter in enumerate(parameters)]
+    np.testing.assert_allclose(log_prior(parameters, q), np.sum(parts, axis=0), rtol=1e-12)
+    np.testing.assert_allclose(as_coordinates(parameters, as_values(parameters, q)), q, rtol=1e-10)
