@@ -180,7 +180,7 @@ def _add_sampling(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here")
     group.add_argument(
-        "--target-ess", type=float, default=2000.0, metavar="N", help="effective samples to stop at"
+        "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
     )
 
 

@@ -15,7 +15,7 @@ from bayes_hw.errors import InputError
 def temporary_sibling(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that takes its name when the block ends without an error.
 
-    Raises InputError when the folder cannot be written.
+    Raises InputError when the folder cannot be written, or `path` is a folder.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -27,7 +27,10 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
     try:
         yield temporary
         temporary.chmod(0o666 & ~_umask())
-        temporary.replace(path)
+        try:
+            temporary.replace(path)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
     finally:
         temporary.unlink(missing_ok=True)
 

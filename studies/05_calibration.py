@@ -19,12 +19,12 @@ from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.executor import ResultFolder
 from bayes_hw.infer.calibration import CalibrationCase, calibrate_once, calibration_tasks
-from bayes_hw.infer.calibration_summary import summarize_calibration
+from bayes_hw.infer.calibration_summary import CalibrationStudy, summarize_calibration
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.report.calibration_report import AssumedOrder, CalibrationStudy, calibration_report
+from bayes_hw.report.calibration_report import calibration_report
 
 SAMPLE_RATE_HZ = 20.0
 SAMPLES = 600
@@ -35,6 +35,7 @@ REPLICATES = 500
 WRONG_REPLICATES = 64
 ORDER_REPLICATES = 80
 SECOND_ORDER_NOISE = (0.6, 0.5)
+ORDERS = (0, 1, 2)
 
 
 def main() -> None:
@@ -48,7 +49,7 @@ def main() -> None:
         "correlation_ignored": (replace(case, assumed_order=0), WRONG_REPLICATES),
         **{
             f"order_{order}": (replace(second_order, assumed_order=order), ORDER_REPLICATES)
-            for order in range(len(SECOND_ORDER_NOISE) + 1)
+            for order in ORDERS
         },
     }
     executor = study.executor()
@@ -71,16 +72,15 @@ def main() -> None:
             "sigma taken 20 % too large": summaries["sigma_20_percent"],
             "correlation of the noise ignored": summaries["correlation_ignored"],
         },
-        true_order=len(SECOND_ORDER_NOISE),
-        orders=tuple(
-            AssumedOrder(order, summaries[f"order_{order}"]) for order in range(len(SECOND_ORDER_NOISE) + 1)
-        ),
-        second_order_noise=SECOND_ORDER_NOISE,
+        orders={order: summaries[f"order_{order}"] for order in ORDERS},
+        order_noise=SECOND_ORDER_NOISE,
     )
     study.write_document(calibration_report(result, study.origin()))
     study.write_results({name: summary.to_dict() for name, summary in summaries.items()})
     for name, summary in summaries.items():
-        print(f"{name:20s} p = {summary.p_value:.4f} (worst: {summary.worst}), {summary.replicates} replicates")
+        print(
+            f"{name:20s} p = {summary.p_value:.4f} (worst: {summary.worst}), {summary.replicates} replicates"
+        )
 
 
 def axis() -> HammersteinWiener:

@@ -47,7 +47,9 @@ class Study:
     def write_results(self, results: Mapping[str, Any]) -> None:
         """Write results.json, with the name and seed first."""
         content = {"study": self.name, "seed": self.seed, "quick": self.quick, **results}
-        write_text_atomically(self.out / "results.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+        write_text_atomically(
+            self.out / "results.json", json.dumps(content, indent=1, allow_nan=False) + "\n"
+        )
 
     def write_report(self, analysis: Analysis) -> None:
         """Write the files of the analysis, report.html and report.pdf, and say where they are."""
@@ -68,7 +70,9 @@ class Study:
 
 def start_study(name: str, question: str | None) -> Study:
     """Parse the options of a study script."""
-    parser = argparse.ArgumentParser(description=question, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=question, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="a smaller run of the same study")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="threads (default: all cores)")

@@ -9,8 +9,14 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import IntArray
-from bayes_hw.infer.calibration import DRAWS, PROBABILITIES
-from bayes_hw.infer.rank_statistics import IntervalCoverage, SimultaneousBands, ecdf_bands, ecdf_counts
+from bayes_hw.infer.calibration import DRAWS, PROBABILITIES, CalibrationCase
+from bayes_hw.infer.rank_statistics import (
+    IntervalCoverage,
+    SimultaneousBands,
+    ecdf_bands,
+    ecdf_counts,
+    histogram_bands,
+)
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 
 SIGNIFICANCE = 0.05
@@ -23,7 +29,7 @@ class CalibrationSummary:
     """Ranks, coverage and checks of one set of replicates, quantities and parameters by name.
 
     `ranks` (replicates,) of every quantity among `draws`; `p_values` of their distribution functions against
-    `bands`; `coverage` of every parameter, one entry an interval of INTERVALS. `not_converged` counts the
+    `ecdf_bands`; `histogram_bands` for the counts in bins; `coverage` of every parameter, one entry an interval of INTERVALS. `not_converged` counts the
     replicates whose sampler said so (they are counted like all others), `not_white` those whose Ljung-Box
     test found correlation left in time; `seconds` is the mean of a replicate.
     """
@@ -31,7 +37,8 @@ class CalibrationSummary:
     replicates: int
     draws: int
     ranks: dict[str, IntArray]
-    bands: SimultaneousBands
+    ecdf_bands: SimultaneousBands
+    histogram_bands: SimultaneousBands
     p_values: dict[str, float]
     coverage: dict[str, tuple[IntervalCoverage, ...]]
     not_converged: int
@@ -52,9 +59,10 @@ class CalibrationSummary:
     def calibrated(self) -> bool:
         return self.p_value >= SIGNIFICANCE
 
-    def pooled_coverage(self, prefix_excluded: str = "noise.") -> list[float]:
-        """Share of all axis parameters' intervals that hold the truth, one entry an interval of INTERVALS."""
-        kept = [c for name, c in self.coverage.items() if not name.startswith(prefix_excluded)]
+    def axis_coverage(self) -> list[float]:
+        """Share of the intervals of all parameters but the noise's that hold the truth, one entry an interval
+        of INTERVALS."""
+        kept = [c for name, c in self.coverage.items() if not name.startswith("noise.")]
         return [float(np.mean([entry[i].achieved for entry in kept])) for i in range(len(INTERVALS))]
 
     def to_dict(self) -> dict[str, Any]:
@@ -75,9 +83,30 @@ class CalibrationSummary:
                 }
                 for name, entries in self.coverage.items()
             },
-            "pooled_coverage": dict(zip(INTERVALS, self.pooled_coverage(), strict=True)),
+            "axis_coverage": dict(zip(INTERVALS, self.axis_coverage(), strict=True)),
             "ranks": {name: ranks.tolist() for name, ranks in self.ranks.items()},
         }
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationStudy:
+    """A calibration, and what shows that it could have failed.
+
+    `right` has the likelihood of the simulated noise; `wrong` holds, by a description in words, likelihoods
+    made wrong on purpose; `orders` holds, by the assumed AR order, replicates whose noise has the partial
+    autocorrelations `order_noise`.
+    """
+
+    case: CalibrationCase
+    right: CalibrationSummary
+    wrong: dict[str, CalibrationSummary]
+    orders: dict[int, CalibrationSummary]
+    order_noise: tuple[float, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the right likelihood is calibrated and every wrong one is found out."""
+        return self.right.calibrated and not any(summary.calibrated for summary in self.wrong.values())
 
 
 def summarize_calibration(
@@ -102,7 +131,8 @@ def summarize_calibration(
         replicates=count,
         draws=DRAWS,
         ranks=ranks,
-        bands=bands,
+        ecdf_bands=bands,
+        histogram_bands=histogram_bands(count, rng),
         p_values={name: bands.p_value(ecdf_counts(r, DRAWS)) for name, r in ranks.items()},
         coverage=coverage,
         not_converged=sum(not r["converged"] for r in replicates),

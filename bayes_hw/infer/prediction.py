@@ -153,7 +153,8 @@ def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> tuple[
             values[row] = 0.0
     half_width = values[axis.names.index("dead_zone.half_width")]
     first = float(np.mean(record.y[: min(START_SAMPLES, len(record))]))
-    values[axis.names.index("start1.position")] = first + np.sign(first) * half_width
+    if "start1.position" in axis.names:
+        values[axis.names.index("start1.position")] = first + np.sign(first) * half_width
     outputs = simulated_outputs(axis, values, [record])[0]
     offset = first - float(np.mean(outputs[:, : min(START_SAMPLES, len(record))]))
     return outputs + offset, offset

@@ -50,7 +50,7 @@ class SamplerSettings:
     walkers: int | None = None
     block: int = 25
     max_steps: int = 5000
-    target_ess: float = 2000.0
+    target_ess: float = 1000.0
 
     def walkers_for(self, dimension: int) -> int:
         """Walkers of one ensemble: whole lanes of the kernel in either half, over twice the dimension."""

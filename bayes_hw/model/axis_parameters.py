@@ -11,7 +11,7 @@ from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole, polynomial_roots
-from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form
+from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form, moved_apart
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
     HalfNormal,
@@ -43,7 +43,8 @@ class AxisParameters:
 
     `free` is "dominant": saturation limits, dead zone, gain, frequencies and dampings of the dominant modes,
     the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
-    gain the residue of every pole (that of the integrator as velocity gain), in which the response is linear.
+    gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
+    impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
     With `start_positions` the initial state of every record is free as well.
     """
 
@@ -135,9 +136,11 @@ class AxisParameters:
             zeros = np.repeat(self.model.linear.zeros[:, None], walkers, axis=1)
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
         real_residues = np.empty_like(real_poles)
-        for i in self._free_real:
-            real_poles[i] = values[self._row[f"real_pole{i + 1}.value"]]
-            real_residues[i] = values[self._row[f"real_pole{i + 1}.residue"]]
+        if self._free_real:
+            rows = [self._row[f"real_pole{i + 1}.value"] for i in self._free_real]
+            weights = values[[self._row[f"real_pole{i + 1}.weight"] for i in self._free_real]]
+            real_poles[self._free_real] = moved_apart(values[rows])
+            real_residues[self._free_real] = nested_residues(real_poles[self._free_real], weights)
         if self._integrator is not None:
             real_residues[self._integrator] = values[self._row["velocity_gain"]] / rate
         cosine = np.array([values[self._row[f"{name}.cosine"]] for name in self._pair_names])
@@ -208,19 +211,21 @@ class AxisParameters:
         per_sample = f"{units.output}/({units.input})"
         batch = linear_batch(self.model.linear, 1)
         real, pairs, direct = _residues_at(batch.separated(), self._real_poles, self._pair_poles)
-        weights = np.concatenate([np.delete(real, self._integrator or 0), 2 * np.abs(pairs), np.abs(direct)])
+        decaying = real if self._integrator is None else np.delete(real, self._integrator)
+        weights = np.concatenate([decaying, 2 * np.abs(pairs), np.abs(direct)])
         spread = WEIGHT_SD * float(np.max(np.abs(weights), initial=0.0)) or abs(float(real[0]))
         found: list[Parameter] = []
         if self._integrator is not None:
             gain = float(real[self._integrator]) * self.model.sample_rate_hz
             found.append(_gain("velocity_gain", f"({units.output}/s)/({units.input})", gain))
         found += self._pair_parameters(len(self._pair_names))
-        for i in self._free_real:
+        nested = nested_weights(self._real_poles[self._free_real], real[self._free_real])
+        for i, weight in zip(self._free_real, nested, strict=True):
             pole = float(np.clip(self._real_poles[i], -0.999999, 0.999999))
             found.append(
                 Parameter(f"real_pole{i + 1}.value", "", pole, Uniform(-1.0, 1.0), HyperbolicTangent())
             )
-            found.append(_weight(f"real_pole{i + 1}.residue", per_sample, float(real[i]), spread))
+            found.append(_weight(f"real_pole{i + 1}.weight", per_sample, float(weight), spread))
         for name, residue in zip(self._pair_names, pairs, strict=True):
             found.append(_weight(f"{name}.cosine", per_sample, float(2 * residue.real), spread))
             found.append(_weight(f"{name}.sine", per_sample, float(-2 * residue.imag), spread))
@@ -239,6 +244,27 @@ class AxisParameters:
                 Parameter(f"{name}.damping_ratio", "", mode.damping_ratio, damping, Logarithm()),
             ]
         return found
+
+
+def nested_weights(poles: FloatArray, residues: FloatArray) -> FloatArray:
+    """Weights g with sum_i r_i / (z - p_i) = g_1 / (z - p_1) + g_2 / ((z - p_1) (z - p_2)) + ...
+
+    They stay bounded where poles coincide, where residues do not. `poles` and `residues` (n, ...).
+    """
+    remaining, weights = residues.copy(), np.empty_like(residues)
+    for j in range(len(poles)):
+        weights[j] = remaining[j:].sum(axis=0)
+        remaining[j + 1 :] *= poles[j + 1 :] - poles[j]
+    return weights
+
+
+def nested_residues(poles: FloatArray, weights: FloatArray) -> FloatArray:
+    """The residues of distinct poles that have the given nested weights; the inverse of `nested_weights`."""
+    residues = np.empty_like(weights)
+    for j in reversed(range(len(poles))):
+        residues[j + 1 :] /= poles[j + 1 :] - poles[j]
+        residues[j] = weights[j] - residues[j + 1 :].sum(axis=0)
+    return residues
 
 
 def _gain(name: str, unit: str, value: float) -> Parameter:

@@ -133,6 +133,8 @@ class HammersteinWiener:
         if not isinstance(data, Mapping):
             raise InputError("the top level must be an object with the keys of model.json")
         rate = _number(data, "sample_rate_hz")
+        if rate <= 0:
+            raise InputError("sample_rate_hz: must be finite and positive")
         linear = _linear_block(_mapping(data, "linear"))
         saturation = _mapping(data, "saturation")
         gains = _mapping(data, "normalization", optional=True)

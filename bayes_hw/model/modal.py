@@ -65,9 +65,7 @@ class LinearBatch:
 
     def separated(self) -> LinearBatch:
         """The same blocks with coinciding poles moved apart; the others are left as they are."""
-        return replace(
-            self, real_poles=_moved_apart(self.real_poles), pair_poles=_moved_apart(self.pair_poles)
-        )
+        return replace(self, real_poles=moved_apart(self.real_poles), pair_poles=moved_apart(self.pair_poles))
 
     def residues(self) -> tuple[FloatArray, ComplexArray, FloatArray]:
         """Residues at the real poles and at the pair poles, and the direct term (walkers,).
@@ -146,7 +144,7 @@ class ResidueBatch:
         return np.asarray(response * z ** (-delay_samples), dtype=np.complex128)
 
 
-def _moved_apart(poles: Roots) -> Roots:
+def moved_apart(poles: Roots) -> Roots:
     """`poles` (n, walkers) with each two that are closer than SEPARATION set that far apart."""
     moved = poles.copy()
     for i in range(len(moved)):

@@ -6,7 +6,7 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.identify.result import Identification
-from bayes_hw.report.document import Figure, Paragraph, Section, Table
+from bayes_hw.report.document import Bullets, Figure, Paragraph, Section, Table
 from bayes_hw.report.figures_identification import (
     ResidualDiagnostics,
     ResponseBand,
@@ -59,7 +59,7 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
     return Section(
         "Point estimate in four steps",
         (
-            Paragraph(" ".join(f"{step.name}: {step.description}" for step in steps)),
+            Bullets(tuple(f"{step.name}: {step.description}" for step in steps)),
             step_results(
                 [step.name for step in steps],
                 np.array([step.cost for step in steps]),

@@ -22,7 +22,7 @@ _NUMBERED = {
     r"noise\.autoregression(\d+)": ("noise AR coefficient {}", "φ{}"),
     r"noise\.partial_autocorrelation(\d+)": ("noise partial autocorrelation {}", "κ{}"),
     r"real_pole(\d+)\.value": ("real pole {}", "p{}"),
-    r"real_pole(\d+)\.residue": ("residue at real pole {}", "r{}"),
+    r"real_pole(\d+)\.weight": ("weight of real pole {}", "r{}"),
     r"mode(\d+)\.cosine": ("cosine weight of mode {}", "c{}"),
     r"mode(\d+)\.sine": ("sine weight of mode {}", "s{}"),
     r"pole_pair(\d+)\.frequency_hz": ("frequency of pole pair {}", "F{}"),

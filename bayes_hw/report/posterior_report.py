@@ -24,7 +24,7 @@ from bayes_hw.report.estimate_sections import estimate_sections
 from bayes_hw.report.figures_prediction import Coverage as CoverageRow
 from bayes_hw.report.figures_prediction import PredictedRecord, predicted_record
 from bayes_hw.report.figures_prediction import coverage as coverage_figure
-from bayes_hw.report.posterior_sections import posterior_sections
+from bayes_hw.report.posterior_sections import posterior_sections, widest_ratio
 from bayes_hw.report.rounding import format_duration, format_estimate, format_interval, format_percent
 
 ZOOM_SHARE = 0.1
@@ -104,6 +104,12 @@ def _verdict(analysis: Analysis) -> str:
         )
         + " (mean ± standard deviation)."
     )
+    if analysis.everything is not None:
+        ratio = widest_ratio(posterior.summaries, analysis.everything.posterior.summaries)
+        sentences.append(
+            "These hold for the other roots of G as estimated; with all of G free the intervals are up to "
+            f"{ratio:.1f} times as wide."
+        )
     return " ".join(sentences)
 
 

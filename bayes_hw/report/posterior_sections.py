@@ -208,5 +208,10 @@ def _widening_section(dominant: dict[str, Summary], everything: Posterior) -> Se
     return Section("All of G free", tuple(blocks))
 
 
+def widest_ratio(dominant: dict[str, Summary], everything: dict[str, Summary]) -> float:
+    """The largest factor by which an interval widens when all of G is free."""
+    return max(_width(everything[name]) / _width(dominant[name]) for name in dominant if name in everything)
+
+
 def _width(summary: Summary) -> float:
     return summary.hdi94[1] - summary.hdi94[0]

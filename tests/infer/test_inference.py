@@ -62,7 +62,7 @@ def test_same_seed_same_numbers_whatever_the_jobs(
 def test_resumed_run_is_the_undisturbed_one(
     inference: Inference, small_axis: HammersteinWiener, small_record: Record, tmp_path: Path
 ) -> None:
-    """The last blocks are lost; the resumed run samples them again to the same bits. Other data is refused."""
+    """Lost blocks are sampled again to the same bits; a checkpoint of other data is refused."""
 
     def run(record: Record, *, resume: bool) -> Inference:
         rng = np.random.default_rng(1)
@@ -95,8 +95,8 @@ def test_axis_takes_its_scale_and_start_from_the_records(small_axis: Hammerstein
 
 
 class Ranks(NamedTuple):
-    """Share of posterior draws below the truth (replicates, parameters), and below 1.2 times the true sigma
-    (replicates,)."""
+    """Share of posterior draws below the truth (replicates, parameters), and below 1.2 times the true
+    sigma (replicates,)."""
 
     shares: FloatArray
     wrong_sigma: FloatArray

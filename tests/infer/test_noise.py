@@ -102,7 +102,7 @@ def test_known_second_order_process() -> None:
 
 
 def test_burg_finds_a_second_order_process_within_its_standard_error() -> None:
-    """40 simulated sets of three segments: mean within 4 standard errors of the truth, spread as in theory."""
+    """40 simulated sets of three segments: mean within 4 standard errors, spread as in theory."""
     rng = np.random.default_rng(6)
     kappa, samples = np.array([0.6, -0.4]), 3 * 400
     phi = autoregression_from_partial(kappa[:, None])[:, 0]

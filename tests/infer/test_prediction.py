@@ -134,3 +134,18 @@ def test_free_start_begins_where_the_record_does(small_axis: HammersteinWiener, 
     found = predict(posterior, replace(record, u=quiet, y=y), np.random.default_rng(1))
     np.testing.assert_allclose(found.mean, y, atol=1e-9)
     assert found.offset == pytest.approx(0, abs=1e-9)
+
+
+def test_free_start_without_an_integrator(small_axis: HammersteinWiener, small_record: Record) -> None:
+    """No position to hold: the offset alone brings the simulation to the record's first samples."""
+    poles = small_axis.linear.poles.copy()
+    poles[poles == 1.0] = 0.9
+    model = replace(small_axis, linear=replace(small_axis.linear, poles=poles))
+    axis = AxisParameters(model, output_scale=2.0, start_positions=np.array([0.1]))
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
+    posterior = Posterior(
+        axis, noise, np.tile(nominal, (1, 2, 5, 1)), np.zeros((1, 2, 5)), nominal, True, (), 0.0
+    )
+    found = predict(posterior, small_record, np.random.default_rng(1))
+    assert found.mean[:20].mean() == pytest.approx(small_record.y[:20].mean(), abs=1e-12)

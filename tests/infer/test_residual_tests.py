@@ -37,8 +37,8 @@ def named(report: ResidualReport, name: str) -> ResidualTest:
 
 
 def test_sizes_under_white_residuals() -> None:
-    """400 replicates of 500 samples, AR(1) noise whitened by its own coefficient: each test rejects in a number
-    of cases that the binomial distribution allows at 1 % (99.9 % bounds)."""
+    """400 replicates of 500 samples of AR(1) noise whitened by its own coefficient: each rejects as often
+    as the binomial distribution allows at 1 % (99.9 % bounds)."""
     rng = np.random.default_rng(1)
     u = command(500, rng)
     rejected = np.zeros(4)

@@ -1,0 +1,62 @@
+"""A reader sees the old file or the new one, never half of one."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from bayes_hw.errors import InputError
+from bayes_hw.files import temporary_sibling, write_bytes_atomically, write_text_atomically
+
+
+def test_content_lands_whole_in_a_new_folder(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "x.json"
+    write_text_atomically(path, "größe\n")
+    assert path.read_bytes() == "größe\n".encode()
+    write_bytes_atomically(path, b"\x00\x01")
+    assert path.read_bytes() == b"\x00\x01"
+    assert [entry.name for entry in path.parent.iterdir()] == ["x.json"]
+
+
+def test_an_error_leaves_the_old_file_and_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text("old")
+    with pytest.raises(KeyboardInterrupt), temporary_sibling(path) as temporary:
+        temporary.write_text("half")
+        assert temporary.parent == path.parent and temporary.suffix == ".csv"
+        assert path.read_text() == "old"
+        raise KeyboardInterrupt
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_permissions_are_those_of_an_ordinary_new_file(tmp_path: Path) -> None:
+    """Not those of a private temporary file: others may read a report."""
+    (tmp_path / "ordinary").write_text("")
+    write_text_atomically(tmp_path / "atomic", "")
+    assert (tmp_path / "atomic").stat().st_mode == (tmp_path / "ordinary").stat().st_mode
+    mask = os.umask(0o022)
+    os.umask(mask)
+    assert (tmp_path / "atomic").stat().st_mode & mask == 0
+
+
+def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written") as caught:
+        write_text_atomically(tmp_path / "file" / "x.json", "")
+    assert "\n" not in str(caught.value) and "--out" in str(caught.value)
+
+
+def test_a_target_that_is_a_folder_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "x.json").mkdir()
+    with pytest.raises(InputError, match="cannot be written"):
+        write_text_atomically(tmp_path / "x.json", "")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.json"]
+
+
+def test_a_long_name_is_no_obstacle(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 240 + ".json")
+    write_text_atomically(path, "1")
+    assert path.read_text() == "1"

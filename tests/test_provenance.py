@@ -1,0 +1,51 @@
+"""A result says what made it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import replace
+
+import pytest
+
+from bayes_hw import __version__
+from bayes_hw import provenance as provenance_module
+from bayes_hw.provenance import PACKAGES, git_state, provenance
+from bayes_hw.record import Record
+
+
+def test_everything_needed_to_repeat_it_is_there(small_record: Record) -> None:
+    measured = replace(small_record, source="train_1.csv", sha256="ab" * 32)
+    found = provenance("bayes-hw sample --seed 7", 7, [measured, small_record], 12.34)
+    rows = dict(found.rows())
+    assert found.version == __version__ and rows["bayes_hw"].startswith(__version__)
+    assert rows["command"] == "bayes-hw sample --seed 7" and rows["seed"] == "7"
+    assert rows["SHA-256 of train_1.csv"] == "ab" * 32
+    assert rows[f"SHA-256 of {small_record.name}"] == "simulated"
+    assert all(re.search(rf"{name} \d", rows["packages"]) for name in PACKAGES)
+    assert rows["wall time"] == "12.3 s"
+    assert len(rows) == len(found.rows())
+
+
+def test_git_state_without_git(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installed package or a machine without git is no reason to fail."""
+    monkeypatch.setattr(provenance_module, "__file__", "/nowhere/bayes_hw/provenance.py")
+    assert git_state() == "not a git checkout"
+
+
+@pytest.mark.parametrize("error", [FileNotFoundError("git"), subprocess.TimeoutExpired("git", 10)])
+def test_git_that_fails_is_said(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+    def fail(*_: object) -> str:
+        raise error
+
+    monkeypatch.setattr(provenance_module, "_git", fail)
+    assert git_state() in ("git state unknown", "not a git checkout")
+
+
+def test_git_state_names_commit_and_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = {"rev-parse": "0123456789ab", "status": " M x.py"}
+    monkeypatch.setattr(provenance_module, "_git", lambda _, command, *__: answers[command])
+    if git_state() != "not a git checkout":
+        assert git_state() == "commit 0123456789ab, with uncommitted changes"
+        answers["status"] = ""
+        assert git_state() == "commit 0123456789ab"
