@@ -1,10 +1,10 @@
 """Are the intervals right? Simulation-based calibration of the whole inference, from the priors to the ranks.
 
-Axes are drawn from the priors, records simulated with them, and every posterior is sampled as that of a measured
-record; then the ranks of the true values must be uniform and intervals of probability p hold the truth in a share
-p. Two likelihoods made wrong on purpose must fail, and an AR order that is too low must narrow the intervals and
-fail the residual test. Writes report.html, report.pdf, results.json; finished replicates stay in OUT/replicates
-until the results are written, so that a run that was stopped goes on.
+Axes are drawn from the priors, records simulated with them, and every posterior is sampled as that of a
+measured record; then the ranks of the true values must be uniform and intervals of probability p hold the
+truth in a share p. Two likelihoods made wrong on purpose must fail, and an AR order that is too low must
+narrow the intervals and fail the residual test. Writes report.html, report.pdf, results.json; finished
+replicates stay in OUT/replicates until the results are written, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ HOLD_SAMPLES = 8
 PRIOR_WIDTH = 0.25
 SETTINGS = SamplerSettings(ensembles=2, walkers=32, max_steps=400, target_ess=400.0)
 REPLICATES = 500
-WRONG_REPLICATES = 64
-ORDER_REPLICATES = 80
+WRONG_REPLICATES = 40
+ORDER_REPLICATES = 40
 SECOND_ORDER_NOISE = (0.6, 0.5)
 ORDERS = (0, 1, 2)
 

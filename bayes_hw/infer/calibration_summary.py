@@ -29,9 +29,10 @@ class CalibrationSummary:
     """Ranks, coverage and checks of one set of replicates, quantities and parameters by name.
 
     `ranks` (replicates,) of every quantity among `draws`; `p_values` of their distribution functions against
-    `ecdf_bands`; `histogram_bands` for the counts in bins; `coverage` of every parameter, one entry an interval of INTERVALS. `not_converged` counts the
-    replicates whose sampler said so (they are counted like all others), `not_white` those whose Ljung-Box
-    test found correlation left in time; `seconds` is the mean of a replicate.
+    `ecdf_bands`; `histogram_bands` for the counts in bins; `coverage` of every parameter, one entry an
+    interval of INTERVALS. `not_converged` counts the replicates whose sampler said so (they are counted like
+    all others), `not_white` those whose Ljung-Box test found correlation left in time; `seconds` is the mean
+    of a replicate.
     """
 
     replicates: int

@@ -20,6 +20,8 @@ BAND_PROBABILITY = 0.95
 SIMULATIONS = 10_000
 HISTOGRAM_BINS = 16
 ECDF_POINTS = 32
+ROUNDING = 1e-9
+"""Tail probabilities that differ by less, relatively, are the same count's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class SimultaneousBands:
     def p_value(self, counts: IntArray) -> float:
         """Share of uniform ranks with a point at least as extreme as the worst of `counts` (points,)."""
         smallest = _smallest_tail(counts[None, :], self.replicates, self.probability)[0]
-        below = int(np.searchsorted(self.extremes, smallest * (1 + 1e-9), side="right"))
+        below = int(np.searchsorted(self.extremes, smallest * (1 + ROUNDING), side="right"))
         return (1 + below) / (1 + len(self.extremes))
 
 
@@ -94,7 +96,7 @@ class IntervalCoverage:
 
 def _bands(simulated: IntArray, replicates: int, probability: FloatArray) -> SimultaneousBands:
     extremes = np.sort(_smallest_tail(simulated, replicates, probability))
-    gamma = float(np.quantile(extremes, 1 - BAND_PROBABILITY, method="lower"))
+    gamma = float(np.quantile(extremes, 1 - BAND_PROBABILITY, method="lower")) * (1 - ROUNDING)
     return SimultaneousBands(
         replicates,
         probability,

@@ -25,6 +25,12 @@ WELL_APART = 1e-3
 MODE_MATCH_RADIUS = 0.05
 """A dominant mode must lie this close (in z) to one of the pole pairs of G."""
 
+MOST_ROOTS = 200
+"""Poles or zeros, or coefficients of either polynomial, that a model.json may hold."""
+
+LONGEST_DELAY = 1_000_000
+"""Samples of delay that a model.json may ask for."""
+
 
 class Simulation(NamedTuple):
     """The signals of one noise-free simulation, each of shape (samples,)."""
@@ -137,29 +143,33 @@ class HammersteinWiener:
             raise InputError("sample_rate_hz: must be finite and positive")
         linear = _linear_block(_mapping(data, "linear"))
         saturation = _mapping(data, "saturation")
-        gains = _mapping(data, "normalization", optional=True)
-        normalization = GainNormalization(**{key: _number(gains, key) for key in gains})
+        normalization = _normalization(_mapping(data, "normalization", optional=True))
         modes = data.get("dominant_modes")
         dominant = (
             tuple(linear.modes(rate))
             if modes is None
-            else tuple(_mode(item, index, rate) for index, item in enumerate(_list(modes)))
+            else tuple(_mode(item, index, rate) for index, item in enumerate(_list(modes, "dominant_modes")))
         )
         noise = _mapping(data, "noise", optional=True)
+        sigma = _number(noise, "noise.sigma") if "sigma" in noise else float("nan")
+        if sigma < 0:
+            raise InputError("noise.sigma: must be zero or more")
         model = cls(
             name=str(data.get("name", "axis")),
             sample_rate_hz=rate,
             saturation=Saturation(
-                _number(saturation, "lower"), _number(saturation, "upper"), normalization.c1
+                _number(saturation, "saturation.lower"),
+                _number(saturation, "saturation.upper"),
+                normalization.c1,
             ),
             linear=linear,
             dead_zone=DeadZone(
-                _number(_mapping(data, "dead_zone"), "half_width"),
+                _number(_mapping(data, "dead_zone"), "dead_zone.half_width"),
                 normalization.c2,
                 normalization.c3,
             ),
             dominant_modes=dominant,
-            noise_sigma=_number(noise, "sigma") if "sigma" in noise else float("nan"),
+            noise_sigma=sigma,
             units=Units.from_dict(data.get("units", {})),
         )
         linear.check_stable()
@@ -203,57 +213,79 @@ def _mapping(data: Mapping[str, Any], key: str, optional: bool = False) -> Mappi
     return value
 
 
-def _list(value: Any) -> list[Any]:
+def _list(value: Any, label: str) -> list[Any]:
     if not isinstance(value, list):
-        raise InputError("a list was expected where the model.json format has one")
+        raise InputError(f"{label}: missing or not a list; see the model.json format")
     return value
 
 
-def _number(data: Mapping[str, Any], key: str) -> float:
-    value = data.get(key)
+def _number(data: Mapping[str, Any], label: str) -> float:
+    """The number under the last part of the dotted `label`."""
+    return _finite(data.get(label.rpartition(".")[2]), label)
+
+
+def _finite(value: Any, label: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InputError(f"{key}: missing or not a number")
-    number = float(value)
+        raise InputError(f"{label}: missing or not a number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = float("inf")
     if not np.isfinite(number):
-        raise InputError(f"{key}: must be finite")
+        raise InputError(f"{label}: must be finite")
     return number
+
+
+def _normalization(gains: Mapping[str, Any]) -> GainNormalization:
+    for key in gains:
+        if key not in ("c1", "c2", "c3"):
+            raise InputError(f'normalization: unknown key {key!r}; use "c1", "c2" and "c3"')
+    return GainNormalization(**{key: _number(gains, f"normalization.{key}") for key in gains})
 
 
 def _linear_block(data: Mapping[str, Any]) -> LinearBlock:
     if "numerator" in data or "denominator" in data:
         return LinearBlock.from_coefficients(_numbers(data, "numerator"), _numbers(data, "denominator"))
-    delay = _number(data, "delay_samples")
+    delay = _number(data, "linear.delay_samples")
     if delay != int(delay):
         raise InputError("linear.delay_samples: must be a whole number of samples")
-    return LinearBlock(_roots(data, "zeros"), _roots(data, "poles"), _number(data, "gain"), int(delay))
+    if delay > LONGEST_DELAY:
+        raise InputError(f"linear.delay_samples: must be at most {LONGEST_DELAY}")
+    return LinearBlock(_roots(data, "zeros"), _roots(data, "poles"), _number(data, "linear.gain"), int(delay))
 
 
 def _numbers(data: Mapping[str, Any], key: str) -> list[float]:
-    values = data.get(key)
-    if not isinstance(values, list) or not values:
-        raise InputError(f"linear.{key}: missing or not a list of numbers")
-    return [_number({key: value}, key) for value in values]
+    values = _short_list(data, key)
+    if not values:
+        raise InputError(f"linear.{key}: must hold at least one number")
+    return [_finite(value, f"linear.{key}[{index}]") for index, value in enumerate(values)]
 
 
 def _roots(data: Mapping[str, Any], key: str) -> ComplexArray:
-    values = data.get(key)
-    if not isinstance(values, list):
-        raise InputError(f"linear.{key}: missing or not a list of [re, im] pairs")
+    values = _short_list(data, key)
     roots = np.empty(len(values), dtype=np.complex128)
     for index, pair in enumerate(values):
+        label = f"linear.{key}[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
-            raise InputError(f"linear.{key}[{index}]: must be a pair [re, im]")
-        parts = [_number({f"linear.{key}[{index}]": part}, f"linear.{key}[{index}]") for part in pair]
-        roots[index] = complex(*parts)
+            raise InputError(f"{label}: must be a pair [re, im]")
+        roots[index] = complex(_finite(pair[0], label), _finite(pair[1], label))
     return roots
+
+
+def _short_list(data: Mapping[str, Any], key: str) -> list[Any]:
+    values = _list(data.get(key), f"linear.{key}")
+    if len(values) > MOST_ROOTS:
+        raise InputError(f"linear.{key}: has {len(values)} entries, more than the {MOST_ROOTS} that are read")
+    return values
 
 
 def _mode(item: Any, index: int, rate: float) -> Mode:
     if not isinstance(item, Mapping):
         raise InputError(f"dominant_modes[{index}]: must be an object")
-    mode = Mode(_number(item, "frequency_hz"), _number(item, "damping_ratio"))
+    label = f"dominant_modes[{index}]"
+    mode = Mode(_number(item, f"{label}.frequency_hz"), _number(item, f"{label}.damping_ratio"))
     if not 0 < mode.frequency_hz < rate / 2:
-        raise InputError(f"dominant_modes[{index}].frequency_hz: must lie between 0 and half the sample rate")
+        raise InputError(f"{label}.frequency_hz: must lie between 0 and half the sample rate")
     if not 0 < mode.damping_ratio < 1:
-        raise InputError(f"dominant_modes[{index}].damping_ratio: must lie between 0 and 1")
+        raise InputError(f"{label}.damping_ratio: must lie between 0 and 1")
     return mode

@@ -6,7 +6,7 @@ import numpy as np
 
 from bayes_hw.infer.calibration import LOG_LIKELIHOOD
 from bayes_hw.infer.calibration_summary import INTERVALS, CalibrationStudy, CalibrationSummary
-from bayes_hw.infer.rank_statistics import ecdf_counts, histogram_counts
+from bayes_hw.infer.rank_statistics import IntervalCoverage, ecdf_counts, histogram_counts
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.document import (
     Badge,
@@ -73,24 +73,25 @@ def rank_panels(summary: CalibrationSummary) -> list[RankPanel]:
 def _verdict(study: CalibrationStudy) -> str:
     right = study.right
     held = right.axis_coverage()[HDI_COLUMN]
-    sentences = [
-        f"The posterior is calibrated: over {right.replicates} axes drawn from the priors, the ranks of all "
-        f"{len(right.ranks)} quantities are as uniform as they should be"
+    axes = f"over {right.replicates} axes drawn from the priors"
+    finding = (
+        f"The posterior is calibrated: {axes}, the ranks of all {len(right.ranks)} quantities are as uniform"
+        " as they should be"
         if right.calibrated
-        else f"The posterior is NOT calibrated: over {right.replicates} axes drawn from the priors, the ranks of "
-        f"{_words(right.worst)} are not uniform",
-    ]
-    sentences[0] += (
-        f" (p = {right.p_value:.2g} for all together), and {INTERVALS[HDI_COLUMN]} intervals of the axis's "
-        f"parameters hold the truth in {format_percent(held, 1)} of the cases."
+        else f"The posterior is NOT calibrated: {axes}, the ranks of {_words(right.worst)} are not uniform"
+    )
+    coverage = (
+        f" ({_p_text(right.p_value)} for all together), and {INTERVALS[HDI_COLUMN]} intervals of the axis's"
+        f" parameters hold the truth in {format_percent(held, 1)} of the cases."
     )
     missed = [name for name, summary in study.wrong.items() if summary.calibrated]
-    sentences.append(
-        f"NOT found out by the same check: {', '.join(missed)}."
+    power = (
+        f" NOT found out by the same check: {', '.join(missed)}."
         if missed
-        else f"The same check finds every likelihood that was made wrong on purpose ({', '.join(study.wrong)})."
+        else " The same check finds every likelihood that was made wrong on purpose"
+        f" ({', '.join(study.wrong)})."
     )
-    return " ".join(sentences)
+    return finding + coverage + power
 
 
 def _badges(study: CalibrationStudy) -> tuple[Badge, ...]:
@@ -103,7 +104,7 @@ def _badges(study: CalibrationStudy) -> tuple[Badge, ...]:
         Badge(
             "ranks uniform" if right.calibrated else "ranks not uniform",
             "good" if right.calibrated else "bad",
-            f"p = {right.p_value:.2g}, least uniform: {_words(right.worst)}",
+            f"{_p_text(right.p_value)}, least uniform: {_words(right.worst)}",
         ),
         Badge(
             "intervals cover" if outside <= 0.1 * intervals else "intervals do not cover",
@@ -137,15 +138,16 @@ def _method_section(study: CalibrationStudy) -> Section:
         "What was done",
         (
             Paragraph(
-                "For every replicate, all parameters of an axis and of its noise are drawn from their priors, a "
-                f"record of {len(case.command)} samples at {rate:g} Hz is simulated in the time domain (not with "
-                "the compiled kernel that the likelihood uses), and the posterior is started and sampled as that "
-                "of a measured record: least squares from several starts, pilot, refitted proposals, "
-                f"{settings.ensembles} ensembles of {settings.walkers} walkers. The rank of every true value "
-                f"among {study.right.draws} independent draws, taken an autocorrelation time apart, is uniform if "
-                "priors, simulator, likelihood, moves and sampler belong together (Talts et al., "
-                "arXiv 1804.06788). The log-likelihood is ranked as well, since a posterior that ignored the data "
-                "would pass on the parameters alone (Modrák et al., doi 10.1214/23-BA1404)."
+                "For every replicate, all parameters of an axis and of its noise are drawn from their "
+                f"priors, a record of {len(case.command)} samples at {rate:g} Hz is simulated in the time "
+                "domain (not with the compiled kernel that the likelihood uses), and the posterior is "
+                "started and sampled as that of a measured record: least squares from several starts, "
+                f"pilot, refitted proposals, {settings.ensembles} ensembles of {settings.walkers} walkers. "
+                f"The rank of every true value among {study.right.draws} independent draws, taken an "
+                "autocorrelation time apart, is uniform if priors, simulator, likelihood, moves and sampler "
+                "belong together (Talts et al., arXiv 1804.06788). The log-likelihood is ranked as well, "
+                "since a posterior that ignored the data would pass on the parameters alone (Modrák et al., "
+                "doi 10.1214/23-BA1404)."
             ),
             Table(
                 ("parameter", "prior, in the draws and in the posterior"),
@@ -157,8 +159,8 @@ def _method_section(study: CalibrationStudy) -> Section:
             Paragraph(
                 "A quantity fails when its ECDF leaves the simultaneous 95 % band (Säilynoja, Bürkner and "
                 "Vehtari, doi 10.1007/s11222-022-10090-6); the verdict on all quantities together takes the "
-                "smallest p-value times their number (Bonferroni) against 5 %. With so many panels one may leave "
-                "its band by chance."
+                "smallest p-value times their number (Bonferroni) against 5 %. With so many panels one may "
+                "leave its band by chance."
             ),
         ),
     )
@@ -169,10 +171,7 @@ def _right_section(right: CalibrationSummary) -> Section:
         (
             _words(name),
             _p_text(right.p_values[name]),
-            *(
-                f"{format_percent(c.achieved, 1)} {format_interval(*(100 * end for end in c.interval))}"
-                for c in right.coverage.get(name, ())
-            ),
+            *(f"{format_percent(c.achieved, 1)} {_in_percent(c)}" for c in right.coverage.get(name, ())),
             *([""] * (len(INTERVALS) if name not in right.coverage else 0)),
         )
         for name in right.ranks
@@ -185,8 +184,8 @@ def _right_section(right: CalibrationSummary) -> Section:
             Table(
                 ("quantity", "p", *INTERVALS),
                 rows,
-                "p-value of the ECDF of each quantity alone, and coverage of its intervals with 95 % binomial "
-                "intervals in per cent.",
+                "p-value of the ECDF of each quantity alone, and coverage of its intervals with 95 % "
+                "binomial intervals in per cent.",
                 (1, *range(2, 2 + len(INTERVALS))),
             ),
         ),
@@ -236,9 +235,9 @@ def _order_section(study: CalibrationStudy) -> Section:
         "An AR order that is too low",
         (
             Paragraph(
-                f"Noise of order {true_order} with partial autocorrelations {noise}, sampled with lower orders: "
-                "the likelihood counts correlated samples as if each brought new information, the intervals "
-                "become too narrow, and the Ljung-Box test of the whitened residuals says so."
+                f"Noise of order {true_order} with partial autocorrelations {noise}, sampled with lower "
+                "orders: the likelihood counts correlated samples as if each brought new information, the "
+                "intervals become too narrow, and the Ljung-Box test of the whitened residuals says so."
             ),
             Table(
                 ("assumed noise", "replicates", *INTERVALS, "residuals not white"),
@@ -258,20 +257,22 @@ def _limits_section(study: CalibrationStudy) -> Section:
         (
             Bullets(
                 (
-                    "It is an average over the priors of one kind of axis and one command; a rare failure in a "
-                    "corner of the parameter space, or a fault smaller than the bands, can hide in it.",
-                    f"The log-normal priors are {study.case.prior_width:g} times as wide as the program's, so that "
-                    "a replicate takes seconds; nearly unidentifiable axes, which wide priors allow, are rarer.",
+                    "It is an average over the priors of one kind of axis and one command; a rare failure "
+                    "in a corner of the parameter space, or a fault smaller than the bands, can hide in it.",
+                    f"The log-normal priors are {study.case.prior_width:g} times as wide as the program's, "
+                    "so that a replicate takes seconds; nearly unidentifiable axes, which wide priors "
+                    "allow, are rarer.",
                     "It says nothing about records of an axis that the model does not describe.",
-                    f"{right.not_converged} of {right.replicates} samplers ended without having converged by their "
-                    "own tests; leaving them out would bias the ranks, so they are counted.",
+                    f"{right.not_converged} of {right.replicates} samplers ended without having converged "
+                    "by their own tests; leaving them out would bias the ranks, so they are counted.",
                 )
             ),
             Callout(
                 "info",
                 "How to read a failure",
-                "A rank histogram that heaps up at its ends belongs to intervals that are too narrow; one that is "
-                "heaped in the middle to intervals that are too wide; a slope to a shifted posterior.",
+                "A rank histogram that heaps up at its ends belongs to intervals that are too narrow; one "
+                "that is heaped in the middle to intervals that are too wide; a slope to a shifted "
+                "posterior.",
             ),
         ),
     )
@@ -283,6 +284,11 @@ def _interval_points(summary: CalibrationSummary) -> list[IntervalPoint]:
         for name, entries in summary.coverage.items()
         for kind, c in zip(INTERVALS, entries, strict=True)
     ]
+
+
+def _in_percent(coverage: IntervalCoverage) -> str:
+    low, high = coverage.interval
+    return format_interval(100 * low, 100 * high)
 
 
 def _words(name: str) -> str:

@@ -18,7 +18,7 @@ from bayes_hw.report.palette import BAND_NOISE, INK, NOMINAL, POSTERIOR, VERMILL
 from bayes_hw.report.rounding import format_percent
 
 COLUMNS = 4
-TITLE_LENGTH = 24
+TITLE_LENGTH = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,8 @@ def ecdf_differences(panels: Sequence[RankPanel], what: str, probability: float 
         axes_of = canvas.subplots(_rows(panels), COLUMNS, sharex=True, sharey=True, squeeze=False)
         for axes, panel in _filled(axes_of.ravel(), panels):
             edge = np.concatenate([[0.0], panel.probability, [1.0]])
-            band = [np.pad(b, 1) for b in (panel.difference_lower, panel.difference_upper)]
-            axes.fill_between(edge, *band, color=BAND_NOISE, linewidth=0)
+            lower, upper = np.pad(panel.difference_lower, 1), np.pad(panel.difference_upper, 1)
+            axes.fill_between(edge, lower, upper, color=BAND_NOISE, linewidth=0)
             axes.axhline(0, color=NOMINAL, linewidth=0.7)
             axes.plot(edge, np.pad(panel.difference, 1), color=_colour(panel.leaves_difference_band))
             axes.set(xlim=(0, 1), ylim=(-reach, reach), xticks=[0, 0.5, 1])
@@ -69,10 +69,11 @@ def ecdf_differences(panels: Sequence[RankPanel], what: str, probability: float 
         _legend(canvas, "ranks", "uniform", probability)
         return finished(
             canvas,
-            f"Ranks of the true values, {what}: empirical distribution function minus that of uniform ranks, "
-            f"with simultaneous {format_percent(probability)} bands (Säilynoja, Bürkner and Vehtari). A curve "
-            "that leaves its band is red. A line above zero on the left and below on the right means intervals "
-            "that are too narrow, an arch above or below zero a shifted posterior. " + _outside(outside),
+            f"Ranks of the true values, {what}: empirical distribution function minus that of uniform "
+            f"ranks, with simultaneous {format_percent(probability)} bands (Säilynoja, Bürkner and "
+            "Vehtari). A curve that leaves its band is orange. A line above zero on the left and below on "
+            "the right means intervals that are too narrow, an arch above or below zero a shifted posterior. "
+            + _outside(outside),
             f"{len(panels)} curves of the ECDF difference with bands; {len(outside)} leave their band.",
         )
 
@@ -97,9 +98,9 @@ def rank_histograms(panels: Sequence[RankPanel], what: str, probability: float =
         _legend(canvas, "ranks", "uniform", probability)
         return finished(
             canvas,
-            f"Rank histograms, {what}, with simultaneous {format_percent(probability)} bands over the bins of "
-            "each panel. A heap at both ends means intervals that are too narrow, a heap in the middle ones "
-            "that are too wide. " + _outside(outside),
+            f"Rank histograms, {what}, with simultaneous {format_percent(probability)} bands over the bins "
+            "of each panel. A heap at both ends means intervals that are too narrow, a heap in the middle "
+            "ones that are too wide. " + _outside(outside),
             f"{len(panels)} histograms of ranks with bands; {len(outside)} leave their band.",
         )
 
@@ -139,9 +140,9 @@ def interval_coverage(points: Sequence[IntervalPoint]) -> Figure:
         canvas.supxlabel("intervals that hold the truth (%)", size=9)
         return finished(
             canvas,
-            "Coverage: share of the replicates whose interval holds the true value, with 95 % binomial intervals "
-            "(Clopper-Pearson); dashed: the nominal share. Red: the nominal share lies outside. One in twenty "
-            "does so by chance.",
+            "Coverage: share of the replicates whose interval holds the true value, with 95 % binomial "
+            "intervals (Clopper-Pearson); dashed: the nominal share. Orange: the nominal share lies outside. "
+            "One in twenty does so by chance.",
             f"Achieved coverage of {len(parameters)} parameters in {len(kinds)} panels.",
         )
 
