@@ -14,7 +14,7 @@ from bayes_hw.identify.four_steps import identify
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
-from bayes_hw.infer.inference import Inference, StartCondition, check_rates, infer
+from bayes_hw.infer.inference import Inference, StartCondition, check_rates, discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport
@@ -96,11 +96,14 @@ def analyse(
     progress: Progress | None = None,
     free_all: bool = True,
     checkpoint_folder: Path | None = None,
+    resume: bool = False,
     truth: dict[str, float] | None = None,
 ) -> Analysis:
     """Identify (unless `model` is given), sample the dominant parameters and all of G, predict.
 
-    Raises InputError when records and model differ in sample rate.
+    With `checkpoint_folder` the chains are kept there, and with `resume` they go on from what is there; the
+    caller removes it with `discard_checkpoints`. Raises InputError when records and model differ in sample
+    rate.
     """
     progress = progress or Progress(quiet=True)
     identify_rng, dominant_rng, all_rng, predict_rng = rng.spawn(4)
@@ -119,13 +122,23 @@ def analyse(
         settings=settings,
         jobs=jobs,
         progress=progress,
-        checkpoint_folder=checkpoint_folder,
+        checkpoint_folder=checkpoint_folder and checkpoint_folder / "dominant",
+        resume=resume,
     )
     everything = None
     if free_all:
         progress.say("posterior with all of G free")
         everything = infer(
-            model, records, all_rng, free="all", start=start, settings=settings, jobs=jobs, progress=progress
+            model,
+            records,
+            all_rng,
+            free="all",
+            start=start,
+            settings=settings,
+            jobs=jobs,
+            progress=progress,
+            checkpoint_folder=checkpoint_folder and checkpoint_folder / "all",
+            resume=resume,
         )
     predicted = tuple(holdout) or (records[-1],)
     predictions = tuple(predict(dominant.posterior, record, predict_rng) for record in predicted)
@@ -149,6 +162,12 @@ def analyse(
         autocorrelations=chain_autocorrelations(dominant.posterior),
         truth=truth or {},
     )
+
+
+def discard_checkpoints(folder: Path) -> None:
+    """Remove the checkpoints that `analyse` kept in `folder`."""
+    for name in ("dominant", "all", ""):
+        discard_checkpoint(folder / name)
 
 
 def identify_with_progress(

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
+import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 from typing import NoReturn
 
-from bayes_hw import __version__, commands
+from bayes_hw import __version__
 from bayes_hw.errors import InputError
+from bayes_hw.report.plain_text import visible
 
 DESCRIPTION = """\
 Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive
@@ -29,15 +33,20 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 """
 
 
+CHECKPOINT_FOLDER = "checkpoint"
+"""Name of the folder in --out that keeps an unfinished run."""
+
+
 class _Parser(argparse.ArgumentParser):
     """An argument parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: error: {message}; see {self.prog} --help\n")
+        print(_one_line(f"{self.prog}: error: {message}; see {self.prog} --help"), file=sys.stderr)
+        self.exit(2)
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The parser of every command; each sub-parser carries its function as `run`."""
+    """The parser of every command."""
     parser = _Parser(
         prog="bayes-hw",
         description=DESCRIPTION,
@@ -47,22 +56,17 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"bayes-hw {__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    def command(
-        name: str, run: Callable[[argparse.Namespace], int], summary: str, example: str
-    ) -> argparse.ArgumentParser:
-        sub = subparsers.add_parser(
+    def command(name: str, summary: str, example: str) -> argparse.ArgumentParser:
+        return subparsers.add_parser(
             name,
-            help=summary,
+            help=summary.replace("%", "%%"),
             description=f"{summary[0].upper()}{summary[1:]}.",
             epilog=f"example:\n  {example}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        sub.set_defaults(run=run)
-        return sub
 
     sub = command(
         "identify",
-        commands.identify_command,
         "four-step point estimate from records alone",
         "bayes-hw identify train_1.csv train_2.csv --holdout holdout.csv --out model/",
     )
@@ -77,7 +81,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     sub = command(
         "sample",
-        commands.sample_command,
         "posterior of a model's parameters given records",
         "bayes-hw sample --model model/model.json train_1.csv train_2.csv --out posterior/",
     )
@@ -88,14 +91,12 @@ def build_parser() -> argparse.ArgumentParser:
     _add_output(sub, "folder for posterior.nc and posterior.json")
     _add_record_options(sub)
     _add_start(sub)
-    _add_sampling(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=_FREE_HELP)
-    sub.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+    _add_sampling(sub)
     _add_common(sub)
 
     sub = command(
         "simulate",
-        commands.simulate_command,
         "noise-free response of a model to a record's command",
         "bayes-hw simulate --model model/model.json train_1.csv --out run.csv",
     )
@@ -107,7 +108,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     sub = command(
         "predict",
-        commands.predict_command,
         "94 % bands of a record's output under a posterior",
         "bayes-hw predict --posterior posterior/ holdout.csv --out bands.csv",
     )
@@ -119,7 +119,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     sub = command(
         "report",
-        commands.report_command,
         "everything in one go: estimate, posterior, bands, report.html and report.pdf",
         "bayes-hw report train_1.csv train_2.csv --holdout holdout.csv --out azimuth/",
     )
@@ -182,6 +181,7 @@ def _add_sampling(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
     )
+    group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -193,23 +193,47 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; the exit status."""
-    parser = build_parser()
-    parsed = parser.parse_args(arguments)
-    parsed.command_line = " ".join(["bayes-hw", *(sys.argv[1:] if arguments is None else arguments)])
+    """Run one command; the exit status.
+
+    The commands are imported after the arguments are parsed, so that --help and usage errors answer at once.
+    """
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    parsed = build_parser().parse_args(given)
+    parsed.command_line = shlex.join(["bayes-hw", *given])
+    parsed.checkpoint = Path(parsed.out) / CHECKPOINT_FOLDER
     try:
-        commands.check_common(parsed)
-        status: int = parsed.run(parsed)
+        from bayes_hw import commands
+
+        commands.run(parsed)
+        sys.stdout.flush()
     except InputError as error:
-        print(f"bayes-hw: error: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
+        return _fail(2, f"error: {error}")
     except KeyboardInterrupt:
-        print(f"bayes-hw: interrupted; {commands.interruption_advice(parsed)}", file=sys.stderr)
+        return _fail(1, f"interrupted; {interruption_advice(parsed)}")
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        print(f"bayes-hw: error: {' '.join(str(error).split())}", file=sys.stderr)
-        return 1
+        return _fail(1, f"error: {error}")
+    return 0
+
+
+def interruption_advice(parsed: argparse.Namespace) -> str:
+    """What to do after Ctrl-C."""
+    if any(parsed.checkpoint.rglob("plan.h5")):
+        return f"the finished steps are in {parsed.checkpoint}; the same command with --resume goes on"
+    return "nothing was written; run the command again"
+
+
+def _fail(status: int, message: str) -> int:
+    print(_one_line(f"bayes-hw: {message}"), file=sys.stderr)
     return status
+
+
+def _one_line(message: str) -> str:
+    return visible(" ".join(message.split()))
 
 
 if __name__ == "__main__":

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.analysis import Analysis, analyse, identify_with_progress
+from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import check_output_file, check_output_folder, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.inference import check_rates, discard_checkpoint, infer
@@ -26,32 +27,44 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Columns, Record, Units
+from bayes_hw.report.plain_text import visible
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
-CHECKPOINT_FOLDER = "checkpoint"
+LONGEST_NAME = 200
+"""Bytes of a record's name that still fit into the name of a file."""
 
 
-def check_common(parsed: argparse.Namespace) -> None:
-    """Raise InputError on option values that no command can use."""
+def run(parsed: argparse.Namespace) -> None:
+    """Run the command that `parsed` names.
+
+    Beside the options it holds `command_line` and `checkpoint`, the folder that keeps an unfinished run.
+    Raises InputError on bad input, before anything is written.
+    """
     if parsed.jobs < 1:
         raise InputError(f"--jobs {parsed.jobs}: must be one or more")
     if parsed.seed < 0:
         raise InputError(f"--seed {parsed.seed}: must be zero or more")
-
-
-def interruption_advice(parsed: argparse.Namespace) -> str:
-    """What to do after Ctrl-C."""
-    folder = Path(parsed.out) / CHECKPOINT_FOLDER
-    if parsed.command == "sample" and folder.is_dir():
-        return f"the finished steps are in {folder}; the same command with --resume goes on"
-    return "nothing was written; run the command again"
+    if not parsed.out:
+        raise InputError("--out: is empty; name a place for the results")
+    COMMANDS[parsed.command](parsed)
 
 
 def read_records(
     parsed: argparse.Namespace, paths: Sequence[str], units: Units | None = None
 ) -> list[Record]:
-    """The records at `paths` as the options say; `units` are the model's, where there is one."""
+    """The records at `paths` as the options say; `units` are the model's, where there is one.
+
+    Raises InputError when an option gives another unit than the model has.
+    """
+    for option, given, of_model in (
+        ("--input-unit", parsed.input_unit, units and units.input),
+        ("--output-unit", parsed.output_unit, units and units.output),
+    ):
+        if given is not None and of_model is not None and given != of_model:
+            raise InputError(
+                f"{option} {given}: the model is in {of_model}; give records in the model's unit"
+            )
     base = units or Units()
     chosen = replace(base, input=parsed.input_unit or base.input, output=parsed.output_unit or base.output)
     columns = Columns(
@@ -87,8 +100,9 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
     )
 
 
-def identify_command(parsed: argparse.Namespace) -> int:
+def identify_command(parsed: argparse.Namespace) -> None:
     """bayes-hw identify."""
+    check_output_folder(Path(parsed.out))
     records = read_records(parsed, parsed.records)
     holdout = read_records(parsed, parsed.holdout)
     identification = identify_with_progress(
@@ -100,31 +114,28 @@ def identify_command(parsed: argparse.Namespace) -> int:
     )
     fits = evaluate(identification, holdout)
     write_identification(Path(parsed.out), identification, fits)
-    for block in identification.blocks_shown.values():
-        if not block.shown:
-            warn(block.reason)
     for warning in identification.warnings:
         warn(warning)
-    if not parsed.quiet:
-        for step in identification.steps:
-            print(f"{step.name:32} rms error {step.cost:.4g}, fit {step.fit_percent:.2f} %")
-        for fit in fits:
-            print(
-                f"{fit.record}: Hammerstein-Wiener {fit.hammerstein_wiener:.2f} %, linear {fit.linear:.2f} %"
-            )
-    return 0
+    if parsed.quiet:
+        return
+    for step in identification.steps:
+        say(f"{step.name:32} rms error {step.cost:.4g}, fit {step.fit_percent:.2f} %")
+    for fit in fits:
+        say(f"{fit.record}: Hammerstein-Wiener {fit.hammerstein_wiener:.2f} %, linear {fit.linear:.2f} %")
 
 
-def report_command(parsed: argparse.Namespace) -> int:
+def report_command(parsed: argparse.Namespace) -> None:
     """bayes-hw report."""
     begin = time.perf_counter()
     settings = sampler_settings(parsed)
+    out = Path(parsed.out)
+    check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
     units = model.units if model is not None else None
     records = read_records(parsed, parsed.records, units)
     holdout = read_records(parsed, parsed.holdout, units)
-    out = Path(parsed.out)
     progress = Progress(parsed.quiet)
+    say_whether_resumed(parsed)
     analysis = analyse(
         parsed.title or records[0].name,
         records,
@@ -135,6 +146,8 @@ def report_command(parsed: argparse.Namespace) -> int:
         settings=settings,
         jobs=parsed.jobs,
         progress=progress,
+        checkpoint_folder=parsed.checkpoint,
+        resume=parsed.resume,
     )
     with progress.stage("report"):
         write_analysis(out, analysis)
@@ -142,10 +155,12 @@ def report_command(parsed: argparse.Namespace) -> int:
             parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin
         )
         written = render(posterior_report(analysis, origin), out)
+    discard_checkpoints(parsed.checkpoint)
     say_verdict(analysis.dominant.posterior, parsed.quiet)
+    if analysis.everything is not None and not analysis.everything.posterior.converged:
+        warn("NOT CONVERGED with all of G free: " + "; ".join(analysis.everything.posterior.problems))
     if not parsed.quiet:
-        print(f"report: {written.html} and {written.pdf}")
-    return 0
+        say(f"report: {written.html} and {written.pdf}")
 
 
 def write_analysis(out: Path, analysis: Analysis) -> None:
@@ -153,8 +168,17 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
     if analysis.identification is not None:
         write_identification(out, analysis.identification, analysis.fits)
     analysis.dominant.posterior.write(out, analysis.records)
-    for prediction in analysis.predictions:
-        write_prediction(out / f"bands_{prediction.record.name}.csv", prediction)
+    names = band_file_names([prediction.record.name for prediction in analysis.predictions])
+    for name, prediction in zip(names, analysis.predictions, strict=True):
+        write_prediction(out / name, prediction)
+
+
+def band_file_names(records: Sequence[str]) -> list[str]:
+    """bands_RECORD.csv for every record, numbered instead where names repeat or are too long for a file."""
+    usable = all(len(os.fsencode(name)) <= LONGEST_NAME for name in records)
+    if not usable or len(set(records)) < len(records):
+        return [f"bands_{number}.csv" for number in range(1, len(records) + 1)]
+    return [f"bands_{name}.csv" for name in records]
 
 
 def write_identification(out: Path, identification: Identification, validation: Sequence[RecordFit]) -> None:
@@ -164,12 +188,14 @@ def write_identification(out: Path, identification: Identification, validation: 
     write_text_atomically(out / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
-def sample_command(parsed: argparse.Namespace) -> int:
+def sample_command(parsed: argparse.Namespace) -> None:
     """bayes-hw sample."""
     settings = sampler_settings(parsed)
+    out = Path(parsed.out)
+    check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
     records = read_records(parsed, parsed.records, model.units)
-    out = Path(parsed.out)
+    say_whether_resumed(parsed)
     inference = infer(
         model,
         records,
@@ -179,47 +205,50 @@ def sample_command(parsed: argparse.Namespace) -> int:
         settings=settings,
         jobs=parsed.jobs,
         progress=Progress(parsed.quiet),
-        checkpoint_folder=out / CHECKPOINT_FOLDER,
+        checkpoint_folder=parsed.checkpoint,
         resume=parsed.resume,
     )
     inference.posterior.write(out, records)
-    discard_checkpoint(out / CHECKPOINT_FOLDER)
+    discard_checkpoint(parsed.checkpoint)
     say_verdict(inference.posterior, parsed.quiet)
     if not inference.residuals.white:
         failed = [test for test in inference.residuals.tests if not test.passed]
         warn(f"the residuals are not white: {failed[0].name}: {failed[0].meaning}")
-    return 0
 
 
-def simulate_command(parsed: argparse.Namespace) -> int:
+def simulate_command(parsed: argparse.Namespace) -> None:
     """bayes-hw simulate."""
+    out = Path(parsed.out)
+    check_output_file(out, [Path(parsed.record), Path(parsed.model)])
     model = HammersteinWiener.read(parsed.model)
     (record,) = read_records(parsed, [parsed.record], model.units)
     check_rates(model, [record])
     simulation = model.simulate(record.u)
+    if not np.isfinite(simulation.w).all():
+        raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     write_csv(
-        Path(parsed.out),
+        out,
         {"t": record.t, "u": record.u, "y": record.y, "w": simulation.w, "y_model": simulation.y},
     )
-    return 0
 
 
-def predict_command(parsed: argparse.Namespace) -> int:
+def predict_command(parsed: argparse.Namespace) -> None:
     """bayes-hw predict."""
+    out = Path(parsed.out)
+    check_output_file(out, [Path(parsed.record)])
     posterior = Posterior.read(parsed.posterior)
     (record,) = read_records(parsed, [parsed.record], posterior.axis.model.units)
     prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
-    write_prediction(Path(parsed.out), prediction)
+    write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
     if not parsed.quiet:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
-        print(
+        say(
             f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
             f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
         )
-    return 0
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:
@@ -249,9 +278,29 @@ def say_verdict(posterior: Posterior, quiet: bool) -> None:
     for name, summary in posterior.summaries.items():
         low, high = summary.hdi94
         unit = f" {summary.unit}" if summary.unit else ""
-        print(f"{name:32} {summary.mean:.6g} +- {summary.sd:.2g}{unit}, 94 % HDI [{low:.6g}, {high:.6g}]")
+        say(f"{name:32} {summary.mean:.6g} +- {summary.sd:.2g}{unit}, 94 % HDI [{low:.6g}, {high:.6g}]")
+
+
+def say_whether_resumed(parsed: argparse.Namespace) -> None:
+    """A warning where --resume finds nothing to go on from."""
+    if parsed.resume and not any(parsed.checkpoint.rglob("plan.h5")):
+        warn(f"--resume: no checkpoint in {parsed.checkpoint}; started from the beginning")
+
+
+def say(message: str) -> None:
+    """One line on stdout."""
+    print(visible(message))
 
 
 def warn(message: str) -> None:
     """One line on stderr."""
-    print(f"bayes-hw: warning: {' '.join(message.split())}", file=sys.stderr)
+    print(visible(f"bayes-hw: warning: {' '.join(message.split())}"), file=sys.stderr)
+
+
+COMMANDS: Mapping[str, Callable[[argparse.Namespace], None]] = {
+    "identify": identify_command,
+    "sample": sample_command,
+    "simulate": simulate_command,
+    "predict": predict_command,
+    "report": report_command,
+}

@@ -82,11 +82,6 @@ class ResultFolder:
             raise InputError(f"{path}: the kept result belongs to another run; remove the folder")
         return json.dumps(content["result"])
 
-    def clear(self) -> None:
-        """Remove the kept results; other files in the folder stay."""
-        for path in self.folder.glob("task_*.json"):
-            path.unlink(missing_ok=True)
-
     def _path(self, index: int) -> Path:
         return self.folder / f"task_{index:06d}.json"
 

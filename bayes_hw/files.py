@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -33,6 +33,26 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
             raise InputError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_output_folder(folder: Path) -> None:
+    """Raise InputError unless `folder` can be written or made; makes nothing."""
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise InputError(f"{nearest}: is a file where a folder is to be; give another --out")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError(f"{nearest}: no permission to write there; give another --out")
+
+
+def check_output_file(path: Path, inputs: Sequence[Path]) -> None:
+    """Raise InputError unless `path` can be written and is none of the `inputs`; writes nothing."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give a file name with --out")
+    check_output_folder(path.parent)
+    if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
+        raise InputError(f"{path}: would overwrite an input; give another --out")
 
 
 def write_bytes_atomically(path: Path, content: bytes) -> None:

@@ -10,6 +10,7 @@ replicates stay in OUT/replicates until the results are written, so that a run t
 from __future__ import annotations
 
 import hashlib
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -56,13 +57,12 @@ def main() -> None:
     band_rng = np.random.default_rng(study.seed)
     summaries = {}
     for number, (name, (one, count)) in enumerate(cases.items()):
-        kept = ResultFolder(study.out / "replicates" / name, fingerprint(study, one))
         replicates = executor.map(
             calibrate_once,
-            calibration_tasks(one, max(8, count // share), study.seed + 1000 * number),
+            calibration_tasks(one, max(4, count // share), study.seed + 1000 * number),
             progress=study.progress,
             label=name,
-            kept=kept,
+            kept=ResultFolder(study.out / "replicates" / name, fingerprint(study, one)),
         )
         summaries[name] = summarize_calibration(replicates, band_rng)
     result = CalibrationStudy(
@@ -77,6 +77,7 @@ def main() -> None:
     )
     study.write_document(calibration_report(result, study.origin()))
     study.write_results({name: summary.to_dict() for name, summary in summaries.items()})
+    shutil.rmtree(study.out / "replicates")
     for name, summary in summaries.items():
         print(
             f"{name:20s} p = {summary.p_value:.4f} (worst: {summary.worst}), {summary.replicates} replicates"

@@ -20,6 +20,7 @@ import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.inference import residual_report
 from bayes_hw.infer.log_posterior import LogPosterior
@@ -70,6 +71,13 @@ class CalibrationCase:
     sigma_factor: float = 1.0
     prior_width: float = 1.0
     settings: SamplerSettings = CALIBRATION_SETTINGS
+
+    def __post_init__(self) -> None:
+        if not (self.model.dead_zone.half_width > 0 and self.model.noise_sigma > 0):
+            raise InputError(
+                f"{self.model.name}: calibration needs priors that do not look at the data;"
+                " give dead_zone.half_width and noise.sigma above zero"
+            )
 
     @property
     def axis(self) -> AxisParameters:
@@ -206,10 +214,13 @@ def stationary_autoregression(
 
 
 def independent_draws(sampling: Sampling) -> FloatArray:
-    """Draws (draws, parameters) in coordinates: all walkers at steps one autocorrelation time apart."""
-    spacing = max(1, int(np.ceil(np.max(sampling.convergence.autocorrelation_time))))
-    thinned = sampling.chain[:, ::-spacing]
-    return thinned.reshape(-1, thinned.shape[-1])
+    """Draws (at least DRAWS, parameters) in coordinates: all walkers at steps one autocorrelation time apart,
+    or closer where a chain that has not converged would leave fewer than DRAWS."""
+    ensembles, steps, walkers, dimension = sampling.chain.shape
+    needed = -(-DRAWS // (ensembles * walkers))
+    longest = float(np.max(sampling.convergence.autocorrelation_time))
+    spacing = int(np.clip(np.ceil(longest), 1, steps // needed))
+    return sampling.chain[:, ::-spacing].reshape(-1, dimension)
 
 
 def _sampled(

@@ -60,6 +60,12 @@ class CalibrationSummary:
     def calibrated(self) -> bool:
         return self.p_value >= SIGNIFICANCE
 
+    @property
+    def coverage_p_value(self) -> float:
+        """Of all intervals together, by the exact binomial test and Bonferroni."""
+        p_values = [entry.p_value for entries in self.coverage.values() for entry in entries]
+        return min(1.0, min(p_values) * len(p_values))
+
     def axis_coverage(self) -> list[float]:
         """Share of the intervals of all parameters but the noise's that hold the truth, one entry an interval
         of INTERVALS."""
@@ -73,6 +79,7 @@ class CalibrationSummary:
             "draws": self.draws,
             "calibrated": self.calibrated,
             "p_value": self.p_value,
+            "coverage_p_value": self.coverage_p_value,
             "not_converged": self.not_converged,
             "not_white": self.not_white,
             "seconds_per_replicate": self.seconds,

@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -45,8 +46,10 @@ class Inference:
 
 
 def discard_checkpoint(folder: Path) -> None:
-    """Remove the checkpoint of a run whose results have been written."""
+    """Remove the checkpoint of a run whose results have been written; its folder too if it is then empty."""
     Checkpoint(folder, "").clear()
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:

@@ -89,6 +89,16 @@ class Posterior:
         found["noise.innovation_sigma"] = summarize(innovation.reshape(shape), self.axis.model.units.output)
         return found
 
+    @property
+    def reported(self) -> dict[str, Summary]:
+        """The entries of posterior.json: the parameters and, where the weights of G's poles are sampled in
+        its place, the gain; in the parameters' order, the gain after the static blocks."""
+        names = list(self.summaries)
+        if "gain" not in names:
+            names.insert(names.index("dead_zone.half_width") + 1, "gain")
+        found = self.summaries | self.derived
+        return {name: found[name] for name in names}
+
     def draws(self, count: int, rng: np.random.Generator) -> FloatArray:
         """`count` draws without replacement (all of them if there are fewer), (count, parameters)."""
         flat = self.values.reshape(-1, self.values.shape[-1])
@@ -105,8 +115,10 @@ class Posterior:
         """The content of posterior.json."""
         return {
             "schema": SCHEMA,
-            "parameters": {name: summary.to_dict() for name, summary in self.summaries.items()},
-            "derived": {name: summary.to_dict() for name, summary in self.derived.items()},
+            "parameters": {name: summary.to_dict() for name, summary in self.reported.items()},
+            "derived": {
+                name: summary.to_dict() for name, summary in self.derived.items() if name not in self.reported
+            },
             "converged": self.converged,
             "problems": list(self.problems),
             "interval": "94 % highest-density interval",

@@ -18,7 +18,11 @@ from bayes_hw.record import Record
 
 DRAWS = 300
 NEWTON_STEPS = 6
-START_SAMPLES = 20
+START_SHARE = 0.25
+FEWEST_START_SAMPLES = 20
+START_ROUNDS = 3
+START_STEP = 1e-3
+START_CONDITION = 1e-6
 RATE_TOLERANCE = 0.01
 
 
@@ -29,8 +33,7 @@ class Prediction:
     `mean` is the posterior mean of the simulated output; `lower_parameters`, `upper_parameters` bound it
     under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included.
     `predicted_probability` is the predictive distribution function at the measured y, uniform between 0 and 1
-    where the predictions are calibrated. `offset` was added to every simulation because the record does not
-    start at rest, else 0.
+    where the predictions are calibrated.
     """
 
     record: Record
@@ -40,7 +43,6 @@ class Prediction:
     lower: FloatArray
     upper: FloatArray
     predicted_probability: FloatArray
-    offset: float
 
     @property
     def fit_percent(self) -> float:
@@ -77,8 +79,10 @@ class Coverage:
 def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> Prediction:
     """Bands of y for `record` under the posterior.
 
-    The record starts at rest, or, where the posterior was sampled with free initial conditions, at the
-    position that its first samples show. Raises InputError when the sample rates differ.
+    The record starts at rest, or, where the posterior was sampled with free initial conditions, in the state
+    that least squares finds from its first quarter at the posterior mean.
+
+    Raises InputError when the sample rates differ.
     """
     model = posterior.axis.model
     if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
@@ -89,13 +93,13 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     draws = posterior.draws(DRAWS, rng)
     n_axis = len(posterior.axis.parameters)
     sigma = draws[:, n_axis]
-    outputs, offset = _simulate(posterior.axis, draws[:, :n_axis], record)
+    outputs = _simulate(posterior.axis, draws[:, :n_axis], record)
     tail = (1 - INTERVAL_PROBABILITY) / 2
     lower_parameters, upper_parameters = np.quantile(outputs, [tail, 1 - tail], axis=0)
     lower, upper = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
     probability = special.ndtr((record.y - outputs) / sigma[:, None]).mean(axis=0)
     return Prediction(
-        record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, probability, offset
+        record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, probability
     )
 
 
@@ -143,18 +147,27 @@ def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY)
     return coverage(inside.astype(np.float64), nominal)
 
 
-def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> tuple[FloatArray, float]:
-    """Outputs (draws, samples) and the offset that aligned them with the record's start."""
-    values = draws.T.copy()
+def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> FloatArray:
+    """Outputs (draws, samples), from rest or from the initial state that the record's first part shows."""
     if axis.start_positions is None:
-        return simulated_outputs(axis, values, [record])[0], 0.0
-    for row, parameter in enumerate(axis.parameters):
-        if parameter.name.startswith("start1."):
-            values[row] = 0.0
-    half_width = values[axis.names.index("dead_zone.half_width")]
-    first = float(np.mean(record.y[: min(START_SAMPLES, len(record))]))
-    if "start1.position" in axis.names:
-        values[axis.names.index("start1.position")] = first + np.sign(first) * half_width
-    outputs = simulated_outputs(axis, values, [record])[0]
-    offset = first - float(np.mean(outputs[:, : min(START_SAMPLES, len(record))]))
-    return outputs + offset, offset
+        return simulated_outputs(axis, draws.T, [record])[0]
+    one = AxisParameters(
+        axis.model,
+        axis.free,
+        output_scale=axis.output_scale,
+        start_positions=np.array([float(record.y[0])]),
+    )
+    rows = [row for row, name in enumerate(one.names) if name.startswith("start1.")]
+    values = draws.T[: len(one.names)].copy()
+    values[rows] = one.nominal[rows, None]
+    centre = values.mean(axis=1)
+    shown = max(round(START_SHARE * len(record)), min(len(record), FEWEST_START_SAMPLES))
+    for _ in range(START_ROUNDS):
+        trials = np.repeat(centre[:, None], len(rows) + 1, axis=1)
+        steps = START_STEP * one.output_scale
+        trials[rows, np.arange(1, len(rows) + 1)] += steps
+        outputs = simulated_outputs(one, trials, [record])[0][:, :shown]
+        slopes = (outputs[1:] - outputs[0]).T / steps
+        centre[rows] += np.linalg.lstsq(slopes, record.y[:shown] - outputs[0], rcond=START_CONDITION)[0]
+    values[rows] = centre[rows, None]
+    return simulated_outputs(one, values, [record])[0]

@@ -89,6 +89,11 @@ class IntervalCoverage:
         return float(found.low), float(found.high)
 
     @property
+    def p_value(self) -> float:
+        """Of the exact two-sided binomial test of the nominal probability."""
+        return float(stats.binomtest(self.inside, self.replicates, self.nominal).pvalue)
+
+    @property
     def agrees(self) -> bool:
         low, high = self.interval
         return bool(low <= self.nominal <= high)

@@ -112,11 +112,9 @@ def sample(
             plan, blocks, states = stored
         moves = weighted_moves(plan.proposal, plan.independence_weight)
         with progress.task("sampling", settings.max_steps) as task:
-            next_look = MIN_STEPS
             while True:
                 steps = len(blocks) * settings.block
-                if steps >= min(next_look, settings.max_steps):
-                    next_look = steps + max(settings.block, int(LOOK_AGAIN * steps))
+                if steps >= settings.max_steps or _is_look(steps, settings.block):
                     chain, acceptance = _joined(blocks)
                     convergence = assess(chain, names, acceptance)
                     smallest = min(convergence.ess_bulk.min(), convergence.ess_tail.min())
@@ -140,6 +138,14 @@ def sample(
         sum(block.non_finite for block in blocks),
         time.perf_counter() - begin,
     )
+
+
+def _is_look(steps: int, block: int) -> bool:
+    """Whether convergence is looked at after `steps` steps; the same in a run that was interrupted."""
+    look = block * -(-MIN_STEPS // block)
+    while look < steps:
+        look += block * max(1, -(-int(LOOK_AGAIN * look) // block))
+    return look == steps
 
 
 def _joined(blocks: list[Block]) -> tuple[FloatArray, FloatArray]:
@@ -181,6 +187,8 @@ def _pilot(
 ) -> tuple[Plan, list[EnsembleState]]:
     """Overdispersed starts, a mixed pilot, a refit of the proposal, and a few steps to forget the pilot."""
     walkers = settings.walkers_for(len(mode))
+    if walkers < 2 * len(mode):
+        raise InputError(f"--walkers {walkers}: {len(mode)} parameters need {2 * len(mode)} or more")
     wide = laplace_proposal(mode, covariance, START_INFLATION)
     states = [
         _possible_start(wide, mode, density, walkers, ensemble_rng)

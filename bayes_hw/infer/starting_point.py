@@ -10,10 +10,14 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
+from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import NoiseEstimate, estimate_noise, noise_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.parameters import Parameter
+from bayes_hw.model.parameters import Parameter, as_values
 from bayes_hw.record import Record
+
+FLAT_LOSS = 1.0
+"""A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +64,34 @@ def starting_point(
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
     covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
-    return StartingPoint(
-        np.concatenate([fit.coordinates, noise_coordinates]), covariance, noise, sampled, starts
-    )
+    coordinates = np.concatenate([fit.coordinates, noise_coordinates])
+    target = LogPosterior(axis, sampled, records)
+    for row, side in flat_directions(target, coordinates, prior_sd):
+        coordinates[row] += 0.5 * side * prior_sd[row]
+        covariance[row], covariance[:, row] = 0.0, 0.0
+        covariance[row, row] = (0.5 * prior_sd[row]) ** 2
+    return StartingPoint(coordinates, covariance, noise, sampled, starts)
+
+
+def flat_directions(
+    target: LogPosterior, coordinates: FloatArray, prior_sd: FloatArray
+) -> list[tuple[int, int]]:
+    """Axis parameters that the likelihood does not mind moving by one prior width, and to which side.
+
+    A limit that no command reaches is one: least squares stops at the largest command, on the edge of a plain
+    that the curvature there does not see.
+    """
+    steps = np.diag(prior_sd)
+    n_axis = len(prior_sd)
+    trials = np.repeat(coordinates[:, None], 2 * n_axis + 1, axis=1)
+    trials[:n_axis, 1 : n_axis + 1] += steps
+    trials[:n_axis, n_axis + 1 :] -= steps
+    with np.errstate(all="ignore"):
+        log_likelihood = np.nan_to_num(
+            target.log_likelihood(as_values(target.parameters, trials)), nan=-np.inf
+        )
+    flat = log_likelihood[1:] > log_likelihood[0] - FLAT_LOSS
+    return [(row, 1 if flat[row] else -1) for row in range(n_axis) if flat[row] or flat[n_axis + row]]
 
 
 def split_by_record(residuals: FloatArray, records: Sequence[Record]) -> list[FloatArray]:

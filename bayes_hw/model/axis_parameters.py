@@ -80,9 +80,7 @@ class AxisParameters:
         self._states = InitialStates.of_poles(self._real_poles, self._pair_poles, self._integrator)
         starts: list[Parameter] = []
         if start_positions is not None:
-            starts = self._states.parameters(
-                start_positions.tolist(), model.dead_zone.half_width, model.units.output, output_scale
-            )
+            starts = self._states.parameters(start_positions.tolist(), model.units.output, output_scale)
         self.parameters: tuple[Parameter, ...] = (*structure, *starts)
         self._row = {parameter.name: row for row, parameter in enumerate(self.parameters)}
         self._interchangeable = [
@@ -121,7 +119,9 @@ class AxisParameters:
         if self.start_positions is None:
             return form
         begin = self._n_structure + record * self._states.count
-        return self._states.apply(form, linear.pair_poles, values[begin : begin + self._states.count])
+        start = values[begin : begin + self._states.count]
+        offset = np.sign(self.start_positions[record]) * values[2]
+        return self._states.apply(form, linear.pair_poles, start, offset)
 
     def linear_batch(self, values: FloatArray) -> LinearBatch | ResidueBatch:
         """The linear blocks of every column of `values` (parameters, walkers)."""

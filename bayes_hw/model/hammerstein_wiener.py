@@ -25,6 +25,9 @@ WELL_APART = 1e-3
 MODE_MATCH_RADIUS = 0.05
 """A dominant mode must lie this close (in z) to one of the pole pairs of G."""
 
+LARGEST_VALUE = 1e12
+"""A number in model.json beyond this is a mistake, and overflows when squared and summed."""
+
 MOST_ROOTS = 200
 """Poles or zeros, or coefficients of either polynomial, that a model.json may hold."""
 
@@ -215,7 +218,7 @@ def _mapping(data: Mapping[str, Any], key: str, optional: bool = False) -> Mappi
 
 def _list(value: Any, label: str) -> list[Any]:
     if not isinstance(value, list):
-        raise InputError(f"{label}: missing or not a list; see the model.json format")
+        raise InputError(f"{label}: a list was expected; see the model.json format")
     return value
 
 
@@ -227,13 +230,11 @@ def _number(data: Mapping[str, Any], label: str) -> float:
 def _finite(value: Any, label: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f"{label}: missing or not a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = float("inf")
-    if not np.isfinite(number):
+    if value != value or abs(value) == float("inf"):
         raise InputError(f"{label}: must be finite")
-    return number
+    if abs(value) > LARGEST_VALUE:
+        raise InputError(f"{label}: is beyond {LARGEST_VALUE:g}; correct it, or use a larger unit")
+    return float(value)
 
 
 def _normalization(gains: Mapping[str, Any]) -> GainNormalization:

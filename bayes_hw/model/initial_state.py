@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.modal import ModalForm
 from bayes_hw.model.parameters import Parameter
@@ -49,14 +47,15 @@ class InitialStates:
     def _all_real(self) -> tuple[int, ...]:
         return self.real if self.integrator is None else (self.integrator, *self.real)
 
-    def parameters(
-        self, positions: Sequence[float], half_width: float, unit: str, scale: float
-    ) -> list[Parameter]:
-        """The parameters of every record; `positions` are the measured first outputs."""
+    def parameters(self, positions: Sequence[float], unit: str, scale: float) -> list[Parameter]:
+        """The parameters of every record; `positions` are the measured first outputs.
+
+        The position parameter is that of y: the dead zone's half width comes on top of it in w, so that a
+        record that never comes near the dead zone leaves the two independent.
+        """
         found = []
         for record, position in enumerate(positions, start=1):
-            start = float(position + np.sign(position) * half_width)
-            parts = [] if self.integrator is None else [("position", start, Normal(start, scale))]
+            parts = [] if self.integrator is None else [("position", position, Normal(position, scale))]
             spread = Normal(0.0, FREE_RESPONSE_SHARE * scale)
             parts += [(f"real_pole{i + 1}", 0.0, spread) for i in self.real]
             parts += [(f"pair{i + 1}.{part}", 0.0, spread) for i in self.pairs for part in ("cosine", "sine")]
@@ -66,15 +65,19 @@ class InitialStates:
             ]
         return found
 
-    def apply(self, form: ModalForm, pair_poles: ComplexArray, start: FloatArray) -> ModalForm:
+    def apply(
+        self, form: ModalForm, pair_poles: ComplexArray, start: FloatArray, offset: FloatArray
+    ) -> ModalForm:
         """The form started so that its free response is the one that `start` (count, walkers) describes.
 
+        `offset` (walkers,) is what the dead zone takes off w at the first position.
         A real pole p with free response a p^k has x(0) = a / residue; a pair with Re((A - iB) p^k) has
         s(k) = Re(C p^k) with C = (A - iB) p^2 / (b1 p + b2).
         """
         real_state, pair_state = form.real_state.copy(), form.pair_state.copy()
         for row, index in enumerate(self._all_real):
-            real_state[index] = start[row] / form.real[1, index]
+            response = start[row] + offset if index == self.integrator else start[row]
+            real_state[index] = response / form.real[1, index]
         for number, index in enumerate(self.pairs):
             row = len(self._all_real) + 2 * number
             pole = pair_poles[index]

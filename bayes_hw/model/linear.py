@@ -95,9 +95,15 @@ class LinearBlock:
         if b.size == 0:
             raise InputError("linear.numerator: all coefficients are zero")
         lead = int(np.flatnonzero(b)[0])
-        b = b[lead:] / a[0]
-        a = a / a[0]
-        zeros, poles = polynomial_roots(b), polynomial_roots(a)
+        try:
+            with np.errstate(all="ignore"):
+                b, a = b[lead:] / a[0], a / a[0]
+                zeros, poles = polynomial_roots(b), polynomial_roots(a)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "linear: the roots of numerator and denominator overflow; "
+                "give coefficients of like size, the first ones not near zero"
+            ) from None
         delay = lead + len(zeros) - len(poles)
         if delay < 0:
             zeros, delay = np.concatenate([zeros, np.zeros(-delay, complex)]), 0

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.infer.calibration import LOG_LIKELIHOOD
-from bayes_hw.infer.calibration_summary import INTERVALS, CalibrationStudy, CalibrationSummary
+from bayes_hw.infer.calibration_summary import INTERVALS, SIGNIFICANCE, CalibrationStudy, CalibrationSummary
 from bayes_hw.infer.rank_statistics import IntervalCoverage, ecdf_counts, histogram_counts
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.document import (
     Badge,
     Block,
     Bullets,
-    Callout,
     KeyValues,
     Paragraph,
     Report,
@@ -98,8 +97,8 @@ def _badges(study: CalibrationStudy) -> tuple[Badge, ...]:
     right = study.right
     hdi = [entries[HDI_COLUMN] for entries in right.coverage.values()]
     lowest, highest = min(c.achieved for c in hdi), max(c.achieved for c in hdi)
-    outside = sum(not entry.agrees for entries in right.coverage.values() for entry in entries)
     intervals = sum(len(entries) for entries in right.coverage.values())
+    covers = right.coverage_p_value >= SIGNIFICANCE
     return (
         Badge(
             "ranks uniform" if right.calibrated else "ranks not uniform",
@@ -107,10 +106,10 @@ def _badges(study: CalibrationStudy) -> tuple[Badge, ...]:
             f"{_p_text(right.p_value)}, least uniform: {_words(right.worst)}",
         ),
         Badge(
-            "intervals cover" if outside <= 0.1 * intervals else "intervals do not cover",
-            "good" if outside <= 0.1 * intervals else "bad",
-            f"{INTERVALS[HDI_COLUMN]}: {format_percent(lowest, 1)} to {format_percent(highest, 1)}; "
-            f"{outside} of {intervals} coverages off by more than a 95 % binomial interval",
+            "intervals cover" if covers else "intervals do not cover",
+            "good" if covers else "bad",
+            f"{INTERVALS[HDI_COLUMN]}: {format_percent(lowest, 1)} to {format_percent(highest, 1)};"
+            f" {_p_text(right.coverage_p_value)} for all {intervals} coverages together",
         ),
         *(
             Badge(
@@ -195,8 +194,10 @@ def _right_section(right: CalibrationSummary) -> Section:
 def _wrong_section(study: CalibrationStudy) -> Section:
     blocks: list[Block] = [
         Paragraph(
-            "A check that cannot fail proves nothing. The records are those of the same priors; only the "
-            "likelihood is wrong. Both faults are found with far fewer replicates."
+            "A check that cannot fail proves nothing. The records come from the same priors; only the"
+            " likelihood is wrong. Since sigma is sampled, a factor on it shifts its own posterior and the"
+            " log-likelihood, and leaves the intervals of the axis as they are; ignored correlation changes"
+            " those too."
         ),
         Table(
             ("likelihood", "replicates", "p of all", "least uniform", *INTERVALS),
@@ -235,9 +236,10 @@ def _order_section(study: CalibrationStudy) -> Section:
         "An AR order that is too low",
         (
             Paragraph(
-                f"Noise of order {true_order} with partial autocorrelations {noise}, sampled with lower "
-                "orders: the likelihood counts correlated samples as if each brought new information, the "
-                "intervals become too narrow, and the Ljung-Box test of the whitened residuals says so."
+                f"Noise of order {true_order} with partial autocorrelations {noise}, sampled with this order"
+                " and with lower ones. A likelihood of too low an order counts correlated samples as if each"
+                " brought new information: its intervals must be too narrow, and the Ljung-Box test of the"
+                " whitened residuals should say so."
             ),
             Table(
                 ("assumed noise", "replicates", *INTERVALS, "residuals not white"),
@@ -266,13 +268,6 @@ def _limits_section(study: CalibrationStudy) -> Section:
                     f"{right.not_converged} of {right.replicates} samplers ended without having converged "
                     "by their own tests; leaving them out would bias the ranks, so they are counted.",
                 )
-            ),
-            Callout(
-                "info",
-                "How to read a failure",
-                "A rank histogram that heaps up at its ends belongs to intervals that are too narrow; one "
-                "that is heaped in the middle to intervals that are too wide; a slope to a shifted "
-                "posterior.",
             ),
         ),
     )

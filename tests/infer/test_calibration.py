@@ -15,8 +15,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from bayes_hw.errors import InputError
 from bayes_hw.executor import LocalExecutor
 from bayes_hw.infer.calibration import (
+    DRAWS,
     LOG_LIKELIHOOD,
     CalibrationCase,
     calibrate_once,
@@ -28,6 +30,7 @@ from bayes_hw.infer.calibration import (
 )
 from bayes_hw.infer.calibration_summary import CalibrationSummary, summarize_calibration
 from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 REPLICATES, WRONG_REPLICATES = 40, 6
@@ -130,11 +133,17 @@ def test_record_is_the_model_plus_noise(case: CalibrationCase) -> None:
     np.testing.assert_allclose(record.y, model.simulate(case.command).y, atol=1e-8)
 
 
-def test_draws_are_one_autocorrelation_time_apart() -> None:
-    """Steps 9, 6, 3 and 0 of ten when the longest time is 2.2 steps."""
+@pytest.mark.parametrize(("time", "steps"), [(2.2, range(0, 10, 3)), (np.inf, range(4, 10, 5))])
+def test_draws_are_one_autocorrelation_time_apart(time: float, steps: range) -> None:
+    """Counted back from the last step; a stuck chain still gives enough draws to rank among."""
     sampling = Mock()
-    sampling.chain = np.arange(2 * 10 * 3, dtype=np.float64).reshape(2, 10, 3, 1)
-    sampling.convergence.autocorrelation_time = np.array([0.4, 2.2])
-    np.testing.assert_array_equal(
-        np.sort(independent_draws(sampling), axis=None), np.sort(sampling.chain[:, [0, 3, 6, 9]], axis=None)
-    )
+    sampling.chain = np.arange(2 * 10 * 40, dtype=np.float64).reshape(2, 10, 40, 1)
+    sampling.convergence.autocorrelation_time = np.array([0.4, time])
+    draws = independent_draws(sampling)
+    assert len(draws) >= DRAWS
+    np.testing.assert_array_equal(np.sort(draws, axis=None), np.ravel(sampling.chain[:, list(steps)]))
+
+
+def test_priors_that_look_at_the_data_are_refused(case: CalibrationCase) -> None:
+    with pytest.raises(InputError, match=r"^small axis: .* dead_zone.half_width and noise.sigma above zero$"):
+        replace(case, model=replace(case.model, dead_zone=DeadZone(0.0)))

@@ -79,3 +79,11 @@ def test_binomial_interval_is_that_of_clopper_and_pearson(replicates: int, data:
     expected_low = stats.beta.ppf(0.025, inside, outside + 1) if inside else 0.0
     expected_high = stats.beta.ppf(0.975, inside + 1, outside) if outside else 1.0
     assert (low, high) == pytest.approx((expected_low, expected_high), abs=1e-9)
+
+
+def test_binomial_test_agrees_with_its_interval() -> None:
+    """Coverage of 90 in 100: 0.94 is within chance, 0.99 is not."""
+    assert IntervalCoverage(0.94, 90, 100).agrees
+    assert IntervalCoverage(0.94, 90, 100).p_value > 0.05
+    assert not IntervalCoverage(0.99, 90, 100).agrees
+    assert IntervalCoverage(0.99, 90, 100).p_value == pytest.approx(stats.binom.cdf(90, 100, 0.99), rel=1e-6)
