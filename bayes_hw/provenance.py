@@ -35,7 +35,7 @@ class Provenance:
             ("bayes_hw", f"{self.version} ({self.git_state})"),
             ("command", self.command),
             ("seed", str(self.seed)),
-            *((f"SHA-256 of {name}", digest) for name, digest in self.records),
+            *self.records,
             ("packages", ", ".join(f"{name} {version}" for name, version in self.packages)),
             ("Python", self.python),
             ("machine", self.machine),
@@ -50,12 +50,19 @@ def provenance(command: str, seed: int, records: Sequence[Record], seconds: floa
         git_state=git_state(),
         command=command,
         seed=seed,
-        records=tuple((record.source or record.name, record.sha256 or "simulated") for record in records),
+        records=tuple(_origin(record) for record in records),
         packages=tuple((name, metadata.version(name)) for name in PACKAGES),
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}",
         seconds=seconds,
     )
+
+
+def _origin(record: Record) -> tuple[str, str]:
+    """What a record is called in the table, and its digest or how it was simulated."""
+    if record.sha256:
+        return f"SHA-256 of {record.source or record.name}", record.sha256
+    return f"record {record.name}", record.source or "simulated"
 
 
 def git_state() -> str:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 SCHEMA = "bayes-hw/posterior/1"
 STORED_DRAWS = 40_000
 PRIOR_DRAWS = 2_000
+PRIOR_DOMINATED_BELOW = 0.5
+"""A contraction below this means that the records say little about the parameter beyond its prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,20 @@ class Posterior:
     def summaries(self) -> dict[str, Summary]:
         """One summary a parameter, in the parameters' order."""
         return {p.name: summarize(self.values[..., i], p.unit) for i, p in enumerate(self.parameters)}
+
+    @cached_property
+    def contraction(self) -> dict[str, float]:
+        """1 - sd^2 / (prior sd)^2 of every parameter: 1 where the records decide, 0 where the prior does."""
+        levels = (np.arange(PRIOR_DRAWS) + 0.5) / PRIOR_DRAWS
+        return {
+            p.name: 1 - (self.summaries[p.name].sd / float(np.std(p.prior.quantile(levels)))) ** 2
+            for p in self.parameters
+        }
+
+    @property
+    def prior_dominated(self) -> tuple[str, ...]:
+        """Parameters whose contraction is below PRIOR_DOMINATED_BELOW."""
+        return tuple(name for name, value in self.contraction.items() if value < PRIOR_DOMINATED_BELOW)
 
     @cached_property
     def derived(self) -> dict[str, Summary]:

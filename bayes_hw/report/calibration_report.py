@@ -26,7 +26,7 @@ from bayes_hw.report.figures_calibration import (
     rank_histograms,
 )
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import format_interval, format_percent
+from bayes_hw.report.rounding import format_duration, format_interval, format_percent
 
 HDI_COLUMN = len(INTERVALS) - 1
 
@@ -159,7 +159,8 @@ def _method_section(study: CalibrationStudy) -> Section:
                 "A quantity fails when its ECDF leaves the simultaneous 95 % band (Säilynoja, Bürkner and "
                 "Vehtari, doi 10.1007/s11222-022-10090-6); the verdict on all quantities together takes the "
                 "smallest p-value times their number (Bonferroni) against 5 %. With so many panels one may "
-                "leave its band by chance."
+                "leave its band by chance. A replicate took "
+                f"{format_duration(study.right.seconds)} on average."
             ),
         ),
     )

@@ -305,10 +305,12 @@ def interval_comparison(
     names: Sequence[ParameterName],
     reference_sd: FloatArray,
     probability: float = 0.94,
+    truth: FloatArray | None = None,
 ) -> Figure:
     """Intervals of several posteriors side by side, in standard deviations of the first.
 
-    `reference_sd` (parameters,) holds the first posterior's standard deviations.
+    `reference_sd` (parameters,) holds the first posterior's standard deviations; `truth` (parameters,) true
+    values, NaN where there is none.
     """
     origin = sets[0].mean
     with drawing_settings():
@@ -324,17 +326,22 @@ def interval_comparison(
             axes.hlines(at, lower, upper, color=colour, linewidth=2.2, label=drawable(entry.label))
             axes.plot(mean, at, "o", color=colour, markersize=4)
         axes.axvline(0, color=MUTED, linewidth=0.8)
+        known = truth is not None and bool(np.any(np.isfinite(truth)))
+        if truth is not None and known:
+            at_truth = (truth - origin) / reference_sd
+            axes.plot(at_truth, rows, "D", color=TRUTH, markersize=5, label="truth", zorder=3)
         axes.set_yticks(rows, [wrapped(drawable(name.words), 28) for name in names])
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.grid(False, axis="y")
         axes.set_xlabel("distance from the first posterior's mean (its standard deviations)")
-        canvas.legend(loc="outside upper right", ncols=len(sets))
+        canvas.legend(loc="outside upper right", ncols=len(sets) + 1)
         listed = ", ".join(entry.label for entry in sets)
         return finished(
             canvas,
             f"{format_percent(probability)} highest-density intervals and means from: {listed}. "
             "All are measured from the first one's mean in its standard deviations, so a bar twice as long "
-            "is an interval twice as wide.",
+            "is an interval twice as wide."
+            + (" Diamonds: the truth, which the records were simulated with." if known else ""),
             f"Forest plot of {len(names)} parameters for {len(sets)} posteriors.",
         )
 

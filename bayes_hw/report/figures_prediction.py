@@ -68,6 +68,26 @@ class PredictedRecord:
         return replace(self, **series)
 
 
+def predicted_overview(record: PredictedRecord, what: str = "held-out record") -> Figure:
+    """The whole record and its residual."""
+    with drawing_settings():
+        canvas = new_canvas(2.9)
+        whole, residual = canvas.subplots(2, 1, height_ratios=(3, 1.6), sharex=True)
+        _draw_prediction(whole, record)
+        _draw_residual(residual, record)
+        residual.set_xlim(record.t[0], record.t[-1])
+        residual.set_xlabel(with_unit("time", record.units.time))
+        canvas.align_ylabels()
+        canvas.legend(*whole.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+        level = format_percent(record.probability)
+        return finished(
+            canvas,
+            f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
+            "alone (dark) and with measurement noise (light); below, record minus mean.",
+            "Measured and predicted output over time with bands, and the residual.",
+        )
+
+
 def predicted_record(
     record: PredictedRecord, zoom: tuple[float, float], what: str = "held-out record"
 ) -> Figure:

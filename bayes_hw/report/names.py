@@ -15,6 +15,7 @@ _FIXED = {
     "noise.sigma": ("noise standard deviation", "σ"),
     "noise.innovation_sigma": ("standard deviation of the noise's innovations", "σₐ"),
     "velocity_gain": ("velocity gain", "K"),
+    "direct": ("direct weight of G", "d"),
 }
 _NUMBERED = {
     r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),
@@ -27,7 +28,10 @@ _NUMBERED = {
     r"mode(\d+)\.sine": ("sine weight of mode {}", "s{}"),
     r"pole_pair(\d+)\.frequency_hz": ("frequency of pole pair {}", "F{}"),
     r"pole_pair(\d+)\.damping_ratio": ("damping ratio of pole pair {}", "Z{}"),
-    r"start(\d+)\.position": ("initial position of record {}", "w₀{}"),
+    r"start(\d+)\.position": ("initial position of record {}", "y₀{}"),
+    r"start(\d+)\.real_pole(\d+)": ("free response of real pole {1}, record {0}", "a{1},{0}"),
+    r"start(\d+)\.pair(\d+)\.cosine": ("free response of pair {1} (cosine), record {0}", "A{1},{0}"),
+    r"start(\d+)\.pair(\d+)\.sine": ("free response of pair {1} (sine), record {0}", "B{1},{0}"),
 }
 
 
@@ -44,6 +48,7 @@ def parameter_name(name: str) -> ParameterName:
         return ParameterName(*_FIXED[name])
     for pattern, (words, symbol) in _NUMBERED.items():
         if match := re.fullmatch(pattern, name):
-            number = match[1]
-            return ParameterName(words.format(number), symbol.format(number.translate(SUBSCRIPTS)))
+            numbers = match.groups()
+            small = (number.translate(SUBSCRIPTS) for number in numbers)
+            return ParameterName(words.format(*numbers), symbol.format(*small))
     return ParameterName(name, name)

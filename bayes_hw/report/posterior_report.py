@@ -8,7 +8,6 @@ from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.provenance import Provenance
 from bayes_hw.report import equations
 from bayes_hw.report.document import (
-    Badge,
     Bullets,
     Callout,
     Equation,
@@ -22,10 +21,11 @@ from bayes_hw.report.document import (
 )
 from bayes_hw.report.estimate_sections import estimate_sections
 from bayes_hw.report.figures_prediction import Coverage as CoverageRow
-from bayes_hw.report.figures_prediction import PredictedRecord, predicted_record
+from bayes_hw.report.figures_prediction import PredictedRecord, predicted_overview, predicted_record
 from bayes_hw.report.figures_prediction import coverage as coverage_figure
-from bayes_hw.report.posterior_sections import posterior_sections, widest_ratio
-from bayes_hw.report.rounding import format_duration, format_estimate, format_interval, format_percent
+from bayes_hw.report.posterior_sections import posterior_sections
+from bayes_hw.report.rounding import format_duration, format_interval, format_percent
+from bayes_hw.report.verdict import badges, verdict
 
 ZOOM_SHARE = 0.1
 
@@ -35,9 +35,9 @@ def posterior_report(analysis: Analysis, provenance: Provenance) -> Report:
     return Report(
         title=analysis.title,
         subtitle="Hammerstein-Wiener model of a servo axis with posterior uncertainty",
-        verdict=_verdict(analysis),
-        badges=_badges(analysis),
-        key_figure=_prediction_figure(analysis, analysis.predictions[0]),
+        verdict=verdict(analysis),
+        badges=badges(analysis),
+        key_figure=_overview(analysis, analysis.predictions[0]),
         sections=(
             _data_section(analysis),
             _model_section(),
@@ -48,103 +48,6 @@ def posterior_report(analysis: Analysis, provenance: Provenance) -> Report:
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
     )
-
-
-def _verdict(analysis: Analysis) -> str:
-    """The answer in words; what is wrong comes first."""
-    posterior = analysis.dominant.posterior
-    sentences = []
-    if not posterior.converged:
-        sentences.append(
-            "The sampler has NOT converged; no interval below is to be relied on: "
-            + posterior.problems[0]
-            + "."
-        )
-    disagreements = [test for test in analysis.dominant.residuals.tests if not test.passed]
-    if disagreements:
-        sentences.append(
-            "Model and records disagree: "
-            + "; ".join(f"{test.name}: {test.meaning}" for test in disagreements)
-            + "."
-        )
-    identification = analysis.identification
-    hidden = (
-        [shown.reason for shown in identification.blocks_shown.values() if not shown.shown]
-        if identification is not None
-        else []
-    )
-    if hidden:
-        sentences.append("Not shown by these records: " + "; ".join(hidden) + ".")
-    prediction = analysis.predictions[0]
-    place = "a record it has not seen" if analysis.held_out else "its last training record"
-    against = ""
-    if analysis.fits:
-        against = f" (the best linear model: {analysis.fits[0].linear:.1f} %)"
-    sentences.append(
-        f"The Hammerstein-Wiener model predicts {place} with a fit of {prediction.fit_percent:.1f} %{against}."
-    )
-    summaries = posterior.summaries
-    modes = [name for name in summaries if name.startswith("mode") and name.endswith("frequency_hz")]
-    parts = [
-        f"limits {format_estimate(summaries[name].mean, summaries[name].sd, summaries[name].unit)}"
-        if name == "saturation.lower"
-        else format_estimate(summaries[name].mean, summaries[name].sd, summaries[name].unit)
-        for name in ("saturation.lower", "saturation.upper")
-    ]
-    half_width = summaries["dead_zone.half_width"]
-    sentences.append(
-        " and ".join(parts)[0].upper()
-        + " and ".join(parts)[1:]
-        + f"; dead zone ±{format_estimate(half_width.mean, half_width.sd, half_width.unit)}"
-        + (
-            "; resonances at "
-            + ", ".join(format_estimate(summaries[n].mean, summaries[n].sd, summaries[n].unit) for n in modes)
-            if modes
-            else ""
-        )
-        + " (mean ± standard deviation)."
-    )
-    if analysis.everything is not None:
-        ratio = widest_ratio(posterior.summaries, analysis.everything.posterior.summaries)
-        sentences.append(
-            "These hold for the other roots of G as estimated; with all of G free the intervals are up to "
-            f"{ratio:.1f} times as wide."
-        )
-    return " ".join(sentences)
-
-
-def _badges(analysis: Analysis) -> tuple[Badge, ...]:
-    posterior, residuals = analysis.dominant.posterior, analysis.dominant.residuals
-    summaries = posterior.summaries.values()
-    worst_r_hat = max(summary.r_hat for summary in summaries)
-    smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
-    converged = Badge(
-        "converged" if posterior.converged else "not converged",
-        "good" if posterior.converged else "bad",
-        f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more",
-    )
-    white = Badge(
-        "residuals white" if residuals.white else "residuals not white",
-        "good" if residuals.white else "bad",
-        "; ".join(f"{test.name}: p = {test.p_value:.2g}" for test in residuals.tests[:2]),
-    )
-    name, covered = next((n, c) for n, c in analysis.coverages if c.nominal == INTERVAL_PROBABILITY)
-    bands = Badge(
-        "bands cover" if covered.agrees else "bands do not cover",
-        "good" if covered.agrees else "warn",
-        f"{format_percent(covered.nominal)} bands hold {format_percent(covered.achieved, 1)} of {name}"
-        f" ({'held out' if analysis.held_out else 'not held out'})",
-    )
-    identification = analysis.identification
-    if identification is None:
-        return (converged, white, bands)
-    hidden = [key for key, shown in identification.blocks_shown.items() if not shown.shown]
-    blocks = Badge(
-        "all blocks shown" if not hidden else f"{len(hidden)} block(s) not shown",
-        "good" if not hidden else "warn",
-        "the records reach both limits and the dead zone" if not hidden else ", ".join(hidden),
-    )
-    return (converged, white, bands, blocks)
 
 
 def _data_section(analysis: Analysis) -> Section:
@@ -235,12 +138,18 @@ def _predicted(prediction: Prediction) -> PredictedRecord:
     )
 
 
+def _overview(analysis: Analysis, prediction: Prediction) -> Figure:
+    return predicted_overview(_predicted(prediction), _kind(analysis))
+
+
 def _prediction_figure(analysis: Analysis, prediction: Prediction) -> Figure:
-    record = prediction.record
-    what = "held-out record" if analysis.held_out else "training record"
     return predicted_record(
-        _predicted(prediction), prediction.hardest_stretch(ZOOM_SHARE), f"{what} {record.name}"
+        _predicted(prediction), prediction.hardest_stretch(ZOOM_SHARE), _kind(analysis)
     )
+
+
+def _kind(analysis: Analysis) -> str:
+    return "held-out record" if analysis.held_out else "training record"
 
 
 def _prediction_section(analysis: Analysis) -> Section:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
 from bayes_hw.report.document import Bullets, Callout, Figure, Paragraph, Section, Table
@@ -21,10 +23,12 @@ from bayes_hw.report.figures_posterior import (
     traces,
 )
 from bayes_hw.report.names import parameter_name
+from bayes_hw.report.prior_notation import LEGEND, prior_notation
 from bayes_hw.report.rounding import format_estimate, format_interval, format_number, format_value
 
 CORNER_DRAWS = 20_000
 MARGINAL_DRAWS = 40_000
+PARAMETER_HEADER = ("parameter", "prior", "posterior mean ± sd", "94 % HDI")
 
 
 def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
@@ -37,7 +41,7 @@ def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
         _convergence_section(analysis, summaries),
     ]
     if analysis.everything is not None:
-        sections.append(_widening_section(summaries, analysis.everything.posterior))
+        sections.append(_widening_section(analysis, summaries, analysis.everything.posterior))
     return tuple(sections)
 
 
@@ -52,29 +56,6 @@ def _prior_density(prior: Prior):  # type: ignore[no-untyped-def]
 
 def _parameter_section(analysis: Analysis, summaries: dict[str, Summary]) -> Section:
     posterior = analysis.dominant.posterior
-    draws = _flat(posterior, MARGINAL_DRAWS)
-    marginals = [
-        Marginal(
-            parameter_name(parameter.name),
-            parameter.unit,
-            draws[:, i],
-            _prior_density(parameter.prior),
-            summaries[parameter.name].hdi94,
-            float(posterior.point_estimate[i]),
-            analysis.truth.get(parameter.name),
-        )
-        for i, parameter in enumerate(posterior.parameters)
-    ]
-    priors = {parameter.name: parameter.prior.describe(parameter.unit) for parameter in posterior.parameters}
-    rows = tuple(
-        (
-            parameter_name(name).words,
-            priors[name],
-            format_estimate(summary.mean, summary.sd, summary.unit),
-            format_interval(*summary.hdi94, summary.unit),
-        )
-        for name, summary in summaries.items()
-    )
     derived = tuple(
         (
             parameter_name(name).words,
@@ -84,20 +65,71 @@ def _parameter_section(analysis: Analysis, summaries: dict[str, Summary]) -> Sec
         )
         for name, summary in posterior.derived.items()
     )
-    return Section(
-        "Parameters",
-        (
-            Table(
-                ("parameter", "prior", "posterior mean ± sd", "94 % HDI"),
-                (*rows, *derived),
-                "Posterior of every sampled parameter and of what follows from them. HDI: highest-density "
-                "interval. The priors are weakly informative: centred on the model that sampling started "
-                "from, and much wider than the posterior where the records inform.",
-                (2, 3),
-            ),
-            priors_and_posteriors(marginals),
+    blocks: list[Table | Callout | Figure] = [
+        Table(
+            PARAMETER_HEADER,
+            (*_parameter_rows(posterior), *derived),
+            "Posterior of every sampled parameter and of what follows from them. HDI: highest-density "
+            f"interval. {LEGEND} They are centred on the model that sampling started from.{_mark(posterior)}",
+            (2, 3),
         ),
+        priors_and_posteriors(_marginals(posterior, posterior.names, analysis.truth)),
+    ]
+    if analysis.truth:
+        blocks.append(
+            Callout(
+                "info",
+                "Truth and conditional intervals",
+                "The records are simulated and the truth is marked. These intervals hold the other roots of G "
+                "at their estimates, which are not the true ones: they are conditional, too narrow for what is "
+                "not known, and may miss the truth more often than 6 % of the time. The intervals that "
+                "claim to hold it are those with all of G free.",
+            )
+        )
+    return Section("Parameters", tuple(blocks))
+
+
+def _parameter_rows(posterior: Posterior) -> tuple[tuple[str, ...], ...]:
+    weak = posterior.prior_dominated
+    return tuple(
+        (
+            parameter_name(parameter.name).words + (" †" if parameter.name in weak else ""),
+            prior_notation(parameter.prior),
+            format_estimate(summary.mean, summary.sd, summary.unit),
+            format_interval(*summary.hdi94, summary.unit),
+        )
+        for parameter, summary in zip(posterior.parameters, posterior.summaries.values(), strict=True)
     )
+
+
+def _mark(posterior: Posterior) -> str:
+    """What the dagger of a table means, where there is one."""
+    if not posterior.prior_dominated:
+        return ""
+    return (
+        " † prior-dominated: the contraction, one less the ratio of posterior to prior variance, is below "
+        f"{PRIOR_DOMINATED_BELOW:g}; the records say little about it."
+    )
+
+
+def _marginals(posterior: Posterior, names: Sequence[str], truth: dict[str, float]) -> list[Marginal]:
+    draws = _flat(posterior, MARGINAL_DRAWS)
+    found = []
+    for name in names:
+        i = posterior.names.index(name)
+        parameter = posterior.parameters[i]
+        found.append(
+            Marginal(
+                parameter_name(name),
+                parameter.unit,
+                draws[:, i],
+                _prior_density(parameter.prior),
+                posterior.summaries[name].hdi94,
+                float(posterior.point_estimate[i]),
+                truth.get(name),
+            )
+        )
+    return found
 
 
 def _corner(posterior: Posterior, summaries: dict[str, Summary]) -> Figure:
@@ -167,7 +199,7 @@ def sampling_starts(analysis: Analysis) -> str:
     return f"Before sampling, {starts.agreeing} of {total} least-squares descents reached the same minimum."
 
 
-def _widening_section(dominant: dict[str, Summary], everything: Posterior) -> Section:
+def _widening_section(analysis: Analysis, dominant: dict[str, Summary], everything: Posterior) -> Section:
     all_summaries = everything.summaries
     shared = [name for name in dominant if name in all_summaries]
     sets = [
@@ -179,33 +211,61 @@ def _widening_section(dominant: dict[str, Summary], everything: Posterior) -> Se
         )
         for label, summaries in (("dominant parameters free", dominant), ("all of G free", all_summaries))
     ]
-    table = Table(
-        ("parameter", "94 % HDI, dominant free", "94 % HDI, all of G free", "wider by"),
-        tuple(
-            (
-                parameter_name(name).words,
-                format_interval(*dominant[name].hdi94, dominant[name].unit),
-                format_interval(*all_summaries[name].hdi94, all_summaries[name].unit),
-                f"{_width(all_summaries[name]) / _width(dominant[name]):.2f}",
-            )
-            for name in shared
-        ),
-        "What it costs to hold the other roots of G: the intervals with every pole and zero free, and the "
-        "ratio of the widths.",
-        (1, 2, 3),
-    )
+    truth = np.array([analysis.truth.get(name, np.nan) for name in shared])
     blocks: list[Paragraph | Callout | Table | Figure] = []
     if not everything.converged:
         blocks.append(Callout("warn", "All of G free: not converged", "; ".join(everything.problems)))
     blocks += [
-        table,
+        _widening_table(dominant, all_summaries, analysis.truth, shared),
         interval_comparison(
             sets,
             [parameter_name(name) for name in shared],
             np.array([dominant[name].sd for name in shared]),
+            truth=truth,
+        ),
+        priors_and_posteriors(_marginals(everything, shared, analysis.truth)),
+        Table(
+            PARAMETER_HEADER,
+            _parameter_rows(everything),
+            "Every parameter with all of G free: in place of zeros and gain, the weight of every pole. "
+            f"{LEGEND}{_mark(everything)}",
+            (2, 3),
         ),
     ]
     return Section("All of G free", tuple(blocks))
+
+
+def _widening_table(
+    dominant: dict[str, Summary],
+    everything: dict[str, Summary],
+    truth: dict[str, float],
+    shared: Sequence[str],
+) -> Table:
+    rows = tuple(
+        (
+            parameter_name(name).words,
+            format_interval(*dominant[name].hdi94, dominant[name].unit),
+            format_interval(*everything[name].hdi94, everything[name].unit),
+            f"{_width(everything[name]) / _width(dominant[name]):.2f}",
+            *((_true_value(truth.get(name), everything[name]),) if truth else ()),
+        )
+        for name in shared
+    )
+    header = ("parameter", "94 % HDI, dominant free", "94 % HDI, all of G free", "wider by")
+    return Table(
+        (*header, "truth") if truth else header,
+        rows,
+        "What it costs to hold the other roots of G: the intervals with every pole and zero free, and the "
+        "ratio of the widths." + (" Truth: in (✓) or out of (✗) the interval with all free." if truth else ""),
+        (1, 2, 3, 4) if truth else (1, 2, 3),
+    )
+
+
+def _true_value(value: float | None, summary: Summary) -> str:
+    if value is None:
+        return ""
+    inside = summary.hdi94[0] <= value <= summary.hdi94[1]
+    return f"{format_value(value, summary.sd)} {'✓' if inside else '✗'}"
 
 
 def widest_ratio(dominant: dict[str, Summary], everything: dict[str, Summary]) -> float:

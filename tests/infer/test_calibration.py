@@ -33,7 +33,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-REPLICATES, WRONG_REPLICATES = 40, 6
+REPLICATES, WRONG_REPLICATES = 28, 6
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,151 @@
+"""The first page of the report on one axis: its answer in words, and its badges."""
+
+from __future__ import annotations
+
+from bayes_hw.analysis import Analysis
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
+from bayes_hw.report.document import Badge
+from bayes_hw.report.names import parameter_name
+from bayes_hw.report.posterior_sections import widest_ratio
+from bayes_hw.report.rounding import format_estimate, format_number, format_percent
+
+DEAD_ZONE = "dead_zone.half_width"
+LIMITS = ("saturation.lower", "saturation.upper")
+BLOCK_PARAMETERS = {**{name: name for name in LIMITS}, "dead_zone": DEAD_ZONE}
+"""The parameter of every block of `Identification.blocks_shown`."""
+
+
+def verdict(analysis: Analysis) -> str:
+    """The answer in words; what is wrong comes first."""
+    posterior = analysis.dominant.posterior
+    sentences = []
+    if not posterior.converged:
+        sentences.append(
+            "The sampler has NOT converged; no interval below is to be relied on: "
+            + posterior.problems[0]
+            + "."
+        )
+    disagreements = [test for test in analysis.dominant.residuals.tests if not test.passed]
+    if disagreements:
+        sentences.append(
+            "Model and records disagree: "
+            + "; ".join(f"{test.name}: {test.meaning}" for test in disagreements)
+            + "."
+        )
+    sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
+    if analysis.everything is not None and posterior.converged:
+        ratio = widest_ratio(posterior.summaries, analysis.everything.posterior.summaries)
+        sentences.append(
+            "These hold for the other roots of G as estimated; with all of G free the intervals are up to "
+            f"{ratio:.1f} times as wide."
+        )
+    return " ".join(sentences)
+
+
+def not_shown(analysis: Analysis) -> frozenset[str]:
+    """Parameters about which the records say little: of blocks not shown, or prior-dominated."""
+    hidden = set(analysis.dominant.posterior.prior_dominated)
+    if analysis.identification is not None:
+        hidden |= {
+            BLOCK_PARAMETERS[block]
+            for block, shown in analysis.identification.blocks_shown.items()
+            if not shown.shown
+        }
+    return frozenset(hidden)
+
+
+def badges(analysis: Analysis) -> tuple[Badge, ...]:
+    """The checks of the first page: sampling, residuals, bands, blocks."""
+    posterior, residuals = analysis.dominant.posterior, analysis.dominant.residuals
+    summaries = posterior.summaries.values()
+    worst_r_hat = max(summary.r_hat for summary in summaries)
+    smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
+    hidden = [name for name in (*LIMITS, DEAD_ZONE, *_modes(posterior)) if name in not_shown(analysis)]
+    return (
+        Badge(
+            "converged" if posterior.converged else "not converged",
+            "good" if posterior.converged else "bad",
+            f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more",
+        ),
+        Badge(
+            "residuals white" if residuals.white else "residuals not white",
+            "good" if residuals.white else "bad",
+            "; ".join(f"{test.name}: p = {test.p_value:.2g}" for test in residuals.tests[:2]),
+        ),
+        _band_badge(analysis),
+        Badge(
+            "all blocks shown" if not hidden else "not all shown",
+            "good" if not hidden else "warn",
+            "the records inform on both limits, the dead zone and the resonances"
+            if not hidden
+            else "not shown: " + ", ".join(parameter_name(name).words for name in hidden),
+        ),
+    )
+
+
+def _band_badge(analysis: Analysis) -> Badge:
+    """Never "bad": the errors of one record are not independent, whatever its length."""
+    name, covered = next((n, c) for n, c in analysis.coverages if c.nominal == INTERVAL_PROBABILITY)
+    low, high = covered.interval
+    return Badge(
+        f"bands hold {format_percent(covered.achieved, 1)} of one record",
+        "good" if covered.agrees and analysis.held_out else "warn",
+        f"{format_percent(covered.nominal)} bands, {name} ({'' if analysis.held_out else 'not '}held out), "
+        f"95 % interval {format_percent(low)} to {format_percent(high)}",
+    )
+
+
+def _fit_sentence(analysis: Analysis) -> str:
+    prediction = analysis.predictions[0]
+    place = "a record it has not seen" if analysis.held_out else "its last training record"
+    against = ""
+    if analysis.fits:
+        against = f" (the best linear model: {analysis.fits[0].linear:.1f} %)"
+    return (
+        f"The Hammerstein-Wiener model predicts {place} with a fit of {prediction.fit_percent:.1f} %{against}."
+    )
+
+
+def _estimate_sentence(analysis: Analysis) -> str:
+    posterior, hidden = analysis.dominant.posterior, not_shown(analysis)
+    modes = _modes(posterior)
+    limits = [name for name in LIMITS if name not in hidden]
+    parts = []
+    if limits:
+        unit = posterior.summaries[limits[0]].unit
+        which = f" ({parameter_name(limits[0]).words})" if len(limits) == 1 else ""
+        values = [_quantity(posterior, name, "") for name in limits[:-1]]
+        parts.append(
+            "saturation at " + " and ".join([*values, _quantity(posterior, limits[-1], unit)]) + which
+        )
+    if DEAD_ZONE not in hidden:
+        unit = posterior.summaries[DEAD_ZONE].unit
+        parts.append(f"dead zone of half width {_quantity(posterior, DEAD_ZONE, unit)}")
+    shown_modes = [name for name in modes if name not in hidden]
+    if shown_modes:
+        values = [_quantity(posterior, name, "") for name in shown_modes[:-1]]
+        listed = ", ".join([*values, _quantity(posterior, shown_modes[-1], "Hz")])
+        parts.append(f"resonance{'s' * (len(shown_modes) > 1)} at {listed}")
+    kind = " (mean ± standard deviation)" if posterior.converged else " (point estimates without intervals)"
+    text = _capitalized("; ".join(parts)) + kind + "." if parts else ""
+    missing = [parameter_name(name).words for name in (*LIMITS, DEAD_ZONE, *modes) if name in hidden]
+    if missing:
+        text += f" Not shown by these records: {', '.join(missing)}."
+    return text.strip()
+
+
+def _quantity(posterior: Posterior, name: str, unit: str) -> str:
+    """Mean ± sd of a converged posterior; the point estimate alone of one that is not."""
+    if not posterior.converged:
+        return format_number(float(posterior.point_estimate[posterior.names.index(name)]), 3, unit)
+    summary = posterior.summaries[name]
+    return format_estimate(summary.mean, summary.sd, unit)
+
+
+def _modes(posterior: Posterior) -> list[str]:
+    return [n for n in posterior.names if n.startswith("mode") and n.endswith("frequency_hz")]
+
+
+def _capitalized(text: str) -> str:
+    return text[:1].upper() + text[1:]

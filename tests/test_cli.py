@@ -1,0 +1,268 @@
+"""The command line: every command's example runs and writes the fixed formats, bad usage is one line."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import pty
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_files import SAMPLES, files_below, write_axis, write_record
+from simulated_records import measured
+
+from bayes_hw import commands
+from bayes_hw.cli import build_parser, main
+from bayes_hw.infer.checkpoint import Checkpoint
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+COMMANDS = ("identify", "sample", "simulate", "predict", "report")
+SHORT = ("--walkers", "64", "--max-steps", "50")
+"""A run too short to converge."""
+
+PARAMETERS = [
+    "saturation.lower",
+    "saturation.upper",
+    "dead_zone.half_width",
+    "gain",
+    "mode1.frequency_hz",
+    "mode1.damping_ratio",
+    "noise.sigma",
+]
+ENTRIES = {"mean", "sd", "median", "hdi94", "ess_bulk", "ess_tail", "r_hat", "mcse_mean", "unit"}
+
+
+def example_of(command: str) -> list[str]:
+    """The arguments of the example that the help of `command` ends with."""
+    for action in build_parser()._actions:
+        if isinstance(action.choices, dict):
+            *_, line = action.choices[command].epilog.splitlines()
+            program, *arguments = shlex.split(line)
+            assert program == "bayes-hw"
+            return arguments
+    raise AssertionError
+
+
+@pytest.fixture(scope="module")
+def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Records and a model, and what the examples of all commands but identify make of them."""
+    folder = write_axis(tmp_path_factory.mktemp("axis"), small_axis)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main([*example_of("simulate"), "--quiet"]) == 0
+        assert main([*example_of("sample"), "--walkers", "64", "--quiet"]) == 0
+        assert main([*example_of("predict"), "--quiet"]) == 0
+        report = [*example_of("report"), "--model", "model/model.json", *SHORT, "--quiet"]
+        assert main(report) == 0
+    return folder
+
+
+def read_table(path: Path) -> tuple[list[str], np.ndarray]:
+    with path.open() as stream:
+        header, *rows = csv.reader(stream)
+    return header, np.array(rows, dtype=float)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text())
+    return content
+
+
+def without_seconds(path: Path) -> dict[str, Any]:
+    content = read_json(path)
+    assert content.pop("seconds") > 0
+    return content
+
+
+def sample_arguments(folder: Path, out: Path, *more: str) -> list[str]:
+    model = folder / "model" / "model.json"
+    return ["sample", "--model", str(model), str(folder / "train_1.csv"), "--out", str(out), *more]
+
+
+def test_identify_writes_a_model_that_simulates(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its example runs; model.json can be read, and fit.json holds the four steps and the validation."""
+    monkeypatch.chdir(folder)
+    arguments = example_of("identify")
+    arguments[arguments.index("--out") + 1] = str(tmp_path)
+    assert main(arguments) == 0
+    printed = capsys.readouterr()
+    assert "holdout: Hammerstein-Wiener" in printed.out
+    assert len(printed.err.splitlines()) == len(set(printed.err.splitlines()))
+    model = HammersteinWiener.read(tmp_path / "model.json")
+    assert model.saturation.upper == pytest.approx(1.0, rel=0.05)
+    fit = read_json(tmp_path / "fit.json")
+    assert len(fit["steps"]) == 4
+    assert fit["validation"][0]["record"] == "holdout"
+    assert files_below(tmp_path) == {"model.json", "fit.json"}
+
+
+def test_simulate_writes_its_columns(folder: Path, small_axis: HammersteinWiener) -> None:
+    header, values = read_table(folder / "run.csv")
+    assert header == ["t", "u", "y", "w", "y_model"]
+    simulation = small_axis.simulate(values[:, 1])
+    np.testing.assert_allclose(values[:, 3], simulation.w, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(values[:, 4], simulation.y, rtol=1e-12, atol=1e-14)
+
+
+def test_sample_writes_posterior_json(folder: Path) -> None:
+    """Schema, names in the fixed order, every entry a number, units of the model; no checkpoint is left."""
+    content = read_json(folder / "posterior" / "posterior.json")
+    assert content["schema"] == "bayes-hw/posterior/1"
+    assert list(content["parameters"])[: len(PARAMETERS)] == PARAMETERS
+    for name, entry in content["parameters"].items():
+        assert set(entry) == ENTRIES, name
+        numbers = [*entry["hdi94"], *(entry[key] for key in ENTRIES - {"hdi94", "unit"})]
+        assert np.isfinite(numbers).all(), name
+        assert entry["hdi94"][0] < entry["median"] < entry["hdi94"][1], name
+    units = [content["parameters"][name]["unit"] for name in PARAMETERS]
+    assert units == ["deg/s", "deg/s", "deg", "", "Hz", "", "deg"]
+    assert content["converged"] is True
+    assert content["seconds"] > 0
+    assert files_below(folder / "posterior") == {"posterior.json", "posterior.nc"}
+
+
+def test_predict_writes_its_columns(folder: Path) -> None:
+    """The band with noise holds the one without, and about 94 % of the held-out samples."""
+    header, values = read_table(folder / "bands.csv")
+    assert header[:6] == ["t", "u", "y", "mean", "lo", "hi"]
+    y, mean, low, high, low_parameters, high_parameters = values[:, 2:].T
+    assert ((low < low_parameters) & (low_parameters <= mean) & (mean <= high_parameters)).all()
+    assert (high_parameters < high).all()
+    assert 0.88 < np.mean((low <= y) & (y <= high)) < 0.99
+
+
+def test_report_writes_everything_and_cleans_up(folder: Path) -> None:
+    found = files_below(folder / "azimuth")
+    assert found == {"report.html", "report.pdf", "posterior.json", "posterior.nc", "bands_holdout.csv"}
+    assert (folder / "azimuth" / "report.pdf").read_bytes().startswith(b"%PDF")
+    page = (folder / "azimuth" / "report.html").read_text()
+    assert "bayes-hw report train_1.csv train_2.csv --holdout holdout.csv" in page
+
+
+@pytest.mark.parametrize("command", [None, *COMMANDS])
+def test_help_answers(command: str | None, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"] if command is None else [command, "--help"])
+    assert ended.value.code == 0
+    text = capsys.readouterr().out
+    assert "usage: bayes-hw" in text
+    for option in () if command is None else ("--seed", "--jobs", "--quiet", "--out"):
+        assert option in text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["calibrate"],
+        ["sample", "a.csv", "--out", "o"],
+        ["identify", "--out", "o"],
+        ["identify", "a.csv"],
+        ["identify", "a.csv", "--out", "o", "--un\nknown\x1b[31m"],
+        ["identify", "a.csv", "--out", "o", "--seed", "one"],
+        ["identify", "a.csv", "--out", "o", "--start", "moving"],
+        ["sample", "a.csv", "--model", "m", "--out", "o", "--free", "some"],
+        ["simulate", "a.csv", "b.csv", "--model", "m", "--out", "o"],
+    ],
+)
+def test_usage_errors_are_one_line(
+    arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    (line,) = printed.err.splitlines()
+    assert line.startswith("bayes-hw") and "--help" in line and line.isprintable()
+    assert files_below(tmp_path) == set()
+
+
+@pytest.mark.parametrize("free", ["dominant", "all"])
+def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path, free: str) -> None:
+    def run(name: str, *more: str) -> dict[str, Any]:
+        arguments = sample_arguments(folder, tmp_path / name, *SHORT, "--free", free, "--quiet", *more)
+        assert main(arguments) == 0
+        return without_seconds(tmp_path / name / "posterior.json")
+
+    alone = run("alone", "--jobs", "1")
+    assert run("threads", "--jobs", "3") == alone
+    assert set(PARAMETERS) <= set(alone["parameters"])
+    if free == "dominant":
+        assert run("other", "--seed", "2")["parameters"] != alone["parameters"]
+
+
+def test_quiet_is_silent_and_otherwise_progress_is_plain_lines(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = sample_arguments(folder, tmp_path, "--walkers", "64")
+    assert main([*arguments, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main(arguments) == 0
+    printed = capsys.readouterr()
+    assert "sampling ..." in printed.err.splitlines()
+    assert "\r" not in printed.err and "\x1b" not in printed.err
+    assert [line.split()[0] for line in printed.out.splitlines()][: len(PARAMETERS)] == PARAMETERS
+
+
+def test_a_run_too_short_says_so_everywhere(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the file, on stderr (even when quiet), and again by predict; the exit status is 0."""
+    short = ("--walkers", "16", "--max-steps", "50", "--quiet")
+    assert main(sample_arguments(folder, tmp_path / "short", *short)) == 0
+    content = read_json(tmp_path / "short" / "posterior.json")
+    assert content["converged"] is False and content["problems"]
+    assert "NOT CONVERGED: " + content["problems"][0] in capsys.readouterr().err
+    record, out = str(folder / "holdout.csv"), str(tmp_path / "bands.csv")
+    assert main(["predict", "--posterior", str(tmp_path / "short"), record, "--out", out, "--quiet"]) == 0
+    assert "has not converged" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("blocks", [1, 4])
+def test_interrupted_and_resumed_to_the_same_numbers(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    blocks: int,
+) -> None:
+    """Also where the interruption falls between two looks at convergence, the run ends at the same step."""
+    options = ("--walkers", "32", "--target-ess", "1200", "--quiet")
+    assert main(sample_arguments(folder, tmp_path / "whole", *options)) == 0
+    capsys.readouterr()
+    save_block = Checkpoint.save_block
+
+    def interrupted(checkpoint: Checkpoint, number: int, *block: Any) -> None:
+        save_block(checkpoint, number, *block)
+        if number == blocks:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Checkpoint, "save_block", interrupted)
+        assert main(sample_arguments(folder, tmp_path / "parts", *options)) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "interrupted" in line and "--resume" in line
+    assert main(sample_arguments(folder, tmp_path / "parts", *options, "--resume")) == 0
+    whole, parts = (without_seconds(tmp_path / name / "posterior.json") for name in ("whole", "parts"))
+    assert parts == whole
+    assert whole["steps"] > 100
+
+
+def test_resume_without_a_checkpoint_starts_anew_and_says_so(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(sample_arguments(folder, tmp_path, "--walkers", "64", "--quiet", "--resume")) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no checkpoint" in line and "from the beginning" in line
