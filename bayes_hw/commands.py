@@ -47,7 +47,14 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError(f"--seed {parsed.seed}: must be zero or more")
     if not parsed.out:
         raise InputError("--out: is empty; name a place for the results")
-    COMMANDS[parsed.command](parsed)
+    try:
+        COMMANDS[parsed.command](parsed)
+    except np.linalg.LinAlgError as error:
+        named = [parsed.record] if "record" in parsed else parsed.records
+        raise InputError(
+            f"{', '.join(named)}: no fit is possible in floating point ({error}); "
+            "check the units of the records and of the model"
+        ) from None
 
 
 def read_records(

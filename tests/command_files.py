@@ -13,7 +13,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
-SAMPLES = 500
+SAMPLES = 400
 
 
 def write_record(path: Path, record: Record) -> Path:

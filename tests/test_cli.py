@@ -25,7 +25,7 @@ from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 COMMANDS = ("identify", "sample", "simulate", "predict", "report")
-SHORT = ("--walkers", "64", "--max-steps", "50")
+SHORT = ("--walkers", "32", "--max-steps", "50")
 """A run too short to converge."""
 
 PARAMETERS = [
@@ -58,7 +58,7 @@ def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFacto
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         assert main([*example_of("simulate"), "--quiet"]) == 0
-        assert main([*example_of("sample"), "--walkers", "64", "--quiet"]) == 0
+        assert main([*example_of("sample"), "--walkers", "64", "--target-ess", "500", "--quiet"]) == 0
         assert main([*example_of("predict"), "--quiet"]) == 0
         report = [*example_of("report"), "--model", "model/model.json", *SHORT, "--quiet"]
         assert main(report) == 0

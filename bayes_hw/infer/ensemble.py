@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -39,9 +40,13 @@ def advance(
     steps: int,
 ) -> tuple[FloatArray, FloatArray, float, EnsembleState]:
     """Run `steps` steps: chain (steps, walkers, parameters), log-density (steps, walkers), accepted
-    fraction, and the state after them. The same state gives the same result."""
+    fraction, and the state after them. The same state gives the same result.
+
+    The moves are copied: emcee's keep what belongs to one ensemble in themselves, and others run beside it.
+    """
     walkers, dimension = state.coordinates.shape
-    sampler = EnsembleSampler(walkers, dimension, log_density, moves=list(moves), vectorize=True)
+    own_moves = [(copy(move), weight) for move, weight in moves]
+    sampler = EnsembleSampler(walkers, dimension, log_density, moves=own_moves, vectorize=True)
     start = State(state.coordinates, log_prob=state.log_probability, random_state=state.random_state)
     end = sampler.run_mcmc(start, steps, skip_initial_state_check=True)
     after = EnsembleState(np.ascontiguousarray(end.coords), end.log_prob, end.random_state)

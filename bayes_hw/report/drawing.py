@@ -27,12 +27,15 @@ from bayes_hw.report.rounding import SUPERSCRIPTS
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""
 
-COLUMNS = 600
+COLUMNS = 500
 """Columns into which a long record is reduced for drawing: about one a printed point."""
 
 _COORDINATE = re.compile(r"-?\d+\.\d{3,}")
 _SPACED_COMMAND = re.compile(r"\s*([A-Za-z])\s*")
 _GEOMETRY = re.compile(r'\b(d|x|y|points)="([^"]*)"')
+_COMMENT_OR_INDENT = re.compile(r"<!--.*?-->|(?<=>)\s+(?=<)", re.DOTALL)
+_LONG_PATH = 400
+"""Characters from which a path is a curve of many points, that need no more than a tenth of a point."""
 
 
 @contextmanager
@@ -127,16 +130,18 @@ def _power_of_ten(value: float) -> str:
 
 
 def _compact(svg: str) -> str:
-    """Coordinates to a hundredth of a point, without trailing zeros or spaces around commands."""
-
-    def shorter(match: re.Match[str]) -> str:
-        return f"{float(match[0]):.2f}".rstrip("0").rstrip(".")
+    """Coordinates to a hundredth of a point (a tenth in long paths), without what only a reader needs."""
 
     def attribute(match: re.Match[str]) -> str:
+        decimals = 1 if len(match[2]) > _LONG_PATH else 2
+
+        def shorter(number: re.Match[str]) -> str:
+            return f"{float(number[0]):.{decimals}f}".rstrip("0").rstrip(".")
+
         data = _SPACED_COMMAND.sub(r"\1", _COORDINATE.sub(shorter, match[2]))
         return f'{match[1]}="{data}"'
 
-    return _GEOMETRY.sub(attribute, svg)
+    return _GEOMETRY.sub(attribute, _COMMENT_OR_INDENT.sub("", svg))
 
 
 @cache

@@ -35,6 +35,9 @@ from bayes_hw.report.rounding import format_number, format_percent
 SCATTER_POINTS = 20_000
 """Most points of a scatter plot; more are thinned evenly."""
 
+QUANTILE_POINTS = 150
+"""Most points of a quantile plot, evenly spread along its axis so that the tails keep theirs."""
+
 
 def step_results(
     steps: Sequence[str],
@@ -254,7 +257,8 @@ def residual_diagnostics(diagnostics: ResidualDiagnostics, what: str = "residual
 
         reach = float(np.max(np.abs(d.normal_quantiles)))
         quantiles.plot([-reach, reach], [-reach, reach], color=NOMINAL, linestyle="--", linewidth=1)
-        quantiles.plot(d.normal_quantiles, d.ordered, ".", color=RESIDUAL, markersize=3)
+        shown = _evenly_spread(d.normal_quantiles, QUANTILE_POINTS)
+        quantiles.plot(d.normal_quantiles[shown], d.ordered[shown], ".", color=RESIDUAL, markersize=3)
         quantiles.set_title("normal quantiles")
         quantiles.set(xlabel="normal quantile", ylabel="residual (its sd)")
         return finished(
@@ -265,3 +269,10 @@ def residual_diagnostics(diagnostics: ResidualDiagnostics, what: str = "residual
             "normal distribution (dashed).",
             f"Four panels testing the {what}.",
         )
+
+
+def _evenly_spread(ascending: FloatArray, count: int) -> list[int]:
+    """Indices of at most `count` values of an ascending array, about equally far apart, both ends among them."""
+    targets = np.linspace(ascending[0], ascending[-1], count)
+    found = np.searchsorted(ascending, targets).clip(0, len(ascending) - 1)
+    return sorted({int(index) for index in found})

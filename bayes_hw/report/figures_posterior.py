@@ -42,7 +42,7 @@ CORNER_LIMIT = 8
 
 HISTOGRAM_BINS = 40
 
-TRACE_STEPS = 150
+TRACE_STEPS = 120
 """Most steps of a trace; longer chains are thinned evenly."""
 
 
@@ -145,7 +145,7 @@ def corner_plot(
         corner.corner(
             draws,
             fig=canvas,
-            bins=25,
+            bins=20,
             color=POSTERIOR,
             levels=(0.5, probability),
             smooth=1.0,

@@ -7,6 +7,7 @@ import hashlib
 import json
 from importlib.resources import files
 from typing import Any
+from urllib.parse import quote
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
@@ -54,7 +55,8 @@ def _has_zoom(content: dict[str, Any]) -> bool:
 
 
 def _svg_data_uri(svg: str) -> str:
-    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode("ascii")
+    """Percent-encoded, which is a quarter shorter than base64 for text."""
+    return "data:image/svg+xml;charset=utf-8," + quote(svg, safe=" ,;:/=()!*+@$?")
 
 
 def _script_json(value: Any) -> Markup:

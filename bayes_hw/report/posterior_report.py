@@ -143,9 +143,7 @@ def _overview(analysis: Analysis, prediction: Prediction) -> Figure:
 
 
 def _prediction_figure(analysis: Analysis, prediction: Prediction) -> Figure:
-    return predicted_record(
-        _predicted(prediction), prediction.hardest_stretch(ZOOM_SHARE), _kind(analysis)
-    )
+    return predicted_record(_predicted(prediction), prediction.hardest_stretch(ZOOM_SHARE), _kind(analysis))
 
 
 def _kind(analysis: Analysis) -> str:

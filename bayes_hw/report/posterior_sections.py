@@ -256,7 +256,8 @@ def _widening_table(
         (*header, "truth") if truth else header,
         rows,
         "What it costs to hold the other roots of G: the intervals with every pole and zero free, and the "
-        "ratio of the widths." + (" Truth: in (✓) or out of (✗) the interval with all free." if truth else ""),
+        "ratio of the widths."
+        + (" Truth: in (✓) or out of (✗) the interval with all free." if truth else ""),
         (1, 2, 3, 4) if truth else (1, 2, 3),
     )
 
