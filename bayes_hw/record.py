@@ -12,6 +12,10 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.record_files import Columns, read_columns
+from bayes_hw.resample import describe, resample_columns
+
+__all__ = ["Columns", "Record", "Units"]
 
 
 @dataclass(frozen=True)
@@ -39,15 +43,6 @@ class Units:
 
     def to_dict(self) -> dict[str, str]:
         return asdict(self)
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Names of a file's columns or variables; `time` is None when the file holds no time stamps."""
-
-    time: str | None = "t"
-    input: str = "u"
-    output: str = "y"
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,15 +95,33 @@ class Record:
         resample_hz: float | None = None,
         units: Units | None = None,
     ) -> Record:
-        """Read a CSV or MATLAB file; see `bayes_hw.record_files.read_record`."""
-        from bayes_hw.record_files import read_record
-
-        return read_record(
-            path,
-            columns=columns or Columns(),
-            sample_rate_hz=sample_rate_hz,
-            resample_hz=resample_hz,
+        """Read a CSV or MATLAB file; see `bayes_hw.record_files.read_columns`."""
+        path = Path(path)
+        content = read_columns(
+            path, columns or Columns(), sample_rate_hz=sample_rate_hz, resample_hz=resample_hz
+        )
+        return cls(
+            name=path.stem,
+            t=content.t,
+            u=content.u,
+            y=content.y,
+            sample_rate_hz=content.sample_rate_hz,
             units=units or Units(),
+            source=str(path),
+            sha256=content.sha256,
+            treatment=content.treatment,
+        )
+
+    def resampled(self, rate_hz: float) -> Record:
+        """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.
+
+        Raises InputError when the rate is not positive or gives fewer than 2 or more than 10,000,000
+        samples.
+        """
+        t, u, y = resample_columns(self.t, self.u, self.y, rate_hz)
+        sentence = describe(self.t, rate_hz, lambda index: f"sample {index + 1}")
+        return replace(
+            self, t=t, u=u, y=y, sample_rate_hz=float(rate_hz), treatment=(*self.treatment, sentence)
         )
 
     @property

@@ -6,7 +6,9 @@ import hashlib
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +17,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_file import read_csv
 from bayes_hw.errors import InputError
 from bayes_hw.matlab_file import read_matlab
-from bayes_hw.record import Columns, Record, Units
 from bayes_hw.resample import MOST_SAMPLES, describe, resample_columns
 from bayes_hw.table import Table
 
@@ -37,14 +38,33 @@ RATE_TOLERANCE = 0.01
 """Largest relative difference between a given sample rate and that of the time stamps."""
 
 
-def read_record(
-    path: Path | str,
-    *,
+@dataclass(frozen=True)
+class Columns:
+    """Names of a file's columns or variables; `time` is None when the file holds no time stamps."""
+
+    time: str | None = "t"
+    input: str = "u"
+    output: str = "y"
+
+
+class FileContent(NamedTuple):
+    """What a file holds of a record: columns (samples,), rate, digest, and what was done to them."""
+
+    t: FloatArray
+    u: FloatArray
+    y: FloatArray
+    sample_rate_hz: float
+    sha256: str
+    treatment: tuple[str, ...]
+
+
+def read_columns(
+    path: Path,
     columns: Columns,
+    *,
     sample_rate_hz: float | None = None,
     resample_hz: float | None = None,
-    units: Units,
-) -> Record:
+) -> FileContent:
     """Read one record from a MATLAB file, when the path ends in `.mat`, or else from a CSV file.
 
     The formats are those of `csv_file.read_csv` and `matlab_file.read_matlab`. `sample_rate_hz`
@@ -56,7 +76,6 @@ def read_record(
     a record: fewer than 32 or more than 10,000,000 samples, a missing column, a cell that is not
     a finite number or is beyond 1e12, stamps that repeat or go back, a constant input or output.
     """
-    path = Path(path)
     for option, rate in (("--sample-rate", sample_rate_hz), ("--resample", resample_hz)):
         if rate is not None and not (math.isfinite(rate) and rate > 0):
             raise InputError(f"{option} {rate!r}: give a positive rate in Hz")
@@ -89,17 +108,7 @@ def read_record(
             treatment = (*treatment, describe(t, resample_hz, table.place))
             t, u, y = _resampled(path, t, u, y, resample_hz)
             rate = resample_hz
-    return Record(
-        name=path.stem,
-        t=t,
-        u=u,
-        y=y,
-        sample_rate_hz=float(rate),
-        units=units,
-        source=str(path),
-        sha256=digest,
-        treatment=treatment,
-    )
+    return FileContent(t, u, y, float(rate), digest, treatment)
 
 
 @contextmanager

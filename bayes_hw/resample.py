@@ -1,37 +1,17 @@
-"""Putting a record on a uniform grid of another rate."""
+"""Putting columns on a uniform grid of another rate."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.record import Record
 from bayes_hw.time_stamps import GAP_STEPS, STEP_TOLERANCE, gaps, is_uniform, mean_rate
 
 MOST_SAMPLES = 10_000_000
-
-
-def resample(record: Record, rate_hz: float) -> Record:
-    """The record at `rate_hz`, its `treatment` saying how; see `resample_columns`.
-
-    Raises InputError when the rate is not positive or gives fewer than 2 or more than 10,000,000
-    samples.
-    """
-    t, u, y = resample_columns(record.t, record.u, record.y, rate_hz)
-    sentence = describe(record.t, rate_hz, lambda index: f"sample {index + 1}")
-    return replace(
-        record,
-        t=t,
-        u=u,
-        y=y,
-        sample_rate_hz=float(rate_hz),
-        treatment=(*record.treatment, sentence),
-    )
 
 
 def resample_columns(

@@ -16,10 +16,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_files import SAMPLES, files_below, write_axis, write_record
-from simulated_records import measured
+from command_files import files_below, write_axis
 
-from bayes_hw import commands
 from bayes_hw.cli import build_parser, main
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -136,8 +134,8 @@ def test_predict_writes_its_columns(folder: Path) -> None:
     header, values = read_table(folder / "bands.csv")
     assert header[:6] == ["t", "u", "y", "mean", "lo", "hi"]
     y, mean, low, high, low_parameters, high_parameters = values[:, 2:].T
-    assert ((low < low_parameters) & (low_parameters <= mean) & (mean <= high_parameters)).all()
-    assert (high_parameters < high).all()
+    assert ((low < mean) & (mean < high)).all()
+    assert ((low < low_parameters) & (low_parameters <= high_parameters) & (high_parameters < high)).all()
     assert 0.88 < np.mean((low <= y) & (y <= high)) < 0.99
 
 
@@ -266,3 +264,79 @@ def test_resume_without_a_checkpoint_starts_anew_and_says_so(
     assert main(sample_arguments(folder, tmp_path, "--walkers", "64", "--quiet", "--resume")) == 0
     (line,) = capsys.readouterr().err.splitlines()
     assert "no checkpoint" in line and "from the beginning" in line
+
+
+def program(*arguments: str, **options: Any) -> subprocess.Popen[str]:
+    """The installed program as a process of its own, its output read as text."""
+    path = Path(sys.executable).with_name("bayes-hw")
+    return subprocess.Popen(
+        [path, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+def test_installed_program_refuses_in_one_line(tmp_path: Path) -> None:
+    """Exit status 2 and no traceback; a file name that would move the cursor is shown by its codes."""
+    out = tmp_path / "run.csv"
+    process = program("simulate", "--model", "no\nsuch\x1b[2J.json", "r.csv", "--out", str(out))
+    printed, complaint = process.communicate(timeout=60)
+    assert (process.returncode, printed) == (2, "")
+    (line,) = complaint.splitlines()
+    assert line.startswith("bayes-hw: error: no such‹U+001B›[2J.json: cannot be read") and line.isprintable()
+    assert not out.exists()
+
+
+def test_ctrl_c_leaves_a_run_that_can_be_resumed(folder: Path, tmp_path: Path) -> None:
+    """SIGINT while sampling: exit status 1, one last line that says how to go on; --resume goes on to the end."""
+    options = ("--walkers", "32", "--max-steps", "2000", "--target-ess", "1e9")
+    process = program(*sample_arguments(folder, tmp_path, *options, "--jobs", "1"))
+    checkpoint = tmp_path / "checkpoint"
+    wait_for(checkpoint / "block_00002.h5")
+    process.send_signal(signal.SIGINT)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "Traceback" not in complaint
+    assert "the same command with --resume goes on" in complaint.splitlines()[-1]
+    blocks = len(list(checkpoint.glob("block_*.h5")))
+    assert blocks < 80
+    assert not (tmp_path / "posterior.json").exists()
+    before = {path: path.stat().st_mtime_ns for path in checkpoint.iterdir()}
+    process = program(*sample_arguments(folder, tmp_path, *options, "--jobs", "1", "--resume"))
+    wait_for(checkpoint / f"block_{blocks + 1:05d}.h5")
+    process.kill()
+    process.communicate(timeout=60)
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+
+
+def wait_for(path: Path) -> None:
+    """Wait until a process has written `path`."""
+    deadline = time.monotonic() + 120
+    while not path.exists():
+        assert time.monotonic() < deadline, f"{path} was not written"
+        time.sleep(0.02)
+
+
+def test_a_bar_on_a_terminal(folder: Path, tmp_path: Path) -> None:
+    """With stderr a terminal, progress is a bar that is redrawn; results stay on stdout."""
+    controller, terminal = pty.openpty()
+    arguments = sample_arguments(folder, tmp_path, *SHORT, "--jobs", "1")
+    path = Path(sys.executable).with_name("bayes-hw")
+    done = subprocess.run([path, *arguments], stdout=subprocess.PIPE, stderr=terminal, timeout=120)
+    os.close(terminal)
+    shown = os.read(controller, 65536).decode()
+    os.close(controller)
+    assert done.returncode == 0
+    assert "\rsampling:" in shown and "| 50/50" in shown and "R-hat" in shown
+    assert done.stdout.startswith(b"saturation.lower")
+
+
+def test_a_closed_pipe_is_no_traceback(folder: Path, tmp_path: Path) -> None:
+    """`bayes-hw ... | true` leaves the results and a silent failure."""
+    arguments = sample_arguments(folder, tmp_path, *SHORT, "--jobs", "1")
+    process = program(*arguments)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    complaint = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(timeout=120) == 1
+    assert "Traceback" not in complaint and "Exception" not in complaint
+    assert read_json(tmp_path / "posterior.json")["steps"] == 50

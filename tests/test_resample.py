@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
 from bayes_hw.record import Record, Units
-from bayes_hw.resample import describe, resample, resample_columns
+from bayes_hw.resample import describe, resample_columns
 
 
 def held_area(t, u, stop_s):
@@ -85,7 +85,7 @@ def test_a_rate_that_gives_no_record_is_refused_in_one_line(rate_hz):
 def test_a_resampled_record_says_from_what_to_what_and_keeps_its_provenance():
     t = np.arange(200) / 100
     record = Record("axis", t, np.sin(t), np.cos(t), 100.0, Units(), "axis.csv", "digest", ("cut",))
-    resampled = resample(record, 20.0)
+    resampled = record.resampled(20.0)
     assert resampled.sample_rate_hz == 20.0
     assert len(resampled) == 40
     assert (resampled.source, resampled.sha256) == ("axis.csv", "digest")

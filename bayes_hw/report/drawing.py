@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import itertools
-import re
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,19 +22,13 @@ from bayes_hw.report import document
 from bayes_hw.report.palette import SETTINGS
 from bayes_hw.report.plain_text import visible
 from bayes_hw.report.rounding import SUPERSCRIPTS
+from bayes_hw.report.svg_size import compact
 
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""
 
 COLUMNS = 500
 """Columns into which a long record is reduced for drawing: about one a printed point."""
-
-_COORDINATE = re.compile(r"-?\d+\.\d{3,}")
-_SPACED_COMMAND = re.compile(r"\s*([A-Za-z])\s*")
-_GEOMETRY = re.compile(r'\b(d|x|y|points)="([^"]*)"')
-_COMMENT_OR_INDENT = re.compile(r"<!--.*?-->|(?<=>)\s+(?=<)", re.DOTALL)
-_LONG_PATH = 400
-"""Characters from which a path is a curve of many points, that need no more than a tenth of a point."""
 
 
 @contextmanager
@@ -64,7 +57,7 @@ def finished(canvas: Canvas, caption: str, alt_text: str) -> document.Figure:
     buffer = io.StringIO()
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     width = float(canvas.get_figwidth())
-    return document.Figure(_compact(buffer.getvalue()), caption, alt_text, width)
+    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width)
 
 
 def drawable(text: str) -> str:
@@ -127,21 +120,6 @@ def _power_of_ten(value: float) -> str:
     if 1e-3 < value < 1e4:
         return f"{value:g}"
     return f"10{f'{np.log10(value):.0f}'.translate(SUPERSCRIPTS)}"
-
-
-def _compact(svg: str) -> str:
-    """Coordinates to a hundredth of a point (a tenth in long paths), without what only a reader needs."""
-
-    def attribute(match: re.Match[str]) -> str:
-        decimals = 1 if len(match[2]) > _LONG_PATH else 2
-
-        def shorter(number: re.Match[str]) -> str:
-            return f"{float(number[0]):.{decimals}f}".rstrip("0").rstrip(".")
-
-        data = _SPACED_COMMAND.sub(r"\1", _COORDINATE.sub(shorter, match[2]))
-        return f'{match[1]}="{data}"'
-
-    return _GEOMETRY.sub(attribute, _COMMENT_OR_INDENT.sub("", svg))
 
 
 @cache

@@ -272,7 +272,7 @@ def residual_diagnostics(diagnostics: ResidualDiagnostics, what: str = "residual
 
 
 def _evenly_spread(ascending: FloatArray, count: int) -> list[int]:
-    """Indices of at most `count` values of an ascending array, about equally far apart, both ends among them."""
+    """Indices of at most `count` values of an ascending array, about equally far apart, with both ends."""
     targets = np.linspace(ascending[0], ascending[-1], count)
     found = np.searchsorted(ascending, targets).clip(0, len(ascending) - 1)
     return sorted({int(index) for index in found})

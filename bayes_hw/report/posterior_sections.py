@@ -36,7 +36,7 @@ def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
     posterior = analysis.dominant.posterior
     summaries = posterior.summaries
     sections = [
-        _parameter_section(analysis, summaries),
+        _parameter_section(analysis),
         Section("Correlations", (_corner(posterior, summaries),)),
         _convergence_section(analysis, summaries),
     ]
@@ -54,7 +54,7 @@ def _prior_density(prior: Prior):  # type: ignore[no-untyped-def]
     return lambda values: np.exp(prior.log_density(values))
 
 
-def _parameter_section(analysis: Analysis, summaries: dict[str, Summary]) -> Section:
+def _parameter_section(analysis: Analysis) -> Section:
     posterior = analysis.dominant.posterior
     derived = tuple(
         (
@@ -80,10 +80,10 @@ def _parameter_section(analysis: Analysis, summaries: dict[str, Summary]) -> Sec
             Callout(
                 "info",
                 "Truth and conditional intervals",
-                "The records are simulated and the truth is marked. These intervals hold the other roots of G "
-                "at their estimates, which are not the true ones: they are conditional, too narrow for what is "
-                "not known, and may miss the truth more often than 6 % of the time. The intervals that "
-                "claim to hold it are those with all of G free.",
+                "The records are simulated and the truth is marked. These intervals are conditional: they "
+                "hold the other roots of G at their estimates, which are not the true ones, and so may miss "
+                "the truth more often than 6 % of the time. The intervals that claim to hold it are those "
+                "with all of G free.",
             )
         )
     return Section("Parameters", tuple(blocks))

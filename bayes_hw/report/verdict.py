@@ -102,7 +102,8 @@ def _fit_sentence(analysis: Analysis) -> str:
     against = ""
     if analysis.fits:
         against = f" (the best linear model: {analysis.fits[0].linear:.1f} %)"
-    return f"The Hammerstein-Wiener model predicts {place} with a fit of {prediction.fit_percent:.1f} %{against}."
+    fit = f"{prediction.fit_percent:.1f} %{against}"
+    return f"The Hammerstein-Wiener model predicts {place} with a fit of {fit}."
 
 
 def _estimate_sentence(analysis: Analysis) -> str:
