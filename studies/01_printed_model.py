@@ -1,22 +1,19 @@
 """What does the printed model of the Nanshan 26 m telescope still say, given four digits a coefficient?
 
-Writes OUT/results.json: the poles as printed, how much of the rounding box is stable, the representative that
-the twin uses and how it depends on its one free choice, and what rounding leaves uncertain.
+Writes report.html, report.pdf and results.json: the poles as printed, how much of the rounding box is stable,
+the representative that the twin uses and how it depends on its one free choice, and what rounding leaves
+uncertain.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from study import start_study
 
-from bayes_hw import __version__
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
 from bayes_hw.model.linear import LinearBlock, polynomial_roots
 from bayes_hw.model.nanshan import (
     PRINTED_DIGITS,
@@ -29,22 +26,29 @@ from bayes_hw.model.nanshan import (
     printed_coefficients,
 )
 from bayes_hw.model.representative import find_representative
-from bayes_hw.model.rounding_box import LIGHT_DAMPING, RoundingUncertainty, StableShare
+from bayes_hw.model.rounding_box import LIGHT_DAMPING, RoundingUncertainty, StableShare, roots_of_rows
+from bayes_hw.report.printed_model_report import Choice, PrintedModel, printed_model_report
 
 QUANTILES = (0.0, 0.03, 0.5, 0.97, 1.0)
 GAIN_FREQUENCY_HZ = np.append(np.geomspace(0.005, 5.0, 48), 1.0)
 SLOW_POLE_LIMITS = (0.985, 0.988, 0.99, SLOW_POLE_LIMIT, 0.993, 0.995)
 SHOWN_MEMBERS = 300
+READINGS = {"four_digits": PRINTED_DIGITS, "as_printed": None}
+DRAWS = 100_000
 
 
 def main() -> None:
-    arguments = parse_arguments()
-    draws = 10_000 if arguments.quick else 100_000
+    study = start_study("01_printed_model", __doc__)
+    draws = DRAWS // 10 if study.quick else DRAWS
     numerator, denominator = printed_coefficients()
+    spreads = {
+        name: nanshan_rounding_uncertainty(
+            np.random.default_rng([study.seed, index]), draws, GAIN_FREQUENCY_HZ, digits
+        )
+        for index, (name, digits) in enumerate(READINGS.items())
+    }
+    choices = tuple(choose(limit) for limit in SLOW_POLE_LIMITS)
     results = {
-        "study": "01_printed_model",
-        "version": __version__,
-        "seed": arguments.seed,
         "draws": draws,
         "quantiles": QUANTILES,
         "printed": {
@@ -55,25 +59,26 @@ def main() -> None:
             "value_at_one": {"numerator": numerator.sum(), "denominator": denominator.sum()},
         },
         "representative": describe_representative(nanshan_linear_block()),
-        "slow_pole_limits": [describe_choice(limit) for limit in SLOW_POLE_LIMITS],
-        "readings": {
-            name: describe_reading(digits, np.random.default_rng([arguments.seed, index]), draws)
-            for index, (name, digits) in enumerate([("four_digits", PRINTED_DIGITS), ("as_printed", None)])
-        },
+        "slow_pole_limits": [describe_choice(choice) for choice in choices],
+        "readings": {name: describe_reading(spread) for name, spread in spreads.items()},
     }
-    path = arguments.out / "results.json"
-    write_text_atomically(path, json.dumps(results, indent=1, allow_nan=False) + "\n")
+    axis = nanshan_model()
+    _, members = nanshan_rounding_box().sample(np.random.default_rng([study.seed, 2]), SHOWN_MEMBERS)
+    model = PrintedModel(
+        box=nanshan_rounding_box(),
+        printed_poles=polynomial_roots(denominator),
+        box_poles=roots_of_rows(members),
+        representative=axis.linear,
+        modes=axis.dominant_modes,
+        slow_pole_limit=SLOW_POLE_LIMIT,
+        choices=choices,
+        readings={name.replace("_", " "): spread for name, spread in spreads.items()},
+        sample_rate_hz=SAMPLE_RATE_HZ,
+        units=axis.units,
+    )
+    study.write_document(printed_model_report(model, study.origin()))
+    study.write_results(results)
     print_table(results)
-    print(f"written: {path}")
-
-
-def parse_arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="a tenth of the draws")
-    parser.add_argument("--seed", type=int, default=1)
-    default = Path(__file__).resolve().parents[1] / "reports" / "01_printed_model"
-    parser.add_argument("--out", type=Path, default=default, help="folder for results.json")
-    return parser.parse_args()
 
 
 def describe_representative(block: LinearBlock) -> dict[str, Any]:
@@ -98,19 +103,28 @@ def describe_representative(block: LinearBlock) -> dict[str, Any]:
     }
 
 
-def describe_choice(limit: float) -> dict[str, Any]:
-    """The representative that another limit on the slow poles gives, or why there is none."""
+def choose(limit: float) -> Choice:
+    """The representative that a limit on the slow poles gives, or why there is none."""
     box = nanshan_rounding_box()
     try:
         block = find_representative(box, limit)
     except InputError as error:
-        return {"limit": limit, "refused": str(error)}
+        return Choice(limit, None, float("nan"), str(error))
     displacement = np.concatenate(box.displacement(*block.coefficients()))
+    return Choice(limit, block, float(np.abs(displacement).max()))
+
+
+def describe_choice(choice: Choice) -> dict[str, Any]:
+    """A choice for the results file."""
+    block = choice.block
+    if block is None:
+        return {"limit": choice.limit, "refused": choice.refused}
+    displacement = np.concatenate(nanshan_rounding_box().displacement(*block.coefficients()))
     modes = [mode for mode in block.modes(SAMPLE_RATE_HZ) if mode.damping_ratio < LIGHT_DAMPING]
     slow = np.sort_complex(block.poles[np.abs(block.poles - 1) < 0.1])[:2]
     return {
-        "limit": limit,
-        "largest_displacement": float(np.abs(displacement).max()),
+        "limit": choice.limit,
+        "largest_displacement": choice.largest_displacement,
         "squared_displacement": float(np.sum(displacement**2)),
         "slow_poles": pairs(slow),
         "frequency_hz": [mode.frequency_hz for mode in modes],
@@ -119,9 +133,8 @@ def describe_choice(limit: float) -> dict[str, Any]:
     }
 
 
-def describe_reading(digits: int | None, rng: np.random.Generator, draws: int) -> dict[str, Any]:
-    """What rounding leaves uncertain when each number has `digits` digits, or only those printed."""
-    spread = nanshan_rounding_uncertainty(rng, draws, GAIN_FREQUENCY_HZ, digits)
+def describe_reading(spread: RoundingUncertainty) -> dict[str, Any]:
+    """What rounding leaves uncertain, for the results file."""
     slow = slow_poles(spread)
     return {
         "stable_in_box": share(spread.stable_in_box),

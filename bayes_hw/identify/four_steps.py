@@ -159,7 +159,7 @@ def _result(
     name: str,
 ) -> Identification:
     final = path.joint.fit
-    noise = estimate_noise(final.residuals, final.structure.size(len(records)))
+    noise = estimate_noise(final.residuals)
     noise = replace(noise, sigma=noise.sigma * experiment.output_scale)
     shown = blocks_shown(experiment, path.joint, records[0].units)
     model = hammerstein_wiener_model(experiment, final, noise.sigma, name, records[0].units)

@@ -18,6 +18,7 @@ from bayes_hw.identify.linear_output_error import (
     best_poles,
     choose,
     integrator_rejected,
+    longest_delay,
     tabulate,
     without_integrator,
 )
@@ -152,10 +153,10 @@ def _other_delays(
     found: list[CascadeFit] = []
     for step in (-1, 1):
         delay = best.structure.delay_samples + step
-        while delay >= 0:
+        while 0 <= delay <= longest_delay(experiment):
             fit = at_order(experiment, best, best.structure.order, delay, sources)
             found.append(fit)
-            if choose([fit, *tried, *found[:-1]]) is not fit:
+            if choose([*tried, *found]) is not fit:
                 break
             delay += step
     return found

@@ -1,4 +1,11 @@
-"""Size and colour of the residual."""
+"""Coloured noise estimated from residuals: a stationary autoregression.
+
+    e(k) = phi_1 e(k-1) + ... + phi_p e(k-p) + a(k),    a(k) ~ N(0, sigma_a^2)
+
+It is given by its marginal standard deviation sigma and its p partial autocorrelations kappa_i in (-1, 1):
+every such vector is stationary, and sigma_a^2 = sigma^2 prod(1 - kappa_i^2)
+(Barndorff-Nielsen and Schou, doi 10.1016/0047-259X(73)90030-4).
+"""
 
 from __future__ import annotations
 
@@ -6,41 +13,84 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.criterion import lagged_products
 
-MAX_ORDER = 8
+MAX_ORDER = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
-    """e(k) = sum_i autoregression[i - 1] e(k - i) + innovation(k).
+class NoiseEstimate:
+    """A point estimate of the noise: marginal `sigma` (output units) and partial autocorrelations (p,).
 
-    `sigma` is the marginal standard deviation of e, output units.
+    `criterion` holds the Bayesian information criterion of every order tried, from zero.
     """
 
     sigma: float
-    autoregression: FloatArray
+    partial: FloatArray
+    criterion: FloatArray
+
+    @property
+    def order(self) -> int:
+        return len(self.partial)
+
+    @property
+    def autoregression(self) -> FloatArray:
+        """phi_1 ... phi_p."""
+        return autoregression_from_partial(self.partial[:, None])[:, 0]
+
+    @property
+    def innovation_sigma(self) -> float:
+        """Standard deviation of a(k), output units."""
+        return self.sigma * float(np.sqrt(np.prod(1 - self.partial**2)))
 
 
-def estimate_noise(residuals: Sequence[FloatArray], parameters: int, max_order: int = MAX_ORDER) -> Noise:
-    """Fit an autoregression to the residuals of all records by the Yule-Walker equations, order by BIC.
+def autoregression_from_partial(partial: FloatArray) -> FloatArray:
+    """phi (p, walkers) of partial autocorrelations (p, walkers), by the Durbin-Levinson recursion."""
+    coefficients = np.zeros_like(partial)
+    for i, kappa in enumerate(partial):
+        previous = coefficients[:i].copy()
+        coefficients[:i] = previous - kappa * previous[::-1]
+        coefficients[i] = kappa
+    return coefficients
 
-    `parameters` is the number of estimated parameters, by which the variance's degrees of freedom are
-    reduced. Yule and Walker: Box, Jenkins and Reinsel, Time Series Analysis, sec. 7.3.
+
+def estimate_noise(residuals: Sequence[FloatArray], order: int | None = None) -> NoiseEstimate:
+    """Burg's estimate over all segments; the order minimises the Bayesian information criterion.
+
+    `residuals` are the residual sequences of the records. A given `order` is taken as it is.
     """
-    samples = sum(len(e) for e in residuals)
-    covariance = lagged_products(residuals, max_order)
-    sigma = float(np.sqrt(covariance[0] / max(samples - parameters, 1)))
-    if covariance[0] == 0:
-        return Noise(0.0, np.zeros(0))
-    best_score, best = samples * np.log(covariance[0]), np.zeros(0)
-    for order in range(1, max_order + 1):
-        coefficients = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
-        innovation = covariance[0] - coefficients @ covariance[1 : order + 1]
-        score = samples * np.log(max(innovation, 1e-300)) + order * np.log(samples)
-        if score < best_score:
-            best_score, best = score, np.asarray(coefficients, dtype=np.float64)
-    return Noise(sigma, best)
+    largest = MAX_ORDER if order is None else order
+    partial, variances = burg(residuals, largest)
+    samples = sum(len(segment) for segment in residuals)
+    criterion = samples * np.log(np.maximum(variances, np.finfo(float).tiny)) + np.log(samples) * np.arange(
+        largest + 1
+    )
+    chosen = int(np.argmin(criterion)) if order is None else order
+    kept = partial[:chosen]
+    sigma = float(np.sqrt(variances[chosen] / np.prod(1 - kept**2)))
+    return NoiseEstimate(sigma, kept, criterion)
+
+
+def burg(segments: Sequence[FloatArray], order: int) -> tuple[FloatArray, FloatArray]:
+    """Partial autocorrelations (order,) and innovation variances (order + 1,) pooled over the segments.
+
+    Burg's recursion: kappa_i maximises the reduction of forward and backward prediction errors together.
+    """
+    forward = [np.asarray(segment, dtype=np.float64) for segment in segments]
+    backward = [segment.copy() for segment in forward]
+    samples = sum(len(segment) for segment in forward)
+    variances = np.empty(order + 1)
+    variances[0] = sum(float(segment @ segment) for segment in forward) / samples
+    partial = np.zeros(order)
+    for i in range(order):
+        ahead = [f[1:] for f in forward]
+        behind = [b[:-1] for b in backward]
+        product = 2 * sum(float(f @ b) for f, b in zip(ahead, behind, strict=True))
+        power = sum(float(f @ f + b @ b) for f, b in zip(ahead, behind, strict=True))
+        kappa = product / power if power > 0 else 0.0
+        forward = [f - kappa * b for f, b in zip(ahead, behind, strict=True)]
+        backward = [b - kappa * f for f, b in zip(ahead, behind, strict=True)]
+        partial[i] = kappa
+        variances[i + 1] = variances[i] * (1 - kappa**2)
+    return partial, variances

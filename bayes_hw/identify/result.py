@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.linear_output_error import OrderCandidate
-from bayes_hw.identify.noise import Noise
+from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
 
@@ -105,7 +105,7 @@ class Identification:
     linear_orders: tuple[OrderCandidate, ...]
     fits: tuple[RecordFit, ...]
     blocks_shown: dict[str, Shown]
-    noise: Noise
+    noise: NoiseEstimate
     residuals: tuple[FloatArray, ...]
     warnings: tuple[str, ...]
 

@@ -21,15 +21,11 @@ from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial, estimate_noise
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.inference import residual_report
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.noise import (
-    NoiseEstimate,
-    autoregression_from_partial,
-    estimate_noise,
-    noise_parameters,
-)
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import starting_point

@@ -14,8 +14,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
-from bayes_hw.infer.noise import NoiseEstimate, autoregression_from_partial, noise_parameters
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

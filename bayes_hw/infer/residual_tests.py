@@ -9,8 +9,8 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.noise import autoregression_from_partial, burg
 from bayes_hw.identify.output_error import whitened
-from bayes_hw.infer.noise import autoregression_from_partial, burg
 from bayes_hw.record import Record
 
 SIGNIFICANCE = 0.01
@@ -78,15 +78,17 @@ def examine_residuals(
     order = len(autoregression)
     innovations = [whitened(e, autoregression)[order:] for e in residuals]
     commands = [record.u[order:] for record in records]
-    autocorrelation = _autocorrelation(innovations, LARGEST_LAG)
+    lags = min(LARGEST_LAG, min(len(a) for a in innovations) // 2)
+    autocorrelation = _autocorrelation(innovations, lags)
     samples = sum(len(a) for a in innovations)
     tests = (
         _ljung_box(autocorrelation, samples, order),
-        _cross_correlation("independent of the command", innovations, commands, "linear dynamics"),
+        _cross_correlation("independent of the command", innovations, commands, lags, "linear dynamics"),
         _cross_correlation(
             "independent of the command's magnitude",
             innovations,
             [np.abs(u) for u in commands],
+            lags,
             "a nonlinearity",
         ),
         _jarque_bera(np.concatenate(innovations)),
@@ -120,7 +122,7 @@ def _ljung_box(autocorrelation: FloatArray, samples: int, order: int) -> Residua
 
 
 def _cross_correlation(
-    name: str, innovations: Sequence[FloatArray], signals: Sequence[FloatArray], lacking: str
+    name: str, innovations: Sequence[FloatArray], signals: Sequence[FloatArray], most_lags: int, lacking: str
 ) -> ResidualTest:
     """Largest |correlation| of the innovations with the signal whitened, over lags; Sidak over the lags.
 
@@ -131,7 +133,7 @@ def _cross_correlation(
     partial, _ = burg(centred, 8)
     filter_ = autoregression_from_partial(partial[:, None])[:, 0]
     inputs = [whitened(signal, filter_) for signal in centred]
-    lags = range(LARGEST_LAG + 1)
+    lags = range(most_lags + 1)
     power = np.sqrt(sum(float(a @ a) for a in innovations) * sum(float(x @ x) for x in inputs))
     correlations = np.array(
         [

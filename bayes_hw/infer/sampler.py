@@ -15,7 +15,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.infer.checkpoint import Block, Checkpoint, Plan
 from bayes_hw.infer.convergence import Convergence, assess
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
-from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
+from bayes_hw.infer.mixture import StudentTMixture, defended, fit_student_t_mixture, laplace_proposal
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.progress import Progress
 
@@ -244,7 +244,7 @@ def _best_plan(
     chosen = rng.choice(len(points), size=min(len(points), 4 * TRIAL_PROPOSALS), replace=False)
     plans = []
     for components in PILOT_COMPONENTS:
-        proposal = fit_student_t_mixture(points[chosen], components, rng)
+        proposal = defended(fit_student_t_mixture(points[chosen], components, rng), points[chosen])
         trial = proposal.sample(TRIAL_PROPOSALS, rng)
         at_trial = density(trial) - proposal.log_density(trial)
         at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
@@ -259,6 +259,6 @@ def independence_share(acceptance: float) -> float:
 
     An independence chain's autocorrelation time is about 2 / acceptance - 1 steps, that of differential
     evolution some 4 steps a dimension: the former pays above a few per cent. Differential evolution keeps at
-    least a tenth as insurance against a proposal with thin tails.
+    least a quarter as insurance against a proposal with thin tails.
     """
-    return float(np.clip(2.5 * acceptance, 0.1, 0.9))
+    return float(np.clip(2.5 * acceptance, 0.1, 0.75))

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.noise import NoiseEstimate, estimate_noise, noise_parameters
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_values
 from bayes_hw.record import Record
 
+REFITS = 2
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -46,12 +48,12 @@ def starting_point(
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     fit = starts.best
-    for _ in range(2):
+    for _ in range(REFITS):
         noise = estimate_noise(split_by_record(fit.residuals, records))
         fit = fit_output_error(
             axis,
             records,
-            fit.values,
+            axis.put_in_order(fit.values),
             autoregression=noise.autoregression,
             sigma=noise.innovation_sigma,
             prior=True,

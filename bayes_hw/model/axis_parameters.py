@@ -72,8 +72,9 @@ class AxisParameters:
         others = [int(i) for i in np.flatnonzero(poles.imag > 0) if i not in dominant]
         others.sort(key=lambda i: abs(np.log(poles[i])))
         self._pair_poles = poles[[*dominant, *others]]
-        self._pair_names = [f"mode{i + 1}" for i in range(len(dominant))]
-        self._pair_names += [f"pole_pair{i + 1}" for i in range(len(others))]
+        self._mode_names = [f"mode{i + 1}" for i in range(len(dominant))]
+        self._other_pair_names = [f"pole_pair{i + 1}" for i in range(len(others))]
+        self._pair_names = [*self._mode_names, *self._other_pair_names]
         self._free_real = [i for i in range(len(self._real_poles)) if i != self._integrator]
         structure = [*self._static_parameters(), *self._linear_parameters()]
         self._n_structure = len(structure)
@@ -106,6 +107,24 @@ class AxisParameters:
         for rows in self._interchangeable:
             kept &= np.all(np.diff(values[rows], axis=0) > 0, axis=0)
         return kept
+
+    def put_in_order(self, values: FloatArray) -> FloatArray:
+        """One parameter vector (parameters,) with its poles renumbered so that `in_order` holds."""
+        ordered = values.copy()
+        for names in (self._mode_names, self._other_pair_names):
+            rows = np.array([self._rows_starting(f"{name}.") for name in names], dtype=int)
+            if len(rows) > 1 and rows.shape[1]:
+                ordered[rows] = values[rows[np.argsort(values[rows[:, 0]])]]
+        rows = np.array([self._rows_starting(f"real_pole{i + 1}.") for i in self._free_real], dtype=int)
+        if self.free == "all" and len(rows) > 1:
+            poles, weights = values[rows[:, 0]], values[rows[:, 1]]
+            residues, order = (
+                nested_residues(moved_apart(poles[:, None]), weights[:, None]),
+                np.argsort(poles),
+            )
+            ordered[rows[:, 0]] = poles[order]
+            ordered[rows[:, 1]] = nested_weights(poles[order, None], residues[order])[:, 0]
+        return ordered
 
     def modal_form(self, values: FloatArray, record: int = 0) -> ModalForm:
         """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
@@ -188,6 +207,9 @@ class AxisParameters:
             linear=linear,
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
         )
+
+    def _rows_starting(self, prefix: str) -> list[int]:
+        return [row for name, row in self._row.items() if name.startswith(prefix)]
 
     def _static_parameters(self) -> list[Parameter]:
         model, units = self.model, self.model.units

@@ -18,6 +18,7 @@ from bayes_hw.report.drawing import (
     outline,
     plain_log_ticks,
     with_unit,
+    wrapped,
 )
 from bayes_hw.report.palette import (
     BAND_NOISE,
@@ -175,7 +176,7 @@ def frequency_response(
         magnitude.set_xlim(frequency_hz[0], frequency_hz[-1])
         plain_log_ticks(phase, "x")
         reference = f", re 1 {gain_unit}" if gain_unit else ""
-        magnitude.set_ylabel(f"magnitude (dB{drawable(reference)})")
+        magnitude.set_ylabel(wrapped(f"magnitude (dB{drawable(reference)})", 24))
         phase.set_ylabel("phase (deg)")
         phase.set_xlabel("frequency (Hz)")
         canvas.legend(loc="outside upper right", ncols=3)
@@ -245,7 +246,10 @@ def residual_diagnostics(diagnostics: ResidualDiagnostics, what: str = "residual
         correlation.vlines(lags[1:], 0, d.autocorrelation[1:], color=RESIDUAL, linewidth=1.2)
         correlation.axhline(0, color=INK, linewidth=0.7)
         correlation.set_title("autocorrelation")
-        correlation.set(xlabel="lag (samples)", ylabel="autocorrelation", xlim=(0, lags[-1] + 0.5))
+        reach = max(1.6 * d.bound, 1.1 * float(np.max(np.abs(d.autocorrelation[1:]), initial=0.0)))
+        correlation.set(
+            xlabel="lag (samples)", ylabel="autocorrelation", xlim=(0, lags[-1] + 0.5), ylim=(-reach, reach)
+        )
 
         spectrum.loglog(d.frequency_hz, d.density, color=RESIDUAL, linewidth=0.7)
         spectrum.axhline(d.white_density, color=NOMINAL, linestyle="--", linewidth=1)

@@ -42,7 +42,10 @@ CORNER_LIMIT = 8
 
 HISTOGRAM_BINS = 40
 
-TRACE_STEPS = 120
+TRACE_ROWS = 8
+"""Most rows of traces in two columns; more parameters stand in three."""
+
+TRACE_STEPS = 100
 """Most steps of a trace; longer chains are thinned evenly."""
 
 
@@ -65,10 +68,10 @@ class Marginal:
 
 def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.94) -> Figure:
     """One panel a parameter: prior density, posterior histogram, interval and estimates."""
-    columns = 3
+    columns = 4
     rows = -(-len(marginals) // columns)
     with drawing_settings():
-        canvas = new_canvas(0.4 + 1.6 * rows, gap_inches=0.09)
+        canvas = new_canvas(0.4 + 1.5 * rows, gap_inches=0.07)
         panels = canvas.subplots(rows, columns, squeeze=False).ravel()
         for axes, marginal in zip(panels, marginals, strict=False):
             _draw_marginal(axes, marginal)
@@ -100,7 +103,7 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
     marks = [m for m in (marginal.point_estimate, marginal.truth) if m is not None]
     low, high = min([low, *marks]), max([high, *marks])
     margin = _margin(low, high, 0.35)
-    grid = np.linspace(low - margin, high + margin, 200)
+    grid = np.linspace(low - margin, high + margin, 100)
     axes.hist(
         marginal.draws,
         bins=HISTOGRAM_BINS,
@@ -120,8 +123,8 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
     axes.set(xlim=(grid[0], grid[-1]), ylim=(-0.13 * top, top), yticks=[])
     axes.spines["left"].set_visible(False)
     axes.xaxis.set_major_locator(MaxNLocator(3))
-    axes.set_title(format_interval(*marginal.hdi), loc="center", weight="normal", size=8.5)
-    axes.set_xlabel(wrapped(with_unit(marginal.name.words, marginal.unit), 30), size=8.5)
+    axes.set_title(format_interval(*marginal.hdi), loc="center", weight="normal", size=8)
+    axes.set_xlabel(wrapped(with_unit(marginal.name.words, marginal.unit), 24), size=8)
 
 
 def corner_plot(
@@ -157,7 +160,7 @@ def corner_plot(
             labels=[with_unit(n.symbol, u) for n, u in zip(names, units, strict=True)],
             label_kwargs={"size": 8.5},
             hist_kwargs={"linewidth": 1.0},
-            contour_kwargs={"linewidths": 0.9},
+            contour_kwargs={"linewidths": 0.7},
             max_n_ticks=2,
             use_math_text=False,
         )
@@ -219,16 +222,17 @@ def traces(
     chains: FloatArray,
     names: Sequence[ParameterName],
     units: Sequence[str],
-    walkers_shown: int = 2,
+    walkers_shown: int = 1,
 ) -> Figure:
     """Walkers of every ensemble; `chains` (ensembles, steps, walkers, parameters)."""
     ensembles, steps, walkers, count = chains.shape
     shown = np.unique(np.linspace(0, walkers - 1, walkers_shown).astype(int))
     thin = -(-steps // TRACE_STEPS)
-    rows = -(-count // 2)
+    columns = 2 if count <= 2 * TRACE_ROWS else 3
+    rows = -(-count // columns)
     with drawing_settings():
-        canvas = new_canvas(0.6 + 1.15 * rows)
-        panels = canvas.subplots(rows, 2, squeeze=False, sharex=True).ravel()
+        canvas = new_canvas(0.6 + 1.1 * rows)
+        panels = canvas.subplots(rows, columns, squeeze=False, sharex=True).ravel()
         at = np.arange(0, steps, thin)
         for parameter, axes in enumerate(panels[:count]):
             for ensemble in range(ensembles):
@@ -240,11 +244,11 @@ def traces(
                     alpha=0.7,
                 )
             label = with_unit(names[parameter].words, units[parameter])
-            axes.set_title(wrapped(label, 45), weight="normal", size=8.5)
+            axes.set_title(wrapped(label, 90 // columns), weight="normal", size=17 / columns)
             axes.yaxis.set_major_locator(MaxNLocator(4))
         for axes in panels[count:]:
             axes.set_axis_off()
-        for axes in panels[max(0, count - 2) : count]:
+        for axes in panels[max(0, count - columns) : count]:
             axes.tick_params(labelbottom=True)
             axes.set_xlabel("step after burn-in")
         handles = [

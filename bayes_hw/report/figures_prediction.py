@@ -31,6 +31,9 @@ from bayes_hw.report.palette import (
 )
 from bayes_hw.report.rounding import format_percent
 
+BAND_REACH = 2.0
+"""How far beyond the lines a panel follows its bands, in ranges of the lines."""
+
 
 @dataclass(frozen=True, eq=False)
 class PredictedRecord:
@@ -140,6 +143,7 @@ def _draw_prediction(axes: Axes, record: PredictedRecord) -> None:
     axes.plot(*outline(record.t, record.y), color=DATA, linewidth=0.8, label="record")
     axes.plot(*outline(record.t, record.mean), color=MODEL, linewidth=1.0, label="prediction")
     axes.set_ylabel(with_unit("output", record.units.output))
+    _bound_view(axes, record.y, record.mean)
 
 
 def _draw_residual(axes: Axes, record: PredictedRecord) -> None:
@@ -153,6 +157,15 @@ def _draw_residual(axes: Axes, record: PredictedRecord) -> None:
     axes.plot(*outline(record.t, record.y - record.mean), color=RESIDUAL, linewidth=0.6)
     axes.axhline(0, color=INK, linewidth=0.6)
     axes.set_ylabel(with_unit("residual", record.units.output))
+    _bound_view(axes, record.y - record.mean)
+
+
+def _bound_view(axes: Axes, *lines: FloatArray) -> None:
+    """Cut off bands that reach so far beyond `lines` that these would look flat."""
+    least, most = min(float(v.min()) for v in lines), max(float(v.max()) for v in lines)
+    reach = BAND_REACH * (most - least)
+    low, high = axes.get_ylim()
+    axes.set_ylim(max(low, least - reach), min(high, most + reach))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import typst
 from bayes_hw.report.content import report_content
 from bayes_hw.report.document import Report
 from bayes_hw.report.palette import STATE_COLOURS
+from bayes_hw.report.svg_size import compact
 
 TIMESTAMP = 0
 """Seconds since 1970 that the PDF gives as its creation time: the same report is the same bytes."""
@@ -37,7 +38,7 @@ def formula_svg(formula: str) -> str:
     page = typst.compile(
         template.encode(), ignore_system_fonts=True, sys_inputs={"formula": formula}, format="svg"
     )
-    return bytes(page).decode("utf-8")
+    return compact(bytes(page).decode("utf-8"))
 
 
 def _compilation(report: Report) -> dict[str, Any]:

@@ -227,8 +227,8 @@ def _limits_section(analysis: Analysis) -> Section:
         "The gains of the three blocks cannot be told apart from input and output: c₁ = c₂ = c₃ = 1 is set. "
         "For c₁ and c₂ that is a normalization; c₃ = c₂ (equal gains on both sides of the dead zone) is an "
         "assumption that was not tested here.",
-        "Effects outside the model (backlash with memory, friction, wind, encoder errors) are seen only as far "
-        "as the residual tests see them.",
+        "Effects outside the model (backlash with memory, friction, wind, encoder errors) are seen only as "
+        "far as the residual tests see them.",
         "The intervals hold for the structure of G that was chosen; its order and delay are not varied.",
     ]
     if analysis.everything is None:

@@ -167,10 +167,10 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
     agreeing = sampling_starts(analysis)
     blocks: list[Paragraph | Callout | Bullets | Table | Figure] = [
         Paragraph(
-            f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each after the pilot, from starts "
-            f"spread over twice the width of the posterior. {sampling.plan.independence_weight:.0%} of "
-            f"the moves were independence proposals from a t mixture refitted to the pilot, the rest differential "
-            f"evolution; {np.mean(sampling.acceptance):.0%} of all proposals were accepted. "
+            f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each after the pilot, from "
+            f"starts spread over twice the width of the posterior. {sampling.plan.independence_weight:.0%} "
+            "of the moves were independence proposals from a t mixture refitted to the pilot, the rest "
+            f"differential evolution; {np.mean(sampling.acceptance):.0%} of all proposals were accepted. "
             f"{sampling.non_finite} evaluations gave no finite number. {agreeing}"
         )
     ]

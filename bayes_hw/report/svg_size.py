@@ -11,20 +11,29 @@ _GEOMETRY = re.compile(r'\b(d|x|y|points)="([^"]*)"')
 _COORDINATE = re.compile(r"-?\d+\.\d{3,}")
 _SPACED_COMMAND = re.compile(r"\s*([A-Za-z])\s*")
 _COMMENT_OR_INDENT = re.compile(r"<!--.*?-->|(?<=>)\s+(?=<)", re.DOTALL)
+_GROUP_NAME = re.compile(r'<g id="[^"]*"')
+_STYLE_SPACE = re.compile(r"(?<=[;:]) (?=[\w#-])")
+_TRANSLATION = re.compile(r"translate\([^)]*\)")
+_GLYPH = re.compile(r'(id="|href="#)DejaVuSans-')
+_STYLE = re.compile(r' style="[^"]*"')
 _POLYLINES = re.compile(r"(?:\s*M\s*-?[\d.]+\s+-?[\d.]+(?:\s*L\s*-?[\d.]+\s+-?[\d.]+)*(?:\s*z)?)+\s*")
 _VERTEX = re.compile(r"([MLz])\s*(?:(-?[\d.]+)\s+(-?[\d.]+))?")
 
 
 def compact(svg: str) -> str:
     """Coordinates to a hundredth of a point, in long polylines relative and to a tenth; no comments."""
-    return _GEOMETRY.sub(_attribute, _COMMENT_OR_INDENT.sub("", svg))
+    bare = _GROUP_NAME.sub("<g", _COMMENT_OR_INDENT.sub("", svg))
+    bare = _GLYPH.sub(r"\1g", bare)
+    bare = _TRANSLATION.sub(lambda move: _COORDINATE.sub(_hundredth, move[0]), bare)
+    bare = _STYLE.sub(lambda style: _STYLE_SPACE.sub("", style[0]), bare)
+    return _GEOMETRY.sub(_attribute, bare)
 
 
 def _attribute(match: re.Match[str]) -> str:
     name, data = match.groups()
     if name == "d" and len(data) > LONG_PATH and _POLYLINES.fullmatch(data):
         return f'd="{_relative(data)}"'
-    shorter = _SPACED_COMMAND.sub(r"\1", _COORDINATE.sub(_hundredth, data))
+    shorter = _SPACED_COMMAND.sub(r"\1", _COORDINATE.sub(_hundredth, data)).strip()
     return f'{name}="{shorter}"'
 
 

@@ -29,9 +29,7 @@ def verdict(analysis: Analysis) -> str:
     disagreements = [test for test in analysis.dominant.residuals.tests if not test.passed]
     if disagreements:
         sentences.append(
-            "Model and records disagree: "
-            + "; ".join(f"{test.name}: {test.meaning}" for test in disagreements)
-            + "."
+            "Model and records disagree: " + "; ".join(test.meaning for test in disagreements) + "."
         )
     sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
     if analysis.everything is not None and posterior.converged:
@@ -101,7 +99,9 @@ def _fit_sentence(analysis: Analysis) -> str:
     place = "a record it has not seen" if analysis.held_out else "its last training record"
     against = ""
     if analysis.fits:
-        against = f" (the best linear model: {analysis.fits[0].linear:.1f} %)"
+        linear = analysis.fits[0].linear
+        better = linear > prediction.fit_percent
+        against = f", {'WORSE than' if better else 'against'} {linear:.1f} % of the best linear model"
     fit = f"{prediction.fit_percent:.1f} %{against}"
     return f"The Hammerstein-Wiener model predicts {place} with a fit of {fit}."
 
@@ -123,9 +123,9 @@ def _estimate_sentence(analysis: Analysis) -> str:
         parts.append(f"dead zone of half width {_quantity(posterior, DEAD_ZONE, unit)}")
     shown_modes = [name for name in modes if name not in hidden]
     if shown_modes:
-        values = [_quantity(posterior, name, "") for name in shown_modes[:-1]]
-        listed = ", ".join([*values, _quantity(posterior, shown_modes[-1], "Hz")])
-        parts.append(f"resonance{'s' * (len(shown_modes) > 1)} at {listed}")
+        *others, last = (_quantity(posterior, name, "") for name in shown_modes)
+        listed = f"{', '.join(others)} and {last}" if others else last
+        parts.append(f"resonance{'s' * (len(shown_modes) > 1)} at {listed}\u00a0Hz")
     kind = " (mean ± standard deviation)" if posterior.converged else " (point estimates without intervals)"
     text = _capitalized("; ".join(parts)) + kind + "." if parts else ""
     missing = [parameter_name(name).words for name in (*LIMITS, DEAD_ZONE, *modes) if name in hidden]

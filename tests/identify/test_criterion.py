@@ -37,10 +37,10 @@ def test_a_slow_error_moves_the_block_criterion_but_hardly_the_one_for_dynamics(
 
 
 def test_noise_has_the_size_and_colour_of_its_process() -> None:
-    noise = estimate_noise([autoregressive(0.6, 20_000), autoregressive(0.6, 20_000)], 0)
+    noise = estimate_noise([autoregressive(0.6, 20_000), autoregressive(0.6, 20_000)])
     assert noise.autoregression == pytest.approx([0.6], abs=0.02)
     assert noise.sigma == pytest.approx(1 / np.sqrt(1 - 0.36), rel=0.03)
 
 
 def test_white_noise_gets_no_autoregression() -> None:
-    assert len(estimate_noise([autoregressive(0.0, 20_000)], 0).autoregression) == 0
+    assert len(estimate_noise([autoregressive(0.0, 20_000)]).autoregression) == 0

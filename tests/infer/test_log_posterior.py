@@ -10,8 +10,9 @@ from scipy import linalg, signal, stats
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.noise import NoiseEstimate, noise_parameters
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode

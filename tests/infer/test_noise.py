@@ -9,15 +9,14 @@ from hypothesis import strategies as st
 from scipy import linalg, signal, stats
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.noise import (
+from bayes_hw.identify.noise import (
     MAX_ORDER,
     NoiseEstimate,
     autoregression_from_partial,
     burg,
     estimate_noise,
-    log_likelihood,
-    noise_parameters,
 )
+from bayes_hw.infer.noise import log_likelihood, noise_parameters
 from bayes_hw.model.kernel import LaggedSums
 
 partials = st.lists(st.floats(-0.95, 0.95), min_size=0, max_size=6)

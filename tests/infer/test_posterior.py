@@ -13,7 +13,8 @@ import xarray
 from arviz_stats.base import array_stats
 
 from bayes_hw.errors import InputError
-from bayes_hw.infer.noise import NoiseEstimate, autoregression_from_partial, noise_parameters
+from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import SCHEMA, STORED_DRAWS, Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

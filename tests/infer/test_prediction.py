@@ -10,7 +10,8 @@ from scipy import stats
 from simulated_records import measured
 
 from bayes_hw.errors import InputError
-from bayes_hw.infer.noise import NoiseEstimate, noise_parameters
+from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
 from bayes_hw.infer.starting_point import starting_point

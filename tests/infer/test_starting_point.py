@@ -8,8 +8,8 @@ from scipy import signal
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.noise import NoiseEstimate, estimate_noise
 from bayes_hw.infer.starting_point import _noise_covariance, split_by_record, starting_point
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
