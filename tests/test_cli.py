@@ -243,7 +243,7 @@ def test_a_run_too_short_says_so_everywhere(
 def test_interrupted_and_resumed_to_the_same_numbers(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The run is interrupted after 125 steps, between two looks at convergence (100 and 150 steps), when it has
+    """Interrupted after 125 steps, between two looks at convergence (100 and 150 steps), when it has
     the effective samples asked for: resumed, it still ends where an undisturbed run does."""
 
     def run(name: str, *more: str) -> int:

@@ -9,7 +9,7 @@ from scipy import linalg, special
 
 from bayes_hw.arrays import FloatArray
 
-DEGREES_OF_FREEDOM = 5.0
+DEGREES_OF_FREEDOM = 8.0
 FIT_TOLERANCE = 1e-6
 DEFENSIVE_WEIGHT = 0.1
 DEFENSIVE_INFLATION = 4.0

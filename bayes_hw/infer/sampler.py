@@ -23,7 +23,7 @@ PILOT_STEPS = 90
 SETTLING_STEPS = 25
 START_INFLATION = 4.0
 SMALLEST_START = 1e-6
-MIN_STEPS = 50
+MIN_STEPS = 100
 LOOK_AGAIN = 0.3
 """Convergence is looked at again when the chain has grown by this share."""
 PILOT_COMPONENTS = (1, 4)

@@ -24,6 +24,9 @@ from bayes_hw.report.rounding import format_percent
 VIEW_MARGIN = 0.3
 """Room around the poles that a close-up shows, as a share of their range."""
 
+SMALLEST_VIEW = 0.01
+"""Range that a close-up of a single pole has at least."""
+
 
 @dataclass(frozen=True, eq=False)
 class PoleClouds:
@@ -110,10 +113,10 @@ def _plane(points: ComplexArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _close_up(axes: Axes, points: ComplexArray) -> None:
+    widest = max(float(np.ptp(points.real)), float(np.ptp(points.imag)), SMALLEST_VIEW)
     for part, setter in ((points.real, axes.set_xlim), (points.imag, axes.set_ylim)):
-        low, high = float(part.min()), float(part.max())
-        room = VIEW_MARGIN * (high - low)
-        setter(low - room, high + room)
+        room = VIEW_MARGIN * max(float(np.ptp(part)), 0.3 * widest)
+        setter(float(part.min()) - room, float(part.max()) + room)
 
 
 def velocity_gain_band(

@@ -160,13 +160,13 @@ def test_non_finite_likelihoods_are_counted(small_axis: HammersteinWiener, small
 
 
 def test_free_start_places_the_record(small_axis: HammersteinWiener) -> None:
-    """A record that stands still at 3 deg from its start is fitted exactly by that position."""
+    """A record that stands still from its start is fitted exactly by its first output."""
     still = replace(measured(small_axis, 200, seed=7), u=np.zeros(200))
     moved = replace(still, y=small_axis.simulate(still.u, 3.0).y)
     axis = AxisParameters(small_axis, output_scale=2.0, start_positions=moved.y[:1])
     free = LogPosterior(axis, noise_parameters(NOISE, "deg"), [moved])
     values = np.array([p.nominal for p in free.parameters])
-    assert values[free.names.index("start1.position")] == pytest.approx(3.0)
+    assert values[free.names.index("start1.position")] == pytest.approx(moved.y[0])
     at_rest = posterior_of(small_axis, [replace(still, y=np.zeros(200))])
     nominal = np.array([p.nominal for p in at_rest.parameters])
     exact = at_rest.log_likelihood(nominal[:, None])[0]

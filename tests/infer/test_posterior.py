@@ -202,3 +202,16 @@ def test_damaged_file(folder: Path, tmp_path: Path, damage: str) -> None:
     with pytest.raises(InputError, match=r"posterior\.nc: ") as caught:
         Posterior.read(tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_contraction_tells_data_from_prior(small_axis: HammersteinWiener) -> None:
+    """Draws from the priors themselves are prior-dominated; draws a hundred times as narrow are not."""
+    informed = posterior_of(small_axis)
+    assert informed.prior_dominated == ()
+    assert min(informed.contraction.values()) > 0.9
+    levels = np.random.default_rng(2).uniform(size=informed.values.shape)
+    from_priors = np.stack(
+        [p.prior.quantile(levels[..., i]) for i, p in enumerate(informed.parameters)], axis=-1
+    )
+    ignorant = replace(informed, values=from_priors)
+    assert ignorant.prior_dominated == ignorant.names

@@ -51,8 +51,10 @@ def test_gaussian_in_eight_dimensions() -> None:
 
 
 def test_banana() -> None:
-    """A curved ridge, from the Laplace approximation at its bend: no approximation of its arms."""
-    found = run(Banana, np.zeros(2), np.diag([1.0, 0.25]))
+    """A curved ridge, from the Laplace approximation at its bend: no approximation of its arms. The chain is
+    long, since the moments of its far arms, not the stopping rule, are what is tested."""
+    settings = SamplerSettings(walkers=64, max_steps=1500, target_ess=1e6)
+    found = run(Banana, np.zeros(2), np.diag([1.0, 0.25]), settings=settings)
     assert found.convergence.converged
     x, y = found.chain[..., 0], found.chain[..., 1]
     assert_mean(x, 0.0)
@@ -156,4 +158,4 @@ def test_walkers_fill_lanes_and_exceed_twice_the_dimension() -> None:
 
 def test_share_of_independence_proposals_follows_their_acceptance() -> None:
     shares = [independence_share(acceptance) for acceptance in (0.0, 0.02, 0.1, 0.2, 0.5, 1.0)]
-    assert shares == sorted(shares) and shares[0] == 0.1 and shares[-1] == 0.9
+    assert shares == sorted(shares) and shares[0] == 0.1 and shares[-1] == 0.75

@@ -10,7 +10,8 @@ def test_pole_map_names_its_clouds(labels_of):
     kept = np.concatenate([[1.0, 0.99], pair])
     rng = np.random.default_rng(1)
     box = kept + 0.01 * rng.normal(size=(20, 4))
-    labels = labels_of(lambda: pole_map(PoleClouds(box, box[:, 1:], kept + [0.05, 0, 0, 0], kept)))
+    printed = kept + np.array([0.05, 0, 0, 0])
+    labels = labels_of(lambda: pole_map(PoleClouds(box, box[:, 1:], printed, kept)))
     assert {"whole box", "stable integrators", "as printed", "representative", "unit circle"} <= set(labels)
     assert {"real part of z", "imaginary part", "near z = 1", "resonances"} <= set(labels)
 

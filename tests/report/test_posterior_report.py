@@ -1,0 +1,89 @@
+"""The report on one axis says first what is wrong, and shows what users name as text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulated_records import measured
+
+from bayes_hw.analysis import Analysis, analyse
+from bayes_hw.infer import sampler
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.provenance import provenance
+from bayes_hw.record import Record, Units
+from bayes_hw.report.document import Report
+from bayes_hw.report.plain_text import visible
+from bayes_hw.report.posterior_report import posterior_report
+from bayes_hw.report.render import render
+
+HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m\u202e'
+"""Markup of HTML, Typst and Jinja, a terminal's escape and a change of direction."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _short_pilot() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sampler, "PILOT_STEPS", 30)
+        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        yield
+
+
+@pytest.fixture(scope="module")
+def analysis(small_axis: HammersteinWiener) -> Analysis:
+    """Far too short a run on records, and in units, with hostile names."""
+    units = Units("s", "<u>#", "<y>$")
+    record = replace(measured(small_axis, 300, seed=1), name=HOSTILE, source=HOSTILE, units=units)
+    held_out = replace(record, name=HOSTILE + "2", treatment=(HOSTILE,))
+    return analyse(
+        HOSTILE,
+        [record],
+        [held_out],
+        np.random.default_rng(1),
+        model=replace(small_axis, name=HOSTILE, units=units),
+        settings=SamplerSettings(walkers=16, max_steps=50),
+        free_all=False,
+    )
+
+
+def report_on(analysis: Analysis) -> Report:
+    records: list[Record] = list(analysis.records)
+    return posterior_report(analysis, provenance(f"bayes-hw report {HOSTILE}", 1, records, 2.0))
+
+
+def test_a_run_that_has_not_converged_says_so_first(analysis: Analysis) -> None:
+    report = report_on(analysis)
+    assert report.verdict.startswith("The sampler has NOT converged")
+    assert analysis.dominant.posterior.problems[0] in report.verdict
+    assert (report.badges[0].label, report.badges[0].state) == ("not converged", "bad")
+
+
+def test_a_run_that_has_converged_does_not(analysis: Analysis) -> None:
+    posterior = replace(analysis.dominant.posterior, converged=True, problems=())
+    report = report_on(replace(analysis, dominant=replace(analysis.dominant, posterior=posterior)))
+    assert "NOT converged" not in report.verdict
+    assert report.badges[0].state == "good"
+
+
+def test_names_are_text_in_both_forms(analysis: Analysis, tmp_path: Path) -> None:
+    """The page holds the hostile name as it reads, as no tag; Typst sets it without a fault."""
+    written = render(report_on(analysis), tmp_path)
+    page = written.html.read_text(encoding="utf-8")
+    assert "<script>alert" not in page
+    assert "\x1b" not in page and "\u202e" not in page
+    assert "49" not in re.findall(r"\{\{ (\S+) \}\}", page)
+    assert visible(HOSTILE) in unescape(page)
+    assert written.pdf.read_bytes().startswith(b"%PDF")
+
+
+def test_every_interval_names_its_kind_and_probability(analysis: Analysis) -> None:
+    """And the sections that a reader looks for are there."""
+    titles = [section.title for section in report_on(analysis).sections]
+    assert titles[0] == "Data" and titles[-1] == "Provenance"
+    assert "Prediction" in titles

@@ -1,0 +1,37 @@
+"""Every study script runs in its quick form and writes results.json; skipped where its data is absent."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+STUDIES = Path(__file__).resolve().parents[1] / "studies"
+ELSEWHERE = {"05_calibration.py"}
+"""Studies whose runs are tested beside the modules that they rest on."""
+
+SCRIPTS = [path for path in sorted(STUDIES.glob("[0-9][0-9]_*.py")) if path.name not in ELSEWHERE]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_quick_run(script: Path, tmp_path: Path) -> None:
+    arguments = ["--quick", "--quiet", "--jobs", "1", "--out", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, script, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=280,
+        env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    if done.stdout.startswith("skipped: "):
+        pytest.skip(done.stdout.strip())
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["study"] == script.stem
+    assert results["quick"] is True
+    reports = {path.suffix for path in tmp_path.glob("report.*")}
+    assert reports in (set(), {".html", ".pdf"})
