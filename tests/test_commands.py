@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import resource
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.cli import main
 from bayes_hw.commands import band_file_names
+from bayes_hw.infer import sampler
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 NAN = float("nan")
@@ -25,6 +26,14 @@ MODEL_KEYS = [
     *("saturation", "saturation.lower", "dead_zone", "dead_zone.half_width", "noise", "noise.sigma"),
     *("linear", "linear.zeros", "linear.poles", "linear.gain", "linear.delay_samples"),
 ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _short_pilot() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sampler, "PILOT_STEPS", 30)
+        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        yield
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def test_everything_needed_to_repeat_it_is_there(small_record: Record) -> None:
     assert found.version == __version__ and rows["bayes_hw"].startswith(__version__)
     assert rows["command"] == "bayes-hw sample --seed 7" and rows["seed"] == "7"
     assert rows["SHA-256 of train_1.csv"] == "ab" * 32
-    assert rows[f"SHA-256 of {small_record.name}"] == "simulated"
+    assert rows[f"record {small_record.name}"] == "simulated"
     assert all(re.search(rf"{name} \d", rows["packages"]) for name in PACKAGES)
     assert rows["wall time"] == "12.3 s"
     assert len(rows) == len(found.rows())

@@ -27,7 +27,7 @@ from bayes_hw.report.svg_size import compact
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""
 
-COLUMNS = 500
+COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
 
 

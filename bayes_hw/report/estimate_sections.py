@@ -33,7 +33,8 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
     model = identification.model
     curve, cloud = identification.input_curve, identification.output_cloud
     u = np.linspace(curve.abscissa.min(), curve.abscissa.max(), 200)
-    w = np.linspace(cloud.abscissa.min(), cloud.abscissa.max(), 400)
+    has_dead_zone = identification.blocks_shown["dead_zone"].shown
+    w = np.linspace(cloud.abscissa.min(), cloud.abscissa.max(), 400 if has_dead_zone else 0)
     blocks = static_blocks(
         (
             StaticBlock(
@@ -46,7 +47,7 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
                 f"v ({units.input})",
             ),
             StaticBlock(
-                "output: rebuilt w and fitted dead zone",
+                "output: rebuilt w" + (" and fitted dead zone" if has_dead_zone else ", no dead zone shown"),
                 cloud.abscissa,
                 cloud.ordinate,
                 w,

@@ -42,6 +42,9 @@ CORNER_LIMIT = 8
 
 HISTOGRAM_BINS = 40
 
+LONG_LABELS_BELOW = 3e-3
+"""Relative range below which tick labels need so many digits that few have room."""
+
 TRACE_ROWS = 8
 """Most rows of traces in two columns; more parameters stand in three."""
 
@@ -122,7 +125,8 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
         axes.axvline(marginal.truth, color=TRUTH, linestyle=":", linewidth=2)
     axes.set(xlim=(grid[0], grid[-1]), ylim=(-0.13 * top, top), yticks=[])
     axes.spines["left"].set_visible(False)
-    axes.xaxis.set_major_locator(MaxNLocator(3))
+    long_labels = high - low < LONG_LABELS_BELOW * max(abs(low), abs(high))
+    axes.xaxis.set_major_locator(MaxNLocator(1 if long_labels else 3))
     axes.set_title(format_interval(*marginal.hdi), loc="center", weight="normal", size=8)
     axes.set_xlabel(wrapped(with_unit(marginal.name.words, marginal.unit), 24), size=8)
 
@@ -244,7 +248,7 @@ def traces(
                     alpha=0.7,
                 )
             label = with_unit(names[parameter].words, units[parameter])
-            axes.set_title(wrapped(label, 90 // columns), weight="normal", size=17 / columns)
+            axes.set_title(wrapped(label, 90 // columns), weight="normal", size=8.5 if columns == 2 else 7.5)
             axes.yaxis.set_major_locator(MaxNLocator(4))
         for axes in panels[count:]:
             axes.set_axis_off()

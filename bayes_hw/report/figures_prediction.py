@@ -79,7 +79,7 @@ def predicted_overview(record: PredictedRecord, what: str = "held-out record") -
         _draw_prediction(whole, record)
         _draw_residual(residual, record)
         residual.set_xlim(record.t[0], record.t[-1])
-        residual.set_xlabel(with_unit("time", record.units.time))
+        residual.set_xlabel(with_unit("time from first sample", record.units.time))
         canvas.align_ylabels()
         canvas.legend(*whole.get_legend_handles_labels(), loc="outside upper center", ncols=4)
         level = format_percent(record.probability)
@@ -110,9 +110,9 @@ def predicted_record(
             upper.sharex(lower)
             upper.tick_params(labelbottom=False)
             lower.set_xlim(shown.t[0], shown.t[-1])
-            lower.set_xlabel(with_unit("time", record.units.time))
+            lower.set_xlabel(with_unit("time from first sample", record.units.time))
         whole.set_title("whole record")
-        close.set_title(f"{zoom[0]:g} to {zoom[1]:g} {drawable(record.units.time)}, shaded above")
+        close.set_title(f"{zoom[0]:.4g} to {zoom[1]:.4g} {drawable(record.units.time)}, shaded above")
         canvas.align_ylabels()
         handles, labels = whole.get_legend_handles_labels()
         canvas.legend(handles, labels, loc="outside upper center", ncols=4)
@@ -121,7 +121,7 @@ def predicted_record(
             f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
             "alone (dark) and with measurement noise (light), with the residual (record minus "
             "mean) below. "
-            f"The lower pair enlarges {zoom[0]:g} to {zoom[1]:g} {record.units.time}.",
+            f"The lower pair enlarges {zoom[0]:.4g} to {zoom[1]:.4g} {record.units.time}.",
             "Measured and predicted output over time with bands and residuals.",
         )
 

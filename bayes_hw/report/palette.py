@@ -52,6 +52,7 @@ SETTINGS: Final[dict[str, Any]] = {
     "axes.axisbelow": True,
     "axes.edgecolor": MUTED,
     "axes.facecolor": "none",
+    "axes.formatter.limits": (-6, 7),
     "axes.formatter.useoffset": False,
     "axes.grid": True,
     "axes.labelcolor": INK,

@@ -126,7 +126,7 @@ def _predicted(prediction: Prediction) -> PredictedRecord:
     record = prediction.record
     return PredictedRecord(
         name=record.name,
-        t=record.t,
+        t=record.t - record.t[0],
         y=record.y,
         mean=prediction.mean,
         parameters_lower=prediction.lower_parameters,
@@ -143,7 +143,14 @@ def _overview(analysis: Analysis, prediction: Prediction) -> Figure:
 
 
 def _prediction_figure(analysis: Analysis, prediction: Prediction) -> Figure:
-    return predicted_record(_predicted(prediction), prediction.hardest_stretch(ZOOM_SHARE), _kind(analysis))
+    return predicted_record(_predicted(prediction), _hardest(prediction), _kind(analysis))
+
+
+def _hardest(prediction: Prediction) -> tuple[float, float]:
+    """The stretch of largest errors, in s from the record's first sample."""
+    begin = float(prediction.record.t[0])
+    start, end = prediction.hardest_stretch(ZOOM_SHARE)
+    return start - begin, end - begin
 
 
 def _kind(analysis: Analysis) -> str:
@@ -187,7 +194,7 @@ def _prediction_section(analysis: Analysis) -> Section:
     first = analysis.predictions[0]
     blocks.append(
         ZoomableRecord(
-            first.record.t,
+            first.record.t - first.record.t[0],
             first.record.y,
             first.mean,
             first.lower,

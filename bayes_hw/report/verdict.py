@@ -90,20 +90,24 @@ def _band_badge(analysis: Analysis) -> Badge:
         f"bands hold {format_percent(covered.achieved, 1)} of one record",
         "good" if covered.agrees and analysis.held_out else "warn",
         f"{format_percent(covered.nominal)} bands, {name} ({'' if analysis.held_out else 'not '}held out), "
-        f"95 % interval {format_percent(low)} to {format_percent(high)}",
+        f"95 % interval {format_percent(low, 1)} to {format_percent(high, 1)}",
     )
 
 
 def _fit_sentence(analysis: Analysis) -> str:
-    prediction = analysis.predictions[0]
+    """The fit of the point estimate beside the linear model's; the posterior mean's where they differ."""
+    mean_fit = analysis.predictions[0].fit_percent
     place = "a record it has not seen" if analysis.held_out else "its last training record"
-    against = ""
-    if analysis.fits:
-        linear = analysis.fits[0].linear
-        better = linear > prediction.fit_percent
-        against = f", {'WORSE than' if better else 'against'} {linear:.1f} % of the best linear model"
-    fit = f"{prediction.fit_percent:.1f} %{against}"
-    return f"The Hammerstein-Wiener model predicts {place} with a fit of {fit}."
+    if not analysis.fits:
+        return f"The Hammerstein-Wiener model predicts {place} with a fit of {_fit(mean_fit)}."
+    estimate, linear = analysis.fits[0].hammerstein_wiener, analysis.fits[0].linear
+    against = f"{'WORSE than' if linear > estimate else 'against'} {_fit(linear)} of the best linear model"
+    mean = f" (its posterior mean: {_fit(mean_fit)})" if abs(mean_fit - estimate) >= 1 else ""
+    return f"The Hammerstein-Wiener model predicts {place} with a fit of {_fit(estimate)}{mean}, {against}."
+
+
+def _fit(percent: float) -> str:
+    return format_percent(percent / 100, 1)
 
 
 def _estimate_sentence(analysis: Analysis) -> str:

@@ -21,7 +21,9 @@ def record():
 
 def test_prediction_states_level_units_and_both_bands(record, labels_of):
     labels = labels_of(lambda: predicted_record(record, (100.0, 110.0)))
-    assert {"output (<mm>)", "residual (<mm>)", "time (s)", "record", "prediction"} <= set(labels)
+    assert {"output (<mm>)", "residual (<mm>)", "time from first sample (s)", "record", "prediction"} <= set(
+        labels
+    )
     assert {"94\u00a0% with noise", "94\u00a0% parameters alone"} <= set(labels)
     assert "100 to 110 s, shaded above" in labels
 
