@@ -1,9 +1,9 @@
 """The Nanshan 26 m twin from record to posterior: how good is the model, how sure are its numbers?
 
-The paper's experiment is simulated on the stable representative of its printed model (study 01); identification
-and sampling start from the records alone. The paper's own fits on validation records were 94.6 % for the
-Hammerstein-Wiener model and 86.2 % for a linear one. Writes report.html, report.pdf, results.json, and the files
-of identify, sample and predict.
+The paper's experiment is simulated on the stable representative of its printed model (study 01);
+identification and sampling start from the records alone. The paper's own fits on validation records were
+94.6 % for the Hammerstein-Wiener model and 86.2 % for a linear one. Writes report.html, report.pdf,
+results.json, and the files of identify, sample and predict.
 """
 
 from __future__ import annotations

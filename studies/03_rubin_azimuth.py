@@ -1,7 +1,8 @@
 """The azimuth axis of the Rubin Observatory mount: what do ten seconds of motion at 0.1 deg/s tell?
 
-Measured tracking data with uneven time stamps, put on 10 Hz; the initial state is estimated. The command barely
-varies: the study shows what the program says when a record does not show a block. Skipped where the data is absent.
+Measured tracking data with uneven time stamps, put on 10 Hz; the initial state is estimated. The command
+barely varies: the study shows what the program says when a record does not show a block. Skipped where
+the data is absent.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 from study import SHARED_DATA, headline, start_study
 
 from bayes_hw.analysis import analyse
+from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.record import Columns, Record
 
 DATA = SHARED_DATA / "data" / "rubin_tma" / "20230531_azimuth.csv"
@@ -34,6 +36,7 @@ def main() -> None:
         [],
         np.random.default_rng(study.seed),
         start="free",
+        settings=SamplerSettings(max_steps=100 if study.quick else 2000),
         jobs=study.jobs,
         progress=study.progress,
         free_all=False,

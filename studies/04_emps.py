@@ -1,9 +1,10 @@
-"""The EMPS positioning axis (motor and ball screw): a linear drive with friction seen as a Hammerstein-Wiener axis.
+"""The EMPS positioning axis (motor and ball screw): a linear drive with friction as a Hammerstein-Wiener axis.
+Wiener axis.
 
-Measured in closed loop (Janot, Gautier, Brunot, Workshop on Nonlinear System Identification Benchmarks 2019): drive
-command in V, position in m at 1 kHz, put on 100 Hz (the command averaged over each interval, the position taken at its
-end). The first 60 % are fitted, the rest held out; the published open-loop simulation errors are on another record.
-Skipped where the data is absent.
+Measured in closed loop (Janot, Gautier, Brunot, Workshop on Nonlinear System Identification Benchmarks
+2019): drive command in V, position in m at 1 kHz, put on 100 Hz (the command averaged over each
+interval, the position taken at its end). The first 60 % are fitted, the rest held out; the published
+open-loop simulation errors are on another record. Skipped where the data is absent.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from study import SHARED_DATA, headline, start_study
 
 from bayes_hw.analysis import analyse
+from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.record import Columns, Record, Units
 
 DATA = SHARED_DATA / "data" / "emps" / "DATA_EMPS.mat"
@@ -39,6 +41,7 @@ def main() -> None:
         [held_out],
         np.random.default_rng(study.seed),
         start="free",
+        settings=SamplerSettings(max_steps=100 if study.quick else 2000),
         jobs=study.jobs,
         progress=study.progress,
         free_all=False,

@@ -184,13 +184,12 @@ def test_a_model_that_is_no_json_object(refused: Callable[..., str], folder: Pat
     assert "bad.json: " in refused(*simulate(model="bad.json"))
 
 
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
+
+
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    st.recursive(
-        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-        max_leaves=4,
-    ),
+    SCALARS | st.lists(SCALARS, max_size=3) | st.dictionaries(st.text(max_size=5), SCALARS, max_size=3),
     st.sampled_from(MODEL_KEYS),
 )
 def test_any_value_in_a_model_is_used_or_refused(

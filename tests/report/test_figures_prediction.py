@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -6,6 +8,7 @@ from bayes_hw.report.figures_prediction import (
     Coverage,
     PredictedRecord,
     coverage,
+    predicted_overview,
     predicted_record,
 )
 
@@ -33,6 +36,14 @@ def test_long_record_makes_a_small_picture_the_same_each_time(record):
     assert len(first.svg) < 400_000
     assert predicted_record(record, (100.0, 110.0)).svg == first.svg
     assert "“<b>$hold”" in first.caption
+
+
+def test_overview_is_not_flattened_by_wide_bands(record, labels_of):
+    """Bands a thousand times as wide as the record leave its scale readable."""
+    wide = replace(record, noise_lower=record.mean - 1000, noise_upper=record.mean + 1000)
+    labels = labels_of(lambda: predicted_overview(wide))
+    assert {"output (<mm>)", "residual (<mm>)", "time from first sample (s)"} <= set(labels)
+    assert not {"500", "1000"} & set(labels)
 
 
 def test_stretch_keeps_every_series_together(record):

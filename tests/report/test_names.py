@@ -10,6 +10,7 @@ from bayes_hw.report.names import parameter_name
         ("mode1.frequency_hz", "frequency of mode 1", "f₁"),
         ("mode12.damping_ratio", "damping ratio of mode 12", "ζ₁₂"),
         ("noise.autoregression2", "noise AR coefficient 2", "φ₂"),
+        ("start2.pair1.cosine", "free response of pair 1 (cosine), record 2", "A₁,₂"),
         ("something.else", "something.else", "something.else"),
     ],
 )
