@@ -1,4 +1,4 @@
-"""The EMPS positioning axis (motor and ball screw): a linear drive with friction as a Hammerstein-Wiener axis.
+"""The EMPS positioning axis (motor and ball screw): a linear drive with friction seen as a Hammerstein-
 Wiener axis.
 
 Measured in closed loop (Janot, Gautier, Brunot, Workshop on Nonlinear System Identification Benchmarks
