@@ -19,8 +19,8 @@ R_HAT_LIMIT = 1.01
 R_HAT_STEPS = 250
 """Longer chains are thinned evenly to at most so many steps for nested R-hat."""
 ESS_LIMIT = 400.0
-TIMES_TAU = 20.0
-"""Steps per autocorrelation time below which that time itself is not to be believed."""
+TIMES_TAU = 5.0
+"""Steps per autocorrelation time below which that time is not to be believed: the window of its sum."""
 WINDOW = 5.0
 MIN_TAU = 0.05
 STUCK_ACCEPTANCE = 0.01
@@ -31,7 +31,7 @@ STUCK_DISTANCE = 4.0
 class Convergence:
     """Diagnostics of every parameter, arrays of shape (parameters,), and the verdict.
 
-    `autocorrelation_time` is in steps, the largest over the ensembles. `problems` says in words why
+    `autocorrelation_time` is in steps, the mean over the ensembles. `problems` says in words why
     `converged` is False; it is empty otherwise.
     """
 
@@ -110,7 +110,7 @@ def assess(
             effective_sample_size((one <= low).astype(np.float64)),
             effective_sample_size((one >= high).astype(np.float64)),
         )
-        tau[i] = max(autocorrelation_time(part) for part in one)
+        tau[i] = np.mean([autocorrelation_time(part) for part in one])
     problems = _stuck(chain, acceptance)
     problems += _limits("nested R-hat", r_hat, R_HAT_LIMIT, names, above=True)
     problems += _limits("bulk effective sample size", bulk, ESS_LIMIT, names, above=False)

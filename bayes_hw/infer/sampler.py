@@ -259,6 +259,6 @@ def independence_share(acceptance: float) -> float:
 
     An independence chain's autocorrelation time is about 2 / acceptance - 1 steps, that of differential
     evolution some 4 steps a dimension: the former pays above a few per cent. Differential evolution keeps at
-    least a quarter as insurance against a proposal with thin tails.
+    least half as insurance: where the proposal is too thin, in the far tails, it alone moves the walkers.
     """
-    return float(np.clip(2.5 * acceptance, 0.1, 0.75))
+    return float(np.clip(2.5 * acceptance, 0.1, 0.5))

@@ -91,7 +91,7 @@ def test_problems_name_the_worst_parameter() -> None:
 def test_too_short_a_chain_is_not_believed() -> None:
     chain = autoregressive_chains(40.0, (4, 100, 512), seed=8)[..., None]
     verdict = assess(chain, ("slow",), np.full(4, 0.3))
-    assert any("100 steps are fewer than 20 autocorrelation times" in text for text in verdict.problems)
+    assert any("100 steps are fewer than 5 autocorrelation times" in text for text in verdict.problems)
 
 
 def test_too_few_effective_samples_are_a_problem() -> None:
