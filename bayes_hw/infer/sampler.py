@@ -22,6 +22,8 @@ from bayes_hw.progress import Progress
 PILOT_STEPS = 90
 SETTLING_STEPS = 25
 START_INFLATION = 4.0
+HOPELESS = 15.0
+"""Log-density a dimension below the best start at which a start is given up."""
 SMALLEST_START = 1e-6
 MIN_STEPS = 100
 LOOK_AGAIN = 0.3
@@ -215,12 +217,15 @@ def _possible_start(
     walkers: int,
     rng: np.random.Generator,
 ) -> EnsembleState:
-    """Draws from `wide` where the density is not zero; the width shrinks while too few of them are.
+    """Draws from `wide` that are not hopeless; the width shrinks while too few of them are kept.
+
+    A draw is hopeless when its density is zero, or so far below the best draw's that an overdispersed point
+    of the posterior would not be: such a walker climbs the nearest side peak, however small, and stays.
 
     Raises InputError when the density is zero at the mode itself and all around it.
     """
     kept = np.empty((0, len(mode)))
-    shrink = 1.0
+    shrink, best = 1.0, -np.inf
     while len(kept) < walkers:
         if shrink < SMALLEST_START:
             raise InputError(
@@ -228,7 +233,10 @@ def _possible_start(
                 "give a model closer to the data, its modes in order of frequency"
             )
         drawn = mode + (wide.sample(2 * walkers, rng) - mode) * shrink
-        kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
+        log_density = density(drawn)
+        best = max(best, float(np.max(log_density)))
+        hopeful = np.isfinite(log_density) & (log_density > best - HOPELESS * len(mode))
+        kept = np.concatenate([kept, drawn[hopeful]])
         shrink *= 0.8
     return start_ensemble(kept[:walkers], density, int(rng.integers(2**63)))
 
