@@ -218,6 +218,11 @@ def sample_command(parsed: argparse.Namespace) -> None:
     inference.posterior.write(out, records)
     discard_checkpoint(parsed.checkpoint)
     say_verdict(inference.posterior, parsed.quiet)
+    if not inference.residuals.explained:
+        warn(
+            f"the model explains little of the records (fit {inference.residuals.fit_percent:.0f} %):"
+            " the noise model carries the rest"
+        )
     if not inference.residuals.white:
         failed = [test for test in inference.residuals.tests if not test.passed]
         warn(f"the residuals are not white: {failed[0].name}: {failed[0].meaning}")

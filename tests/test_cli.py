@@ -283,10 +283,18 @@ def test_resume_without_a_checkpoint_starts_anew_and_says_so(
 
 
 def program(*arguments: str, **options: Any) -> subprocess.Popen[str]:
-    """The installed program as a process of its own, its output read as text."""
+    """The installed program as a process of its own, its output read as text.
+
+    Ctrl-C reaches it even where the tests themselves run in the background, which would have it ignored.
+    """
     path = Path(sys.executable).with_name("bayes-hw")
     return subprocess.Popen(
-        [path, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+        [path, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        **options,
     )
 
 

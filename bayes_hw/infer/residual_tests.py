@@ -9,12 +9,14 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.noise import autoregression_from_partial, burg
 from bayes_hw.identify.output_error import whitened
 from bayes_hw.record import Record
 
 SIGNIFICANCE = 0.01
 LARGEST_LAG = 25
+LEAST_FIT_PERCENT = 50.0
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class ResidualReport:
     """Residuals of all records, whitened by the noise model, and the tests of them.
 
     `residuals` and `innovations` are one array a record, (samples,), output units; `autocorrelation` (lags,)
-    is that of the innovations from lag 0, `bound` its two-sided 95 % bound for white noise.
+    is that of the innovations from lag 0, `bound` its two-sided 95 % bound for white noise. `fit_percent`
+    is the smallest fit (eq. 14) of the simulated output on any record.
     """
 
     residuals: list[FloatArray]
@@ -41,14 +44,21 @@ class ResidualReport:
     autocorrelation: FloatArray
     bound: float
     tests: tuple[ResidualTest, ...]
+    fit_percent: float
 
     @property
     def white(self) -> bool:
         """Whether the innovations pass the tests of the model's structure (not that of normality)."""
         return all(test.passed for test in self.tests if test.name != NORMALITY)
 
+    @property
+    def explained(self) -> bool:
+        """Whether the model, not its noise, explains the records: white innovations alone do not say so."""
+        return self.fit_percent >= LEAST_FIT_PERCENT
+
     def to_dict(self) -> dict[str, object]:
         return {
+            "fit_percent": float(self.fit_percent),
             "white": bool(self.white),
             "tests": [
                 {
@@ -93,7 +103,8 @@ def examine_residuals(
         ),
         _jarque_bera(np.concatenate(innovations)),
     )
-    return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests)
+    fit = min(fit_percent(record.y, record.y - e) for record, e in zip(records, residuals, strict=True))
+    return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests, fit)
 
 
 def _autocorrelation(segments: Sequence[FloatArray], lags: int) -> FloatArray:

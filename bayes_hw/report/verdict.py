@@ -31,6 +31,11 @@ def verdict(analysis: Analysis) -> str:
         sentences.append(
             "Model and records disagree: " + "; ".join(test.meaning for test in disagreements) + "."
         )
+    if not analysis.dominant.residuals.explained:
+        fit = analysis.dominant.residuals.fit_percent
+        sentences.append(
+            f"The model explains little of the records (fit {fit:.0f} %): the noise model carries the rest."
+        )
     sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
     if analysis.everything is not None and posterior.converged:
         ratio = widest_ratio(posterior.summaries, analysis.everything.posterior.summaries)

@@ -118,3 +118,13 @@ def test_constant_command_says_nothing() -> None:
     report = examined(np.random.default_rng(8).standard_normal(400), np.full(400, 0.5))
     assert report.tests[COMMAND].passed and report.tests[MAGNITUDE].passed
     assert set(report.to_dict()) == {"white", "tests"}
+
+
+def test_a_model_that_explains_nothing_is_said_to(small_record: Record) -> None:
+    """White residuals as large as the output itself do not pass for a model."""
+    noise = np.random.default_rng(5).standard_normal(len(small_record))
+    for share, explained in ((0.05, True), (1.0, False)):
+        residual = share * float(np.std(small_record.y)) * noise
+        found = examine_residuals([small_record], [residual], np.zeros(0))
+        assert found.explained is explained
+        assert found.fit_percent == pytest.approx(100 * (1 - share), abs=5)

@@ -46,7 +46,7 @@ def analysis(small_axis: HammersteinWiener) -> Analysis:
         [held_out],
         np.random.default_rng(1),
         model=replace(small_axis, name=HOSTILE, units=units),
-        settings=SamplerSettings(walkers=16, max_steps=50),
+        settings=SamplerSettings(walkers=16, max_steps=25),
         free_all=False,
     )
 

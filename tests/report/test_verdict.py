@@ -39,7 +39,10 @@ def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=Tru
     test = ResidualTest("white (Ljung-Box, 25 lags)", 1.0, 0.5, passed, "correlation in time is left")
     blocks = ("saturation.lower", "saturation.upper", "dead_zone")
     return SimpleNamespace(
-        dominant=SimpleNamespace(posterior=posterior, residuals=SimpleNamespace(tests=(test,), white=passed)),
+        dominant=SimpleNamespace(
+            posterior=posterior,
+            residuals=SimpleNamespace(tests=(test,), white=passed, explained=True, fit_percent=90.0),
+        ),
         everything=None,
         identification=SimpleNamespace(
             blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks}
