@@ -103,8 +103,13 @@ def examine_residuals(
         ),
         _jarque_bera(np.concatenate(innovations)),
     )
-    fit = min(fit_percent(record.y, record.y - e) for record, e in zip(records, residuals, strict=True))
+    fit = min(_fit(record.y, e) for record, e in zip(records, residuals, strict=True))
     return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests, fit)
+
+
+def _fit(y: FloatArray, residual: FloatArray) -> float:
+    """Fit percentage of one record; 0 for a constant output, which no model can be said to explain."""
+    return fit_percent(y, y - residual) if np.ptp(y) > 0 else 0.0
 
 
 def _autocorrelation(segments: Sequence[FloatArray], lags: int) -> FloatArray:
