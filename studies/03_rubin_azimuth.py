@@ -7,10 +7,8 @@ the data is absent.
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
-from study import SHARED_DATA, headline, start_study
+from study import SHARED_DATA, headline, skip_without, start_study
 
 from bayes_hw.analysis import analyse
 from bayes_hw.infer.sampler import SamplerSettings
@@ -22,9 +20,7 @@ RATE_HZ = 10.0
 
 def main() -> None:
     study = start_study("03_rubin_azimuth", __doc__)
-    if not DATA.is_file():
-        print(f"skipped: {DATA} is absent")
-        sys.exit(0)
+    skip_without(DATA)
     record = Record.read(
         DATA,
         columns=Columns("timestamp", "demandVelocity", "actualPosition"),

@@ -9,10 +9,8 @@ open-loop simulation errors are on another record. Skipped where the data is abs
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
-from study import SHARED_DATA, headline, start_study
+from study import SHARED_DATA, headline, skip_without, start_study
 
 from bayes_hw.analysis import analyse
 from bayes_hw.infer.sampler import SamplerSettings
@@ -25,9 +23,7 @@ TRAINING_SHARE = 0.6
 
 def main() -> None:
     study = start_study("04_emps", __doc__)
-    if not DATA.is_file():
-        print(f"skipped: {DATA} is absent")
-        sys.exit(0)
+    skip_without(DATA)
     record = Record.read(
         DATA,
         columns=Columns("t", "vir", "qm"),

@@ -92,6 +92,13 @@ def start_study(name: str, question: str | None) -> Study:
     )
 
 
+def skip_without(data: Path) -> None:
+    """End the study, saying why, where its measured data is absent."""
+    if not data.is_file():
+        print(f"skipped: {data} is absent")
+        sys.exit(0)
+
+
 def headline(analysis: Analysis) -> dict[str, Any]:
     """The numbers of an analysis that a results file keeps."""
     posterior = analysis.dominant.posterior

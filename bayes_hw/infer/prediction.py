@@ -8,9 +8,9 @@ import numpy as np
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.errors import InputError
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
+from bayes_hw.infer.inference import check_rates
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
@@ -23,7 +23,6 @@ FEWEST_START_SAMPLES = 20
 START_ROUNDS = 5
 START_STEP = 1e-4
 START_CONDITION = 1e-6
-RATE_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +83,7 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
 
     Raises InputError when the sample rates differ.
     """
-    model = posterior.axis.model
-    if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
-        raise InputError(
-            f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at "
-            f"{model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
-        )
+    check_rates(posterior.axis.model, [record])
     draws = posterior.draws(DRAWS, rng)
     n_axis = len(posterior.axis.parameters)
     sigma = draws[:, n_axis]
