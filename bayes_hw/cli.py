@@ -9,9 +9,17 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from bayes_hw import __version__
+from bayes_hw.commands.options import (
+    FREE_HELP,
+    add_common,
+    add_output,
+    add_record_options,
+    add_sampling,
+    add_start,
+)
 from bayes_hw.errors import InputError
 from bayes_hw.report.plain_text import visible
 
@@ -32,6 +40,9 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 --output. Exit status: 0 done, 2 bad input or usage (one line on stderr), 1 anything else.
 """
 
+
+MODULES: tuple[Any, ...] = ()
+"""Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
 """Name of the folder in --out that keeps an unfinished run."""
@@ -74,10 +85,10 @@ def build_parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records to validate on, not fitted to"
     )
-    _add_output(sub, "folder for model.json and fit.json")
-    _add_record_options(sub)
-    _add_start(sub)
-    _add_common(sub)
+    add_output(sub, "folder for model.json and fit.json")
+    add_record_options(sub)
+    add_start(sub)
+    add_common(sub)
 
     sub = command(
         "sample",
@@ -88,12 +99,12 @@ def build_parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "--model", required=True, metavar="MODEL.json", help="the model that priors are centred on"
     )
-    _add_output(sub, "folder for posterior.nc and posterior.json")
-    _add_record_options(sub)
-    _add_start(sub)
-    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=_FREE_HELP)
-    _add_sampling(sub)
-    _add_common(sub)
+    add_output(sub, "folder for posterior.nc and posterior.json")
+    add_record_options(sub)
+    add_start(sub)
+    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
+    add_sampling(sub)
+    add_common(sub)
 
     sub = command(
         "simulate",
@@ -102,9 +113,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
     sub.add_argument("--model", required=True, metavar="MODEL.json")
-    _add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
-    _add_record_options(sub)
-    _add_common(sub)
+    add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
+    add_record_options(sub)
+    add_common(sub)
 
     sub = command(
         "predict",
@@ -113,9 +124,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
     sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
-    _add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
-    _add_record_options(sub)
-    _add_common(sub)
+    add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
+    add_record_options(sub)
+    add_common(sub)
 
     sub = command(
         "report",
@@ -128,68 +139,17 @@ def build_parser() -> argparse.ArgumentParser:
     )
     sub.add_argument("--model", metavar="MODEL.json", help="start from this model instead of identifying one")
     sub.add_argument("--title", default="", help="title of the report")
-    _add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
-    _add_record_options(sub)
-    _add_start(sub)
-    _add_sampling(sub)
-    _add_common(sub)
+    add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
+    add_record_options(sub)
+    add_start(sub)
+    add_sampling(sub)
+    add_common(sub)
+
+    for module in MODULES:
+        sub = command(module.NAME, module.SUMMARY, module.EXAMPLE)
+        module.add_arguments(sub)
+        sub.set_defaults(run=module.run)
     return parser
-
-
-_FREE_HELP = (
-    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
-    "all: every pole and zero of G as well"
-)
-
-
-def _add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
-    parser.add_argument("--out", required=True, metavar=metavar, help=text)
-
-
-def _add_record_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("how to read the records")
-    group.add_argument("--time", default="t", metavar="NAME", help="time column in s (default t), or none")
-    group.add_argument("--input", default="u", metavar="NAME", help="command column (default u)")
-    group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
-    group.add_argument("--sample-rate", type=float, metavar="HZ", help="needed where there is no time column")
-    group.add_argument(
-        "--resample",
-        type=float,
-        metavar="HZ",
-        help="put records with uneven time stamps, or another rate, on this rate",
-    )
-    group.add_argument("--input-unit", metavar="UNIT", help="unit of the command (default deg/s)")
-    group.add_argument("--output-unit", metavar="UNIT", help="unit of the output (default deg)")
-
-
-def _add_start(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--start",
-        choices=("rest", "free"),
-        default="rest",
-        help="rest (default): every record starts at rest at zero; free: its initial state is estimated",
-    )
-
-
-def _add_sampling(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("sampling")
-    group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
-    group.add_argument(
-        "--walkers", type=int, metavar="N", help="walkers of an ensemble (default by dimension)"
-    )
-    group.add_argument("--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here")
-    group.add_argument(
-        "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
-    )
-    group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
-
-
-def _add_common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=int, default=1, help="seed of every random number (default 1)")
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="threads (default: all cores)"
-    )
-    parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -202,7 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     parsed = build_parser().parse_args(given)
     parsed.command_line = shlex.join(["bayes-hw", *given])
-    parsed.checkpoint = Path(parsed.out) / CHECKPOINT_FOLDER
+    parsed.checkpoint = Path(getattr(parsed, "out", "")) / CHECKPOINT_FOLDER
     try:
         from bayes_hw import commands
 

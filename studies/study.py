@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bayes_hw.analysis import Analysis
-from bayes_hw.commands import write_analysis
+from bayes_hw.commands.axis import write_analysis
 from bayes_hw.executor import Executor, make_executor
 from bayes_hw.files import write_text_atomically
 from bayes_hw.progress import Progress

@@ -1,19 +1,20 @@
-"""What each command of the command line does."""
+"""The commands on one axis: identify, sample, simulate, predict, report."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import os
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
+from bayes_hw.commands.inputs import read_records, sampler_settings
+from bayes_hw.commands.speech import say, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import check_output_file, check_output_folder, write_text_atomically
@@ -22,89 +23,14 @@ from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.inference import check_rates, discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_coverage, predict
-from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
-from bayes_hw.record import Columns, Record, Units
-from bayes_hw.report.plain_text import visible
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
 LONGEST_NAME = 200
 """Bytes of a record's name that still fit into the name of a file."""
-
-
-def run(parsed: argparse.Namespace) -> None:
-    """Run the command that `parsed` names.
-
-    Beside the options it holds `command_line` and `checkpoint`, the folder that keeps an unfinished run.
-    Raises InputError on bad input, before anything is written.
-    """
-    if parsed.jobs < 1:
-        raise InputError(f"--jobs {parsed.jobs}: must be one or more")
-    if parsed.seed < 0:
-        raise InputError(f"--seed {parsed.seed}: must be zero or more")
-    if not parsed.out:
-        raise InputError("--out: is empty; name a place for the results")
-    try:
-        COMMANDS[parsed.command](parsed)
-    except np.linalg.LinAlgError as error:
-        named = [parsed.record] if "record" in parsed else parsed.records
-        raise InputError(
-            f"{', '.join(named)}: no fit is possible in floating point ({error}); "
-            "check the units of the records and of the model"
-        ) from None
-
-
-def read_records(
-    parsed: argparse.Namespace, paths: Sequence[str], units: Units | None = None
-) -> list[Record]:
-    """The records at `paths` as the options say; `units` are the model's, where there is one.
-
-    Raises InputError when an option gives another unit than the model has.
-    """
-    for option, given, of_model in (
-        ("--input-unit", parsed.input_unit, units and units.input),
-        ("--output-unit", parsed.output_unit, units and units.output),
-    ):
-        if given is not None and of_model is not None and given != of_model:
-            raise InputError(
-                f"{option} {given}: the model is in {of_model}; give records in the model's unit"
-            )
-    base = units or Units()
-    chosen = replace(base, input=parsed.input_unit or base.input, output=parsed.output_unit or base.output)
-    columns = Columns(
-        time=None if parsed.time == "none" else parsed.time, input=parsed.input, output=parsed.output
-    )
-    return [
-        Record.read(
-            path,
-            columns=columns,
-            sample_rate_hz=parsed.sample_rate,
-            resample_hz=parsed.resample,
-            units=chosen,
-        )
-        for path in paths
-    ]
-
-
-def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
-    """The sampler's settings from the options, checked."""
-    if parsed.ensembles < 4:
-        raise InputError(f"--ensembles {parsed.ensembles}: convergence needs four or more")
-    if parsed.walkers is not None and (parsed.walkers < 16 or parsed.walkers % 2):
-        raise InputError(f"--walkers {parsed.walkers}: must be even, 16 or more")
-    if parsed.max_steps < 50:
-        raise InputError(f"--max-steps {parsed.max_steps}: must be 50 or more")
-    if not parsed.target_ess > 0:
-        raise InputError(f"--target-ess {parsed.target_ess:g}: must be positive")
-    return SamplerSettings(
-        ensembles=parsed.ensembles,
-        walkers=parsed.walkers,
-        max_steps=parsed.max_steps,
-        target_ess=parsed.target_ess,
-    )
 
 
 def identify_command(parsed: argparse.Namespace) -> None:
@@ -297,16 +223,6 @@ def say_whether_resumed(parsed: argparse.Namespace) -> None:
     """A warning where --resume finds nothing to go on from."""
     if parsed.resume and not any(parsed.checkpoint.rglob("plan.h5")):
         warn(f"--resume: no checkpoint in {parsed.checkpoint}; started from the beginning")
-
-
-def say(message: str) -> None:
-    """One line on stdout."""
-    print(visible(message))
-
-
-def warn(message: str) -> None:
-    """One line on stderr."""
-    print(visible(f"bayes-hw: warning: {' '.join(message.split())}"), file=sys.stderr)
 
 
 COMMANDS: Mapping[str, Callable[[argparse.Namespace], None]] = {

@@ -1,0 +1,36 @@
+"""What each command of the command line does."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from bayes_hw.errors import InputError
+
+
+def run(parsed: argparse.Namespace) -> None:
+    """Run the command that `parsed` names.
+
+    Beside the options it holds `command_line` and `checkpoint`, the folder that keeps an unfinished run.
+    Raises InputError on bad input, before anything is written.
+    """
+    if parsed.jobs < 1:
+        raise InputError(f"--jobs {parsed.jobs}: must be one or more")
+    if parsed.seed < 0:
+        raise InputError(f"--seed {parsed.seed}: must be zero or more")
+    if "out" in parsed and not parsed.out:
+        raise InputError("--out: is empty; name a place for the results")
+    try:
+        if "run" in parsed:
+            parsed.run(parsed)
+        else:
+            from bayes_hw.commands.axis import COMMANDS
+
+            COMMANDS[parsed.command](parsed)
+    except np.linalg.LinAlgError as error:
+        named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
+        raise InputError(
+            f"{', '.join(named)}: no fit is possible in floating point ({error}); "
+            "check the units of the records and of the model"
+        ) from None

@@ -1,0 +1,66 @@
+"""Options that several commands share; light, so that --help answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+FREE_HELP = (
+    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
+    "all: every pole and zero of G as well"
+)
+
+
+def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
+    """--out, checked before anything is computed."""
+    parser.add_argument("--out", required=True, metavar=metavar, help=text)
+
+
+def add_record_options(parser: argparse.ArgumentParser) -> None:
+    """How columns, rates and units of the records are read."""
+    group = parser.add_argument_group("how to read the records")
+    group.add_argument("--time", default="t", metavar="NAME", help="time column in s (default t), or none")
+    group.add_argument("--input", default="u", metavar="NAME", help="command column (default u)")
+    group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
+    group.add_argument("--sample-rate", type=float, metavar="HZ", help="needed where there is no time column")
+    group.add_argument(
+        "--resample",
+        type=float,
+        metavar="HZ",
+        help="put records with uneven time stamps, or another rate, on this rate",
+    )
+    group.add_argument("--input-unit", metavar="UNIT", help="unit of the command (default deg/s)")
+    group.add_argument("--output-unit", metavar="UNIT", help="unit of the output (default deg)")
+
+
+def add_start(parser: argparse.ArgumentParser) -> None:
+    """--start rest or free."""
+    parser.add_argument(
+        "--start",
+        choices=("rest", "free"),
+        default="rest",
+        help="rest (default): every record starts at rest at zero; free: its initial state is estimated",
+    )
+
+
+def add_sampling(parser: argparse.ArgumentParser) -> None:
+    """Settings of the sampler, and --resume."""
+    group = parser.add_argument_group("sampling")
+    group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
+    group.add_argument(
+        "--walkers", type=int, metavar="N", help="walkers of an ensemble (default by dimension)"
+    )
+    group.add_argument("--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here")
+    group.add_argument(
+        "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
+    )
+    group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """--seed, --jobs and --quiet, which every command takes."""
+    parser.add_argument("--seed", type=int, default=1, help="seed of every random number (default 1)")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="threads (default: all cores)"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress")
