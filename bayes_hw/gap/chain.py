@@ -1,0 +1,158 @@
+"""An axis with effects: base parameters and settings in, w and y of a record out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.chain_kernel import simulate_chain
+from bayes_hw.gap.drive_train import (
+    ContinuousPoles,
+    DriveTrain,
+    TorqueSystem,
+    UnknownTrain,
+    continuous_poles,
+    realise,
+)
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+TORQUE_STEP = 0.004
+"""s; step of a simulation with torques that depend on the motion."""
+
+
+@dataclass(frozen=True)
+class Resonator:
+    """A further structural mode hung on the load: inertia over the load's, natural frequency, damping."""
+
+    inertia_ratio: float
+    frequency_hz: float
+    damping_ratio: float
+
+
+CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
+TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray, ComplexArray]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Poles and gains of the linear block as the compiled simulator wants them; shapes as there."""
+
+    command_path: CommandPath
+    torque_path: TorquePath
+    direct: float
+    delay_samples: int
+    rate: float
+
+    def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """w and y (samples,) of the command u (samples,) under `settings` (see `bayes_hw.gap.settings`)."""
+        w, y = np.empty(len(u)), np.empty(len(u))
+        torques = bool(np.any(settings[list(S.TORQUES)] != 0))
+        substeps = max(1, int(np.ceil(1 / (self.rate * TORQUE_STEP)))) if torques else 1
+        if settings[S.EXTRA_DELAY] != 0 or np.isfinite(settings[S.COMMAND_RATE]):
+            substeps = max(substeps, 8)
+        simulate_chain(
+            np.ascontiguousarray(u, np.float64),
+            self.delay_samples,
+            self.rate,
+            substeps,
+            self.command_path,
+            self.torque_path,
+            self.direct,
+            settings,
+            w,
+            y,
+        )
+        return w, y
+
+
+class ChainBuilder:
+    """Builds chains from base parameter vectors (those of `AxisParameters`, dominant)."""
+
+    def __init__(self, model: HammersteinWiener) -> None:
+        self.model = model
+        self.axis = AxisParameters(model)
+        system = self._system(self.axis.nominal)
+        self.continuous = system is not None
+        self.train = realise(system, model.sample_rate_hz) if system is not None else None
+
+    def realised_at(self, values: FloatArray) -> None:
+        """Read the drive train back from G at base parameters `values` (parameters,)."""
+        if self.train is not None and (system := self._system(values)) is not None:
+            self.train = realise(system, self.model.sample_rate_hz, self.train) or self.train
+
+    def _system(self, values: FloatArray) -> ContinuousPoles | None:
+        batch = self.axis.linear_batch(values[:, None])
+        real, pairs, _ = batch.residues()
+        return continuous_poles(
+            batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], self.model.sample_rate_hz
+        )
+
+    def chain(self, values: FloatArray, resonator: Resonator | None = None) -> Chain:
+        """The linear block at base parameters `values` (parameters,), with a resonator on the load if given."""
+        system = self._system(values)
+        assert system is not None
+        paths: DriveTrain | UnknownTrain = self.train or UnknownTrain()
+        s, r = system.poles, system.residues
+        if resonator is not None and resonator.inertia_ratio > 0:
+            s, r = _with_resonator(system, paths, resonator)
+        outputs = np.concatenate([r[None], r * paths.ratios(s)])
+        real = s.imag == 0
+        return Chain(
+            (
+                np.ascontiguousarray(s[real].real),
+                np.ascontiguousarray(outputs[:, real].real),
+                np.ascontiguousarray(s[~real]),
+                np.ascontiguousarray(outputs[:, ~real]),
+            ),
+            _torque_path(paths.torque_system(system)),
+            0.0,
+            self.model.linear.delay_samples,
+            self.model.sample_rate_hz,
+        )
+
+
+def _torque_path(torques: TorqueSystem) -> TorquePath:
+    real = torques.poles.imag == 0
+    return (
+        np.ascontiguousarray(torques.poles[real].real),
+        np.ascontiguousarray(torques.inputs[:, real].real),
+        np.ascontiguousarray(torques.outputs[:, real].real),
+        np.ascontiguousarray(torques.poles[~real]),
+        np.ascontiguousarray(torques.inputs[:, ~real]),
+        np.ascontiguousarray(torques.outputs[:, ~real]),
+    )
+
+
+def _with_resonator(
+    system: ContinuousPoles, paths: DriveTrain | UnknownTrain, resonator: Resonator
+) -> tuple[ComplexArray, ComplexArray]:
+    """Poles and residues of G with a resonator on the load: G / (1 + X H), H from load torque to w.
+
+    X = mu s^2 (omega^2 + 2 zeta omega s) / (s^2 + 2 zeta omega s + omega^2) is the torque per angle that the
+    resonator takes (a tuned mass; Den Hartog, Mechanical Vibrations, section 3.2).
+    """
+    every = np.concatenate([system.poles, system.poles[system.real == 0].conj()])
+    residues = np.concatenate([system.residues, system.residues[system.real == 0].conj()])
+    ratio = paths.load_torque_ratio(system.poles)
+    by_load = residues * np.concatenate([ratio, ratio[system.real == 0].conj()])
+    omega = 2 * np.pi * resonator.frequency_hz
+    spring = np.array([2 * resonator.damping_ratio * omega, omega**2])
+    own = np.concatenate([[1.0], spring])
+    denominator = np.real(np.poly(every))
+    numerator, load_numerator = (
+        np.real(sum(c * np.poly(np.delete(every, i)) for i, c in enumerate(gains)))
+        for gains in (residues, by_load)
+    )
+    taken = resonator.inertia_ratio * np.polymul(np.concatenate([spring, [0.0, 0.0]]), load_numerator)
+    closed = np.polyadd(np.polymul(denominator, own), taken)
+    poles = np.roots(closed)
+    poles[np.argmin(np.abs(poles))] = 0.0 if np.any(system.poles == 0) else poles[np.argmin(np.abs(poles))]
+    slope = np.polyval(np.polyder(closed), poles)
+    found = np.polyval(np.polymul(numerator, own), poles) / slope
+    keep = poles.imag >= 0
+    return poles[keep], found[keep]

@@ -1,0 +1,271 @@
+"""The torque-level drive train behind a given G(z).
+
+Where the poles and zeros of G are those of a motor with a proportional-integral velocity loop, a gear
+compliance, a load and one structural mode hung on it, its stiffnesses can be read back from G. In units of
+acceleration, with v the limited command and theta_m, theta, theta_s the angles of motor, load and structure:
+
+    theta_m'' = kp (v - theta_m') + ki (integral of v - theta_m) - km tau + torque_motor
+    theta''   = kl tau - bl theta' - ks (psi + cs psi') + torque_load
+    theta_s'' = kss (psi + cs psi'),        tau = phi + c phi',   phi = theta_m - theta,   psi = theta - theta_s
+    w         = gain theta
+    (angles and torques below are in units of w, that is, times gain)
+
+(two-inertia drives: Schuetz and Thyen, doi 10.1002/9783527691807; PI velocity loop with integrating position).
+The effects that act as torques need the paths from a torque to w and from the command to the motor's
+speed. Both have the poles of G, and at a pole the ratio of two paths is a ratio of polynomials, so that G
+itself stays exactly as given and the drive train supplies ratios only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+
+FREQUENCIES = 40
+LARGEST_MISFIT = 0.05
+"""Relative misfit of the frequency response above which G is not that of this drive train."""
+
+MISFIT_ROUNDS = 6
+USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
+"""How far drives stray from the usual proportions: kp, ki, km, kl, ks, kss, c, cs, bl, gain."""
+
+VELOCITY_LOOP_CORNER = 10.0
+"""rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
+
+MOTOR_TORQUE, LOAD_TORQUE = range(2)
+W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
+
+
+class ContinuousPoles(NamedTuple):
+    """G as sum of residue / (s - pole) in continuous time, upper poles of each pair only; shapes (n,).
+
+    `real` is true where the pole is real.
+    """
+
+    poles: ComplexArray
+    residues: ComplexArray
+    real: FloatArray
+
+    def response(self, s: ComplexArray) -> ComplexArray:
+        """G(s), shape of `s`."""
+        total = np.zeros_like(s)
+        for pole, residue, real in zip(self.poles, self.residues, self.real, strict=True):
+            total = total + residue / (s - pole)
+            if not real:
+                total = total + np.conj(residue) / (s - np.conj(pole))
+        return total
+
+
+class TorqueSystem(NamedTuple):
+    """States that torques drive: poles (n,), input gains (2, n), output gains (4, n); upper poles of pairs."""
+
+    poles: ComplexArray
+    inputs: ComplexArray
+    outputs: ComplexArray
+
+
+@dataclass(frozen=True)
+class UnknownTrain:
+    """Torque paths where G is not that of the drive train above: G itself behind a velocity loop.
+
+    A torque is rejected below the corner of the loop: its path is s / (s + corner) G. Motor and load move as
+    one.
+    """
+
+    corner: float = VELOCITY_LOOP_CORNER
+
+    def torque_system(self, system: ContinuousPoles) -> TorqueSystem:
+        """The paths of both torques, from the poles and residues of G."""
+        s = np.concatenate([system.poles, [-self.corner + 0j]])
+        at_corner = -self.corner * system.response(np.array([-self.corner + 0j]))
+        residues = np.concatenate([system.residues * system.poles / (system.poles + self.corner), at_corner])
+        ones = np.ones_like(s)
+        return TorqueSystem(s, np.array([ones, ones]), residues * np.array([ones, ones, s, s]))
+
+    def ratios(self, s: ComplexArray) -> ComplexArray:
+        return np.array([np.ones_like(s), s, s], dtype=np.complex128)
+
+    def load_torque_ratio(self, s: ComplexArray) -> ComplexArray:
+        """Path from load torque to w over that from v to w (n,) at the poles `s` (n,)."""
+        return s / (s + self.corner)
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        """(km, kl) in 1/s^2: the acceleration of motor and load for a unit of torsion."""
+        return self.corner**2, self.corner**2
+
+    @property
+    def contact_damping(self) -> float:
+        return 0.0
+
+
+@dataclass(frozen=True)
+class DriveTrain:
+    """The drive train of the module's docstring; `logs` holds log(kp, ki, km, kl, ks, kss, c, cs, bl, gain).
+
+    Shape (10,); units 1/s for kp, bl, 1/s^2 for ki and the stiffnesses, s for c and cs.
+    """
+
+    logs: FloatArray
+    sign: float
+    misfit: float
+
+    def polynomials(self, s: ComplexArray) -> tuple[ComplexArray, ...]:
+        """Motor M, load L, structure S, coupling C = 1 + c s, structural coupling at `s`, and kp s + ki."""
+        kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(self.logs)
+        coupling, structural = 1 + c * s, 1 + cs * s
+        motor = s**2 + kp * s + ki + km * coupling
+        load = s**2 + bl * s + kl * coupling + ks * structural
+        structure = s**2 + kss * structural
+        return motor, load, structure, coupling, structural, kp * s + ki
+
+    def response(self, s: ComplexArray) -> ComplexArray:
+        """w per v at `s`."""
+        _, _, km, kl, ks, kss, *_, gain = np.exp(self.logs)
+        motor, load, structure, coupling, structural, loop = self.polynomials(s)
+        determinant = (
+            motor * (load * structure - ks * kss * structural**2) - km * kl * coupling**2 * structure
+        )
+        return self.sign * gain * loop * kl * coupling * structure / (s * determinant)
+
+    def torque_system(self, system: ContinuousPoles) -> TorqueSystem:  # noqa: ARG002
+        """The paths of both torques, from the poles of the drive train itself.
+
+        Its characteristic polynomial is M (L S - ks kss C_s^2) - km kl C^2 S; the integrator of the command
+        does not answer to torques.
+        """
+        kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(self.logs)
+        coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
+        motor = np.array([1.0, kp + km * c, ki + km])
+        load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
+        structure = np.array([1.0, kss * cs, kss])
+        hung = np.polysub(np.polymul(load, structure), ks * kss * np.polymul(structural, structural))
+        coupled = np.polymul(coupling, coupling)
+        whole = np.polysub(np.polymul(motor, hung), km * kl * np.polymul(coupled, structure))
+        s = np.roots(whole)
+        s = s[s.imag >= 0]
+        slope = np.polyval(np.polyder(whole), s)
+        angle = {
+            (MOTOR_TORQUE, MOTOR_ANGLE): hung,
+            (LOAD_TORQUE, MOTOR_ANGLE): km * np.polymul(coupling, structure),
+            (MOTOR_TORQUE, W): kl * np.polymul(coupling, structure),
+            (LOAD_TORQUE, W): np.polymul(motor, structure),
+        }
+        by_motor = np.array([np.polyval(angle[MOTOR_TORQUE, kind], s) / slope for kind in (W, MOTOR_ANGLE)])
+        load_over_motor = np.polyval(angle[LOAD_TORQUE, W], s) / np.polyval(angle[MOTOR_TORQUE, W], s)
+        inputs = np.array([np.ones_like(s), load_over_motor])
+        return TorqueSystem(s, inputs, np.array([by_motor[0], by_motor[1], s * by_motor[1], s * by_motor[0]]))
+
+    def ratios(self, s: ComplexArray) -> ComplexArray:
+        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""
+        _, _, _, kl, ks, kss, *_ = np.exp(self.logs)
+        _, load, structure, coupling, structural, _ = self.polynomials(s)
+        angle = (load - ks * kss * structural**2 / structure) / (kl * coupling)
+        return np.array([angle, s * angle, s], dtype=np.complex128)
+
+    def load_torque_ratio(self, s: ComplexArray) -> ComplexArray:
+        """Path from load torque to w over that from v to w (n,) at the poles `s` (n,) of G."""
+        motor, _, _, coupling, _, loop = self.polynomials(s)
+        return self.sign * np.exp(-self.logs[-1]) * s * motor / (loop * np.exp(self.logs[3]) * coupling)
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        """(km, kl) in 1/s^2: the acceleration of motor and load for a unit of torsion."""
+        return float(np.exp(self.logs[2])), float(np.exp(self.logs[3]))
+
+    @property
+    def contact_damping(self) -> float:
+        return float(np.exp(self.logs[6]))
+
+
+def continuous_poles(
+    real_poles: FloatArray,
+    pair_poles: ComplexArray,
+    real_residues: FloatArray,
+    pair_residues: ComplexArray,
+    rate: float,
+) -> ContinuousPoles | None:
+    """The continuous-time system whose zero-order-hold equivalent has the given poles and residues.
+
+    None where a real pole is not positive, which no continuous system has. A pole p = exp(s / rate) with
+    residue r has the continuous residue r s / (p - 1).
+    """
+    if np.any(real_poles <= 0):
+        return None
+    p = np.concatenate([real_poles.astype(np.complex128), pair_poles])
+    r = np.concatenate([real_residues.astype(np.complex128), pair_residues])
+    s = np.log(p) * rate
+    integrator = np.abs(p - 1) < 1e-9
+    s = np.where(integrator, 0, s)
+    safe = np.where(integrator, 2, p)
+    residues = r * np.where(integrator, rate, s / (safe - 1))
+    real = np.concatenate([np.ones(len(real_poles)), np.zeros(len(pair_poles))])
+    return ContinuousPoles(s, residues, real)
+
+
+def realise(system: ContinuousPoles, rate: float, start: DriveTrain | None = None) -> DriveTrain | None:
+    """The drive train with the frequency response of `system`, or None where there is none near.
+
+    Least squares of the log response from 0.02 Hz to the folding frequency, from `start` or from usual
+    proportions of a drive. G whose modes are a little off is no drive train exactly, and the stiffnesses it
+    shows least would then take up its errors: the misfit that remains is their noise, against which the usual
+    proportions hold them. An exact G has no misfit and is realised exactly. It needs an integrator, two modes
+    and two more real poles.
+    """
+    if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
+        return None
+    s = 1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES)
+    target = system.response(s)
+    sign = float(np.sign((target * s)[0].real))
+    usual = _usual_logs(system, target, s)
+    logs, misfit = usual if start is None else start.logs, 0.03 if start is None else max(start.misfit, 1e-7)
+    for _ in range(MISFIT_ROUNDS if start is None else 2):
+        logs, misfit = _matched(logs, usual, misfit, s, target, sign)
+        if misfit > LARGEST_MISFIT:
+            return None
+    return DriveTrain(logs, sign, misfit)
+
+
+def _matched(
+    logs: FloatArray, usual: FloatArray, misfit: float, s: ComplexArray, target: ComplexArray, sign: float
+) -> tuple[FloatArray, float]:
+    """Stiffnesses fitted to the response with `misfit` as its noise, and the misfit that they leave."""
+
+    def difference(values: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            ratio = np.log(DriveTrain(values, sign, 0.0).response(s) / target)
+        ratio = np.where(np.isfinite(ratio), ratio, 10.0)
+        return np.concatenate([ratio.real, ratio.imag])
+
+    def residual(values: FloatArray) -> FloatArray:
+        return np.concatenate([difference(values) / (3 * misfit), (values - usual) / USUAL_LOG_SD])
+
+    found = least_squares(residual, logs, method="lm", max_nfev=200).x
+    return found, max(float(np.sqrt(np.mean(difference(found) ** 2))), 1e-7)
+
+
+def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:
+    """Logs of a drive with usual proportions to its own poles."""
+    pairs = system.poles[system.real == 0]
+    first, second = pairs[np.argsort(np.abs(pairs))]
+    slow, fast = np.sort(np.abs(system.poles[system.real == 1]))[1:]
+    gain = abs(target[0] * s[0])
+    return np.log(
+        [
+            fast,
+            0.9 * fast * slow,
+            0.9 * abs(second) ** 2,
+            1.25 * abs(first) ** 2,
+            0.6 * abs(first) ** 2,
+            0.9 * abs(second) ** 2,
+            -0.6 * first.real / abs(first) ** 2,
+            -1.4 * second.real / abs(second) ** 2,
+            -0.3 * first.real,
+            gain,
+        ]
+    )

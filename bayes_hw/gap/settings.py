@@ -1,0 +1,77 @@
+"""The numbered settings of the compiled chain simulator, with the values that leave an axis as it is.
+
+An effect turns its parameters into some of these; the base parameters into the first few. `NEUTRAL` is an
+axis without any effect, limits or dead zone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+
+(
+    LOWER,
+    UPPER,
+    DEAD_ZONE,
+    EXTRA_DELAY,
+    COMMAND_RATE,
+    LIMIT_DEPTH,
+    LIMIT_PERIOD,
+    LIMIT_PHASE,
+    BIAS,
+    GAIN_CHANGE,
+    GAIN_TIME,
+    MOTOR_FRICTION,
+    MOTOR_STATIC,
+    MOTOR_STRIBECK_SPEED,
+    MOTOR_SMOOTHING,
+    MOTOR_PRESLIDING,
+    LOAD_FRICTION,
+    LOAD_SMOOTHING,
+    RIPPLE,
+    RIPPLE_PERIOD,
+    RIPPLE_PHASE,
+    LOAD_RIPPLE,
+    LOAD_RIPPLE_PERIOD,
+    LOAD_RIPPLE_PHASE,
+    CUBIC,
+    GAP,
+    CONTACT_DAMPING,
+    MOTOR_STIFFNESS,
+    LOAD_STIFFNESS,
+    PLAY,
+    ECCENTRICITY,
+    ECCENTRICITY_PERIOD,
+    ECCENTRICITY_PHASE,
+    GAIN_RATIO,
+    DRIFT_RATE,
+    DRIFT_SETTLING,
+    DRIFT_TIME,
+) = range(37)
+
+COUNT = 37
+
+NEUTRAL: FloatArray = np.zeros(COUNT)
+NEUTRAL[[LOWER, UPPER]] = -np.inf, np.inf
+NEUTRAL[COMMAND_RATE] = np.inf
+NEUTRAL[GAIN_RATIO] = 1.0
+NEUTRAL[
+    [
+        LIMIT_PERIOD,
+        GAIN_TIME,
+        MOTOR_STRIBECK_SPEED,
+        MOTOR_SMOOTHING,
+        LOAD_SMOOTHING,
+        RIPPLE_PERIOD,
+        LOAD_RIPPLE_PERIOD,
+    ]
+] = 1.0
+NEUTRAL[[ECCENTRICITY_PERIOD, DRIFT_TIME]] = 1.0
+NEUTRAL.setflags(write=False)
+
+TORQUES = (MOTOR_FRICTION, LOAD_FRICTION, RIPPLE, LOAD_RIPPLE, CUBIC, GAP)
+"""Settings that need the drive train's inner motion, and with it short steps."""
+
+WITHIN_SAMPLE = (EXTRA_DELAY,)
+"""Settings that change the command between samples."""
