@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain_kernel import simulate_chain
 from bayes_hw.gap.drive_train import (
@@ -21,7 +22,12 @@ from bayes_hw.gap.drive_train import (
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-TORQUE_STEP = 0.004
+STATIC_COUNT = 3
+"""Base parameters before those of G: both limits and the dead zone."""
+
+KEPT = 24
+
+TORQUE_STEP = 0.01
 """s; step of a simulation with torques that depend on the motion."""
 
 
@@ -47,6 +53,8 @@ class Chain:
     direct: float
     delay_samples: int
     rate: float
+    stiffness: tuple[float, float]
+    contact_damping: float
 
     def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
         """w and y (samples,) of the command u (samples,) under `settings` (see `bayes_hw.gap.settings`)."""
@@ -74,16 +82,32 @@ class ChainBuilder:
     """Builds chains from base parameter vectors (those of `AxisParameters`, dominant)."""
 
     def __init__(self, model: HammersteinWiener) -> None:
+        """Raises InputError where G is no sampled continuous system."""
         self.model = model
         self.axis = AxisParameters(model)
-        system = self._system(self.axis.nominal)
-        self.continuous = system is not None
-        self.train = realise(system, model.sample_rate_hz) if system is not None else None
+        self._known: dict[bytes, tuple[DriveTrain | UnknownTrain, TorquePath]] = {}
+        if self._system(self.axis.nominal) is None:
+            raise InputError(
+                "linear.poles: a real pole is not positive, so that G is no sampled continuous system; "
+                "identify a model without it"
+            )
 
-    def realised_at(self, values: FloatArray) -> None:
-        """Read the drive train back from G at base parameters `values` (parameters,)."""
-        if self.train is not None and (system := self._system(values)) is not None:
-            self.train = realise(system, self.model.sample_rate_hz, self.train) or self.train
+    def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
+        """The torque paths behind G at base parameters `values` (parameters,).
+
+        The latest few are kept: most derivatives leave G as it is.
+        """
+        key = values[STATIC_COUNT:].tobytes()
+        known = self._known.get(key)
+        if known is None:
+            system = self._system(values)
+            assert system is not None
+            train = realise(system, self.model.sample_rate_hz) or UnknownTrain()
+            known = train, _torque_path(train.torque_system(system))
+            if len(self._known) >= KEPT:
+                self._known.pop(next(iter(self._known)), None)
+            self._known[key] = known
+        return known
 
     def _system(self, values: FloatArray) -> ContinuousPoles | None:
         batch = self.axis.linear_batch(values[:, None])
@@ -92,15 +116,20 @@ class ChainBuilder:
             batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], self.model.sample_rate_hz
         )
 
-    def chain(self, values: FloatArray, resonator: Resonator | None = None) -> Chain:
-        """The linear block at base parameters `values` (parameters,), with a resonator on the load if given."""
+    def chain(
+        self, values: FloatArray, resonator: Resonator | None = None, needs_train: bool = True
+    ) -> Chain:
+        """The linear block at base parameters `values` (parameters,), with a resonator on the load if given.
+
+        Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
+        """
         system = self._system(values)
         assert system is not None
-        paths: DriveTrain | UnknownTrain = self.train or UnknownTrain()
         s, r = system.poles, system.residues
+        train, torque_path = self.paths(values if needs_train else self.axis.nominal)
         if resonator is not None and resonator.inertia_ratio > 0:
-            s, r = _with_resonator(system, paths, resonator)
-        outputs = np.concatenate([r[None], r * paths.ratios(s)])
+            s, r = _with_resonator(system, train, resonator)
+        outputs = np.concatenate([r[None], r * train.ratios(s)])
         real = s.imag == 0
         return Chain(
             (
@@ -109,10 +138,12 @@ class ChainBuilder:
                 np.ascontiguousarray(s[~real]),
                 np.ascontiguousarray(outputs[:, ~real]),
             ),
-            _torque_path(paths.torque_system(system)),
+            torque_path,
             0.0,
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,
+            train.stiffness,
+            train.contact_damping,
         )
 
 

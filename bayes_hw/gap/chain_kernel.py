@@ -92,10 +92,10 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
     t_turn, t_turn_hold = _step_factors(t_pair_poles, h)
     motor_response = _output(
         MOTOR_SPEED, t_hold * t_real_in[BY_MOTOR], t_real_out, t_turn_hold * t_pair_in[BY_MOTOR], t_pair_out
-    )  # noqa: E501
+    )
     load_response = _output(
         LOAD_SPEED, t_hold * t_real_in[BY_LOAD], t_real_out, t_turn_hold * t_pair_in[BY_LOAD], t_pair_out
-    )  # noqa: E501
+    )
 
     rubbing = s[S.MOTOR_FRICTION] != 0 or s[S.LOAD_FRICTION] != 0
     rippled = s[S.RIPPLE] != 0 or s[S.LOAD_RIPPLE] != 0

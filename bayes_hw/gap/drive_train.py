@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 
@@ -30,7 +29,12 @@ FREQUENCIES = 40
 LARGEST_MISFIT = 0.05
 """Relative misfit of the frequency response above which G is not that of this drive train."""
 
-MISFIT_ROUNDS = 6
+MISFIT_ROUNDS = 5
+STEPS_PER_ROUND = 3
+FIRST_MISFIT = 0.03
+SMALLEST_MISFIT = 1e-6
+DERIVATIVE_STEP = 1e-6
+LARGEST_STEP = 0.5
 USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
 """How far drives stray from the usual proportions: kp, ki, km, kl, ks, kss, c, cs, bl, gain."""
 
@@ -101,6 +105,7 @@ class UnknownTrain:
 
     @property
     def contact_damping(self) -> float:
+        """The damping time c of the compliance in s."""
         return 0.0
 
 
@@ -108,7 +113,7 @@ class UnknownTrain:
 class DriveTrain:
     """The drive train of the module's docstring; `logs` holds log(kp, ki, km, kl, ks, kss, c, cs, bl, gain).
 
-    Shape (10,); units 1/s for kp, bl, 1/s^2 for ki and the stiffnesses, s for c and cs.
+    Shape (10,), or (10, n, 1) for n drive trains at once; units 1/s for kp, bl, 1/s^2 for ki and the stiffnesses, s for c and cs.
     """
 
     logs: FloatArray
@@ -208,14 +213,14 @@ def continuous_poles(
     return ContinuousPoles(s, residues, real)
 
 
-def realise(system: ContinuousPoles, rate: float, start: DriveTrain | None = None) -> DriveTrain | None:
+def realise(system: ContinuousPoles, rate: float) -> DriveTrain | None:
     """The drive train with the frequency response of `system`, or None where there is none near.
 
-    Least squares of the log response from 0.02 Hz to the folding frequency, from `start` or from usual
-    proportions of a drive. G whose modes are a little off is no drive train exactly, and the stiffnesses it
-    shows least would then take up its errors: the misfit that remains is their noise, against which the usual
-    proportions hold them. An exact G has no misfit and is realised exactly. It needs an integrator, two modes
-    and two more real poles.
+    Least squares of the log response from 0.02 Hz to the folding frequency, from usual proportions of a
+    drive. G whose modes are a little off is no drive train exactly, and the stiffnesses it shows least would
+    then take up its errors: the misfit that remains is their noise, against which the usual proportions hold
+    them. An exact G has no misfit and is realised exactly. The number of steps is fixed, so that the result
+    is a smooth function of G. It needs an integrator, two modes and two more real poles.
     """
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
@@ -223,10 +228,10 @@ def realise(system: ContinuousPoles, rate: float, start: DriveTrain | None = Non
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
-    logs, misfit = usual if start is None else start.logs, 0.03 if start is None else max(start.misfit, 1e-7)
-    for _ in range(MISFIT_ROUNDS if start is None else 2):
+    logs, misfit = usual, FIRST_MISFIT
+    for _ in range(MISFIT_ROUNDS):
         logs, misfit = _matched(logs, usual, misfit, s, target, sign)
-        if misfit > LARGEST_MISFIT:
+        if not misfit < LARGEST_MISFIT:
             return None
     return DriveTrain(logs, sign, misfit)
 
@@ -234,19 +239,25 @@ def realise(system: ContinuousPoles, rate: float, start: DriveTrain | None = Non
 def _matched(
     logs: FloatArray, usual: FloatArray, misfit: float, s: ComplexArray, target: ComplexArray, sign: float
 ) -> tuple[FloatArray, float]:
-    """Stiffnesses fitted to the response with `misfit` as its noise, and the misfit that they leave."""
+    """Gauss-Newton steps with `misfit` as the noise of the response, and the misfit that they leave."""
 
     def difference(values: FloatArray) -> FloatArray:
         with np.errstate(all="ignore"):
-            ratio = np.log(DriveTrain(values, sign, 0.0).response(s) / target)
+            ratio = np.log(DriveTrain(values[..., None], sign, 0.0).response(s) / target)
         ratio = np.where(np.isfinite(ratio), ratio, 10.0)
-        return np.concatenate([ratio.real, ratio.imag])
+        return np.concatenate([ratio.real, ratio.imag], axis=-1)
 
-    def residual(values: FloatArray) -> FloatArray:
-        return np.concatenate([difference(values) / (3 * misfit), (values - usual) / USUAL_LOG_SD])
-
-    found = least_squares(residual, logs, method="lm", max_nfev=200).x
-    return found, max(float(np.sqrt(np.mean(difference(found) ** 2))), 1e-7)
+    steps = DERIVATIVE_STEP * np.eye(len(logs))
+    weight = 1 / (3 * misfit)
+    for _ in range(STEPS_PER_ROUND):
+        at = difference(np.concatenate([logs[None], logs + steps]).T)
+        jacobian = (at[1:] - at[0]).T / DERIVATIVE_STEP * weight
+        pull = (logs - usual) / USUAL_LOG_SD**2
+        precision = jacobian.T @ jacobian + np.diag(1 / USUAL_LOG_SD**2)
+        step = np.linalg.solve(precision, -(jacobian.T @ (at[0] * weight)) - pull)
+        logs = logs + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    left = difference(logs[:, None])[0]
+    return logs, float(np.sqrt(np.mean(left**2) + SMALLEST_MISFIT**2))
 
 
 def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:

@@ -1,0 +1,268 @@
+"""Which effect: fits of the base, of every effect, of pairs, and of the stochastic effects beside them.
+
+Every hypothesis is fitted on plain residuals first and under autoregressive noise after: with the base
+misfit, a noise model fitted at once absorbs the effect, and the fit ends in a wrong minimum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_coloured_noise, with_stochastic
+from bayes_hw.gap.fit import Fit, evaluated, fit
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.screen import Candidate, Screen
+from bayes_hw.gap.stochastic import (
+    StochasticFit,
+    autoregression,
+    clock_jitter,
+    held_samples,
+    lattice_step,
+    outliers,
+    quantization,
+    random_walk,
+    wind,
+)
+from bayes_hw.gap.whitener import Plain
+
+BASE_DRAWS = 80
+BASE_STARTS = 4
+STATIC_SPREAD = np.array([0.12, 0.12, 0.7, 0.07])
+SINGLES_KEPT = 6
+PARTNERS_TRIED = 5
+FIRST_EFFECTS = 3
+PAIRS_KEPT = 4
+FIRST_ITERATIONS = 4
+MORE_ITERATIONS = 10
+HOPELESS = 1.5
+"""A joint fit whose cost stays above this many times that of its host is given up."""
+
+SINGLES_WITH_NOISE = 12
+WORTH_REFITTING = 3.0
+WORTH_EVERY_EFFECT = 50.0
+"""Gains of log-likelihood over autoregressive noise."""
+
+Kind: TypeAlias = Callable[[Fit], StochasticFit | None]
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """Everything fitted: the base and the explanations, best evidence first; the base fits of all starts."""
+
+    base: Explanation
+    explanations: tuple[Explanation, ...]
+    base_costs: tuple[float, ...]
+    singles: tuple[Fit, ...]
+
+    @property
+    def best(self) -> Explanation:
+        return self.explanations[0]
+
+
+class Attributor:
+    """Fits hypotheses about one case; `jobs` threads, `effects` the catalogue."""
+
+    def __init__(
+        self,
+        base: Hypothesis,
+        measured: Sequence[FloatArray],
+        effects: Sequence[Effect],
+        stochastic_labels: frozenset[str],
+        rng: np.random.Generator,
+        jobs: int = 1,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.base, self.measured, self.effects = base, measured, effects
+        self.stochastic_labels = stochastic_labels
+        self.rng, self.jobs, self.tell = rng, jobs, tell
+        self.plain = Plain(base.scale.sigma)
+
+    def run(self) -> Attribution:
+        """All explanations of the case."""
+        self.tell("base model")
+        bases = self.base_fits()
+        base = with_coloured_noise(bases[0], self.measured)
+        self.tell("single effects")
+        singles = self.single_fits(bases[0])
+        coloured = self._each(lambda f: with_coloured_noise(f, self.measured), singles[:SINGLES_KEPT])
+        self.tell("pairs of effects")
+        firsts = [e.fit for e in sorted(coloured, key=_worst_first)[:FIRST_EFFECTS]]
+        pairs = self.pair_fits(firsts, singles)
+        coloured += self._each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
+        self.tell("stochastic effects")
+        found = self.stochastic_explanations(base, coloured, singles)
+        everything = sorted([base, *coloured, *found], key=_worst_first)
+        return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
+
+    def _each(self, work: Callable[[Given], Made], items: Sequence[Given]) -> list[Made]:
+        if self.jobs == 1:
+            return [work(item) for item in items]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return list(pool.map(work, items))
+
+    def base_fits(self) -> list[Fit]:
+        """Base fits from the nominal model and from the best of many draws about it, best first."""
+        means = self.base.prior_means
+        draws = np.repeat(means[None], BASE_DRAWS, axis=0)
+        draws[:, : len(STATIC_SPREAD)] += (
+            self.rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
+        )
+        errors = []
+        for draw in draws:
+            simulated = self.base.simulate(self.base.to_values(draw))
+            errors.append(
+                sum(float(np.sum((y - s) ** 2)) for y, s in zip(self.measured, simulated, strict=True))
+            )
+        starts = [means, *draws[np.argsort(errors)[:BASE_STARTS]]]
+        fits = self._each(lambda start: fit(self.base, self.measured, start, self.plain), starts)
+        return sorted(fits, key=lambda f: f.cost)
+
+    def single_fits(self, base: Fit) -> list[Fit]:
+        """The best plain fit of every form of every effect, best first.
+
+        Each starts from the base fit and from the nominal model: a base that was fitted without the effect
+        can have moved to where the effect no longer helps.
+        """
+        starts: list[tuple[Fit, Candidate]] = []
+        for origin in (base, self.nominal):
+            screen = Screen(origin, Plain(max(origin.rmse, self.plain.sigma)))
+            found = [c[0] for c in self._each(screen.candidates, self.effects) if c]
+            found.sort(key=lambda c: -c.reduction)
+            starts += [(origin, candidate) for candidate in found]
+        fits = self._each(lambda pair: self._joint(*pair), starts)
+        return _best_of_each(fits)
+
+    def _joint(self, host: Fit, candidate: Candidate) -> Fit:
+        """A few iterations of the joint fit, and more where they lead towards the noise."""
+        hypothesis = host.hypothesis.with_effect(candidate.effect)
+        start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
+        first = fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
+        if first.cost > HOPELESS * host.cost:
+            return first
+        return fit(hypothesis, self.measured, first.coordinates, self.plain, MORE_ITERATIONS)
+
+    def pair_fits(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
+        """Joint plain fits of two effects: to each of the best singles those that promise most beside it."""
+        starts: list[tuple[Fit, Candidate]] = []
+        for first in firsts:
+            screen = Screen(first, Plain(max(first.rmse, 1e-12)))
+
+            def promised(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
+                effect = other.hypothesis.effects[-1]
+                if effect.label in first.hypothesis.labels:
+                    return []
+                values = tuple(other.values[other.hypothesis.base_count :])
+                found = screen.tried(effect, [values])
+                if not effect.needs_drive_train or isinstance(effect, PeriodicEffect):
+                    found += screen.candidates(effect)
+                return found
+
+            ranked = [max(c, key=lambda c: c.reduction) for c in self._each(promised, singles) if c]
+            ranked.sort(key=lambda c: -c.reduction)
+            starts += [(first, candidate) for candidate in ranked[:PARTNERS_TRIED]]
+        return _best_of_each(self._each(lambda pair: self._joint(*pair), starts))
+
+    def stochastic_explanations(
+        self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]
+    ) -> list[Explanation]:
+        """The stochastic effects alone and beside single effects, the response refitted under each.
+
+        One that helps much anywhere is held against every single effect, since it may hide which is right.
+        """
+        best = sorted((e for e in coloured if len(e.labels) == 1), key=_worst_first)
+        hosts = [base.fit, *(e.fit for e in (best if self.rounded else best[:FIRST_EFFECTS]))]
+        noise = [autoregression(host).log_likelihood for host in hosts]
+        tasks = [(kind, host) for kind in self._kinds() for host in range(len(hosts))]
+        first = self._each(lambda task: task[0](hosts[task[1]]), tasks)
+        chosen: list[tuple[Kind, StochasticFit, Fit]] = []
+        helpful: list[Kind] = []
+        for (kind, host), found in zip(tasks, first, strict=True):
+            if found is None or found.label in hosts[host].hypothesis.labels:
+                continue
+            gain = found.log_likelihood - noise[host]
+            if gain > WORTH_REFITTING or self.rounded:
+                chosen.append((kind, found, hosts[host]))
+            if gain > WORTH_EVERY_EFFECT and not self.rounded and kind not in helpful:
+                helpful.append(kind)
+        for kind in helpful:
+            others = [f for f in singles if not any(f is host for host in hosts)][:SINGLES_WITH_NOISE]
+            tried = list(zip(self._each(kind, others), others, strict=True))
+            promising = [(found, f) for found, f in tried if found and found.label not in f.hypothesis.labels]
+            promising.sort(key=lambda pair: -pair[0].log_likelihood)
+            chosen += [(kind, found, f) for found, f in promising[:FIRST_EFFECTS]]
+        return self._each(lambda choice: self._refitted(*choice), chosen)
+
+    def _kinds(self) -> list[Kind]:
+        if self.rounded:
+            return [self._quantization]
+        kinds: dict[Kind, str] = {
+            outliers: "outliers",
+            clock_jitter: "timing_jitter",
+            held_samples: "timing_jitter",
+            wind: "wind",
+            random_walk: "sensor_drift",
+        }
+        return [kind for kind, label in kinds.items() if label in self.stochastic_labels]
+
+    @cached_property
+    def rounded(self) -> bool:
+        """Whether the records lie on a lattice well above the noise: a fact, no hypothesis."""
+        known = "encoder_quantization" in self.stochastic_labels
+        return known and lattice_step(self.measured) > 0 and self._quantization(self.nominal) is not None
+
+    def _quantization(self, host: Fit) -> StochasticFit | None:
+        return quantization(host, self.base.scale.sigma)
+
+    @cached_property
+    def nominal(self) -> Fit:
+        """The base model as given, not fitted."""
+        return evaluated(self.base, self.measured, self.base.prior_means, self.plain)
+
+    def _refitted(self, kind: Kind, first: StochasticFit, host: Fit) -> Explanation:
+        best = with_stochastic(first, host)
+        current, stochastic = host, first
+        for _ in range(2):
+            hypothesis = current.hypothesis
+            if stochastic.display is not None:
+                hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
+            moved = fit(hypothesis, self.measured, current.coordinates, stochastic.whitener, 5)
+            plain = Hypothesis(hypothesis.builder, hypothesis.scale, hypothesis.inputs, hypothesis.effects)
+            shown = plain.simulate(moved.values)
+            residuals = [y - s for y, s in zip(self.measured, shown, strict=True)]
+            current = Fit(
+                plain, moved.coordinates, residuals, shown, moved.jacobians, stochastic.whitener, moved.cost
+            )
+            again = kind(current)
+            if again is None:
+                break
+            stochastic = again
+            trial = with_stochastic(stochastic, current)
+            if trial.log_evidence < best.log_evidence + 1:
+                break
+            best = trial
+        return best
+
+
+def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """The cheapest fit of every combination of effects, best first."""
+    best: dict[frozenset[str], Fit] = {}
+    for f in fits:
+        key = frozenset(effect.name for effect in f.hypothesis.effects)
+        if key not in best or f.cost < best[key].cost:
+            best[key] = f
+    return sorted(best.values(), key=lambda f: f.cost)
+
+
+def _worst_first(explanation: Explanation) -> float:
+    return -explanation.log_evidence

@@ -1,0 +1,1 @@
+"""The catalogue of effects that a diagnosis tries, a file a block."""

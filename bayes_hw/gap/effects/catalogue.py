@@ -1,0 +1,98 @@
+"""Every effect known, those of other packages included, and the labels with their blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from types import MappingProxyType
+
+from bayes_hw.errors import InputError
+from bayes_hw.gap.effects.drive import (
+    CoulombFrictionAtLoad,
+    CoulombFrictionAtMotor,
+    DynamicBacklash,
+    KinematicBacklash,
+    PreslidingFriction,
+    StribeckFrictionAtMotor,
+    TorqueRipple,
+)
+from bayes_hw.gap.effects.effect import Block, Effect
+from bayes_hw.gap.effects.input import CommandBias, GainDrift, RateLimit, SaturationDrift
+from bayes_hw.gap.effects.linear import CubicStiffness, TransportDelay, UnmodelledMode
+from bayes_hw.gap.effects.sensor import (
+    EncoderEccentricity,
+    GainAsymmetry,
+    LinearSensorDrift,
+    ThermalSensorDrift,
+)
+
+ENTRY_POINT_GROUP = "bayes_hw.effects"
+
+BUILT_IN: tuple[type[Effect], ...] = (
+    RateLimit,
+    SaturationDrift,
+    CommandBias,
+    GainDrift,
+    TransportDelay,
+    UnmodelledMode,
+    CubicStiffness,
+    CoulombFrictionAtMotor,
+    StribeckFrictionAtMotor,
+    PreslidingFriction,
+    CoulombFrictionAtLoad,
+    KinematicBacklash,
+    DynamicBacklash,
+    TorqueRipple,
+    EncoderEccentricity,
+    GainAsymmetry,
+    LinearSensorDrift,
+    ThermalSensorDrift,
+)
+
+LABEL_BLOCKS: Mapping[str, Block] = MappingProxyType(
+    {
+        "rate_limit": "input",
+        "saturation_drift": "input",
+        "command_bias": "input",
+        "gain_drift": "input",
+        "transport_delay": "linear",
+        "unmodelled_mode": "linear",
+        "cubic_stiffness": "linear",
+        "friction": "drive",
+        "backlash": "drive",
+        "torque_ripple": "drive",
+        "wind": "disturbance",
+        "encoder_quantization": "sensor",
+        "encoder_eccentricity": "sensor",
+        "sensor_drift": "sensor",
+        "timing_jitter": "sensor",
+        "gain_asymmetry": "sensor",
+        "outliers": "sensor",
+    }
+)
+"""The 17 labels of the built-in catalogue and their blocks."""
+
+
+def catalogue(without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
+    """Every effect that changes the response, built in or registered, but those with a label in `without`.
+
+    Other packages register a subclass of `Effect` under the entry point group `bayes_hw.effects`. Raises
+    InputError where one cannot be loaded.
+    """
+    found: list[Effect] = [kind() for kind in BUILT_IN]
+    for point in entry_points(group=ENTRY_POINT_GROUP):
+        try:
+            registered = point.load()()
+        except Exception as error:
+            raise InputError(f"effect {point.name!r} of {point.value}: cannot be loaded ({error})") from error
+        if not isinstance(registered, Effect):
+            raise InputError(f"effect {point.name!r} of {point.value}: is no subclass of Effect")
+        found.append(registered)
+    return tuple(effect for effect in found if effect.label not in without)
+
+
+def block_of(label: str, effects: tuple[Effect, ...] = ()) -> Block:
+    """The block of a label, of the built-in catalogue or of one of `effects`."""
+    if label in LABEL_BLOCKS:
+        return LABEL_BLOCKS[label]
+    return next(effect.block for effect in effects if effect.label == label)

@@ -1,0 +1,99 @@
+"""Stochastic effects: they change the noise, not the response.
+
+No simulator can track a realisation of them, so what they improve is the predictive density and the band.
+Each is a function from a fit to an explanation of its residuals, or None where the records show none of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+from scipy.optimize import minimize
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.whitener import LOG_2PI, Autoregression
+
+LONG_ORDER = 60
+"""Order of the autoregression that stands for a given spectrum."""
+
+LARGEST_NOISE_CORRELATION = 0.92
+"""First autocorrelation that encoder noise may have; what is slower is called wind or drift."""
+
+BINS = 120
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Mean periodogram of the residuals in bins: frequencies (Hz), power, number of ordinates averaged."""
+
+    frequencies: FloatArray
+    power: FloatArray
+    counts: FloatArray
+
+
+def mean_spectrum(residuals: Sequence[FloatArray], rate: float) -> Spectrum:
+    """Tapered periodograms of all records averaged in bins of equal ratio; power a sample, output units^2."""
+    frequency, power = [], []
+    for e in residuals:
+        taper = np.hanning(len(e) + 2)[1:-1]
+        taper = taper / np.sqrt(np.mean(taper**2))
+        transform = np.abs(np.fft.rfft(taper * (e - e.mean()))) ** 2 / len(e)
+        frequency.append(np.fft.rfftfreq(len(e), 1 / rate)[1:])
+        power.append(transform[1:])
+    f, p = np.concatenate(frequency), np.concatenate(power)
+    edges = np.unique(np.concatenate([np.geomspace(f.min(), f.max(), BINS), [f.max() * 1.0001]]))
+    index = np.digitize(f, edges) - 1
+    counts = np.bincount(index, minlength=len(edges)).astype(float)
+    used = counts > 0
+    mean = np.bincount(index, p, minlength=len(edges))[used] / counts[used]
+    centre = np.bincount(index, f, minlength=len(edges))[used] / counts[used]
+    return Spectrum(centre, mean, counts[used])
+
+
+def first_order_spectrum(frequency: FloatArray, rate: float, sigma: float, correlation: float) -> FloatArray:
+    """Power a sample of first-order noise with marginal `sigma` and first autocorrelation."""
+    z = np.cos(2 * np.pi * frequency / rate)
+    return sigma**2 * (1 - correlation**2) / (1 - 2 * correlation * z + correlation**2)
+
+
+def whittle(spectrum: Spectrum, model: FloatArray) -> float:
+    """Minus Whittle's log-likelihood of the binned spectrum, up to a constant."""
+    return float(np.sum(spectrum.counts * (np.log(model) + spectrum.power / model)))
+
+
+def autoregression_of_spectrum(
+    frequency: FloatArray, power: FloatArray, residuals: Sequence[FloatArray], glitches: Sequence[FloatArray]
+) -> Autoregression:
+    """The long autoregression with a power spectrum given on a full grid 0 ... rate / 2, and its likelihood."""
+    del frequency
+    covariance = np.fft.irfft(power)[: LONG_ORDER + 1]
+    covariance[0] *= 1 + 1e-9
+    coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
+    innovation = float(np.sqrt(max(covariance[0] - coefficients @ covariance[1:], 1e-30)))
+    masks = [np.asarray(g, dtype=np.bool_) for g in glitches]
+    model = Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, masks)
+    total = 0.0
+    for record, e in enumerate(residuals):
+        white = model.whiten(e[:, None], record)[LONG_ORDER:, 0]
+        total -= 0.5 * float(white @ white) + len(white) * (np.log(innovation) + 0.5 * LOG_2PI)
+        total -= LONG_ORDER * (np.log(innovation) + 0.5 * LOG_2PI) + 0.5 * LONG_ORDER
+    return Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), total, masks)
+
+
+def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]
+    """Parameters that maximise Whittle's likelihood of `model(frequency, parameters)`, from several starts."""
+    best = None
+    for start in starts:
+        found = minimize(
+            lambda p: whittle(spectrum, np.maximum(model(spectrum.frequencies, p), 1e-300)),
+            start,
+            method="Nelder-Mead",
+            options={"maxiter": 250, "xatol": 1e-3, "fatol": 0.05},
+        )
+        if best is None or found.fun < best.fun:
+            best = found
+    assert best is not None
+    return np.asarray(best.x)

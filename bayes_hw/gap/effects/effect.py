@@ -1,0 +1,69 @@
+"""What every effect of the catalogue is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar, Literal, TypeAlias
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import Resonator
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+
+Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
+
+BLOCKS: tuple[Block, ...] = ("input", "linear", "drive", "disturbance", "sensor")
+
+Door: TypeAlias = Literal["command", "motor_torque", "output"]
+"""Where a small additive signal of a periodic effect enters: v, the motor's torque, or w."""
+
+
+class Effect(ABC):
+    """One effect that changes the response: parameters in, settings of the chain simulator out.
+
+    A subclass says in its docstring the equation, the source and when not to believe it. `label` is that of
+    the catalogue, `form` tells forms of one label apart, `test_values` are parameters that a test can use,
+    `needs_drive_train` says that the torque paths behind G matter.
+    """
+
+    label: ClassVar[str]
+    block: ClassVar[Block]
+    form: ClassVar[str] = ""
+    test_values: ClassVar[tuple[float, ...]]
+    needs_drive_train: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """Label and form."""
+        return f"{self.label} ({self.form})" if self.form else self.label
+
+    @abstractmethod
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        """The effect's parameters, named LABEL.NAME, with priors for an axis of this scale."""
+
+    @abstractmethod
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        """Write parameter values (parameters,) into `settings` (see `bayes_hw.gap.settings`)."""
+
+    def resonator(self, values: FloatArray) -> Resonator | None:  # noqa: ARG002
+        """The resonator that the effect hangs on the load, if it does."""
+        return None
+
+    @abstractmethod
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        """Parameter values to screen, a small grid of sizes and shapes."""
+
+
+class PeriodicEffect(Effect):
+    """An effect that is a sine of the axis position: amplitude and phase are linear, the period is scanned.
+
+    Its parameters are the amplitudes of sine and cosine and the period, in this order.
+    """
+
+    door: ClassVar[Door]
+    only_saturated: ClassVar[bool] = False
+
+    @abstractmethod
+    def unit_amplitude(self, scale: AxisScale) -> float:
+        """The amplitude at which the additive signal at the door has size one."""

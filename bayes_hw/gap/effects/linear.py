@@ -1,0 +1,92 @@
+"""Effects of the linear block: more delay, a further mode, a torsional spring that is not linear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.chain import Resonator
+from bayes_hw.gap.effects.effect import Block, Effect
+from bayes_hw.gap.effects.priors import positive, signed
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+
+
+class TransportDelay(Effect):
+    """u(t - extra): the command arrives later than the model says, by any fraction of a sample.
+
+    Not to be believed where a held encoder or a slower mode would do the same: see timing_jitter.
+    """
+
+    label: ClassVar[str] = "transport_delay"
+    block: ClassVar[Block] = "linear"
+    test_values = (1.3,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+        return (positive("transport_delay.samples", "samples", 1.0, 1.0),)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.EXTRA_DELAY] = values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+        return [(0.3,), (0.7,), (1.5,), (2.5,), (4.0,), (6.0,)]
+
+
+class UnmodelledMode(Effect):
+    """A resonator on the load: torque mu s^2 (2 zeta omega s + omega^2) / (s^2 + 2 zeta omega s + omega^2) theta.
+
+    A structural mode that the model lacks, as a tuned mass (Den Hartog, Mechanical Vibrations, 3.2). Not to be
+    believed above half the sample rate.
+    """
+
+    label: ClassVar[str] = "unmodelled_mode"
+    needs_drive_train: ClassVar[bool] = True
+    block: ClassVar[Block] = "linear"
+    test_values = (0.3, 1.3, 0.02)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        return (
+            positive("unmodelled_mode.inertia_ratio", "", 0.2, 1.5),
+            positive("unmodelled_mode.frequency_hz", "Hz", 1.2 * scale.first_mode_hz, 0.7),
+            positive("unmodelled_mode.damping_ratio", "", 0.02, 0.8),
+        )
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        """Nothing: the resonator changes the linear block."""
+
+    def resonator(self, values: FloatArray) -> Resonator | None:
+        return Resonator(float(values[0]), float(values[1]), float(values[2]))
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        highest = min(0.4 * scale.rate, 6 * scale.first_mode_hz)
+        frequencies = np.geomspace(0.25 * scale.first_mode_hz, highest, 16)
+        return [(ratio, float(frequency), 0.02) for ratio in (0.05, 0.4) for frequency in frequencies]
+
+
+class CubicStiffness(Effect):
+    """Spring torque k (phi + cubic phi^3) in the gear compliance, phi its torsion (Duffing's spring).
+
+    Simulated in the drive train read back from G. Not to be believed where G is not that of a drive train.
+    """
+
+    label: ClassVar[str] = "cubic_stiffness"
+    needs_drive_train: ClassVar[bool] = True
+    block: ClassVar[Block] = "linear"
+    test_values = (5e4,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 3 * self._usual(scale)),)
+
+    def _usual(self, scale: AxisScale) -> float:
+        torsion = scale.output_speed / np.sqrt(sum(scale.stiffness))
+        return float(1 / torsion**2)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.CUBIC] = values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return [(factor * self._usual(scale),) for factor in (-0.02, 0.01, 0.1, 1.0, 5.0, 20.0)]

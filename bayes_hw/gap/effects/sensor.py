@@ -1,0 +1,113 @@
+"""Effects of the encoder that change the response: eccentricity, unequal gains, drift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
+from bayes_hw.gap.effects.priors import positive, signed
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+
+
+class EncoderEccentricity(PeriodicEffect):
+    """w + A sin(2 pi w / period + phase) - A sin(phase): a disc off its centre, zero where the record starts.
+
+    Sources of encoder error: Geckeler et al., doi 10.1088/0957-0233/21/7/075302. Not to be believed where the
+    travel is less than half a period.
+    """
+
+    label: ClassVar[str] = "encoder_eccentricity"
+    block: ClassVar[Block] = "sensor"
+    door: ClassVar[Door] = "output"
+    test_values = (0.01, 0.005, 0.8)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        unit = scale.units.output
+        return (
+            signed("encoder_eccentricity.sine", unit, 20 * scale.sigma),
+            signed("encoder_eccentricity.cosine", unit, 20 * scale.sigma),
+            positive("encoder_eccentricity.period", unit, 0.5 * scale.travel),
+        )
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.ECCENTRICITY], settings[S.ECCENTRICITY_PERIOD] = np.hypot(values[0], values[1]), values[2]
+        settings[S.ECCENTRICITY_PHASE] = np.arctan2(values[1], values[0])
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+        return []
+
+    def unit_amplitude(self, scale: AxisScale) -> float:
+        return scale.sigma
+
+
+class GainAsymmetry(Effect):
+    """ratio w where w > 0: the output gains of the two directions differ, c2 / c3 = ratio (eq. 4 of the paper).
+
+    The paper sets c2 = c3, which is an assumption. Not to be believed where w keeps one sign.
+    """
+
+    label: ClassVar[str] = "gain_asymmetry"
+    block: ClassVar[Block] = "sensor"
+    test_values = (1.05,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+        return (positive("gain_asymmetry.ratio", "", 1.0, 0.1),)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.GAIN_RATIO] = values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+        return [(1.01,)]
+
+
+class LinearSensorDrift(Effect):
+    """y + rate t: the measured angle creeps.
+
+    Not to be believed where a bias of the command would do the same; the dead zone and the limits tell them
+    apart.
+    """
+
+    label: ClassVar[str] = "sensor_drift"
+    block: ClassVar[Block] = "sensor"
+    form: ClassVar[str] = "ramp"
+    test_values = (2e-4,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        unit = f"{scale.units.output}/s"
+        return (signed("sensor_drift.rate", unit, 20 * scale.sigma / scale.duration),)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.DRIFT_RATE] = values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return [(scale.sigma / scale.duration,)]
+
+
+class ThermalSensorDrift(Effect):
+    """y + amount (1 - exp(-t / time)): the encoder's mount settles to a new temperature.
+
+    Not to be believed where time is longer than the record: it is then a ramp.
+    """
+
+    label: ClassVar[str] = "sensor_drift"
+    block: ClassVar[Block] = "sensor"
+    form: ClassVar[str] = "thermal"
+    test_values = (0.03, 30.0)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        return (
+            signed("sensor_drift.amount", scale.units.output, 20 * scale.sigma),
+            positive("sensor_drift.time", "s", 0.25 * scale.duration, 0.8),
+        )
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.DRIFT_SETTLING], settings[S.DRIFT_TIME] = values
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return [(scale.sigma, share * scale.duration) for share in (0.05, 0.15, 0.4)]

@@ -1,0 +1,82 @@
+"""One explanation of the gap: effects of the response and at most one stochastic effect, fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.stochastic import Display, StochasticFit, autoregression
+
+NOISE_ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """`fit` of the response effects under the noise of `stochastic`, or autoregressive noise where None."""
+
+    fit: Fit
+    stochastic: StochasticFit | None
+    log_evidence: float
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the effects, sorted, none twice."""
+        found = set(self.fit.hypothesis.labels)
+        if self.stochastic is not None:
+            found.add(self.stochastic.label)
+        return tuple(sorted(found))
+
+    @property
+    def name(self) -> str:
+        """Labels with their forms."""
+        names = [effect.name for effect in self.fit.hypothesis.effects]
+        if self.stochastic is not None:
+            form = f" ({self.stochastic.form})" if self.stochastic.form else ""
+            names.append(self.stochastic.label + form)
+        return " + ".join(names) or "base"
+
+    @property
+    def innovations(self) -> list[FloatArray]:
+        """Whitened residuals of every record: white and of unit variance where the explanation holds."""
+        return [self.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(self.fit.residuals)]
+
+
+def with_coloured_noise(start: Fit, measured: Sequence[FloatArray], iterations: int = 12) -> Explanation:
+    """The fit under autoregressive noise, in turns with the noise, from a fit on plain residuals."""
+    current = start
+    for _ in range(NOISE_ROUNDS):
+        current = fit(current.hypothesis, measured, current.coordinates, autoregression(current), iterations)
+    current = replace(current, whitener=autoregression(current))
+    return Explanation(current, None, current.log_evidence())
+
+
+def with_stochastic(found: StochasticFit, start: Fit) -> Explanation:
+    """The same response with the noise of a stochastic effect."""
+    moved = replace(start, whitener=found.whitener)
+    penalty = 0.5 * len(found.parameters) * np.log(sum(len(e) for e in start.residuals))
+    base = moved.log_evidence() - found.whitener.log_likelihood + found.log_likelihood
+    return Explanation(moved, found, base - penalty)
+
+
+class ShownHypothesis(Hypothesis):
+    """A hypothesis whose simulated training outputs are shown by an encoder that repeats or rounds them."""
+
+    display: Display
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, display: Display) -> ShownHypothesis:
+        """`hypothesis` with a display of its training records."""
+        shown = cls(hypothesis.builder, hypothesis.scale, hypothesis.inputs, hypothesis.effects)
+        object.__setattr__(shown, "display", display)
+        return shown
+
+    def simulate(self, values: FloatArray, inputs: Sequence[FloatArray] | None = None) -> list[FloatArray]:
+        simulated = super().simulate(values, inputs)
+        if inputs is not None:
+            return simulated
+        return [self.display.show(y, record) for record, y in enumerate(simulated)]

@@ -1,0 +1,143 @@
+"""Least squares of one hypothesis: Levenberg-Marquardt on whitened residuals with the priors' pull."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.whitener import Whitener
+
+RELATIVE_STEP = 3e-4
+"""Finite-difference step in coordinates, in units of the prior's standard deviation."""
+
+MAX_ITERATIONS = 25
+GOOD_ENOUGH = 1e-4
+"""Relative decrease of the cost at which the iteration ends."""
+
+FARTHEST = 8.0
+"""Prior standard deviations that a coordinate may move from the prior mean."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A hypothesis at its best coordinates.
+
+    `residuals` are measured minus simulated outputs, a record each; `jacobians` (samples, parameters) the
+    derivatives of the simulated outputs; `cost` half the sum of squares of whitened residuals and priors.
+    """
+
+    hypothesis: Hypothesis
+    coordinates: FloatArray
+    residuals: list[FloatArray]
+    simulated: list[FloatArray]
+    jacobians: list[FloatArray]
+    whitener: Whitener
+    cost: float
+
+    @property
+    def values(self) -> FloatArray:
+        return self.hypothesis.to_values(self.coordinates)
+
+    @property
+    def rmse(self) -> float:
+        """Plain root mean square of the residuals, output units."""
+        return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))
+
+    def precision(self) -> FloatArray:
+        """Gauss-Newton precision of the coordinates (parameters, parameters), prior included."""
+        total = np.diag(1 / self.hypothesis.prior_sds**2)
+        for record, jacobian in enumerate(self.jacobians):
+            white = self.whitener.whiten(jacobian, record)
+            total = total + white.T @ white
+        return total
+
+    def log_evidence(self) -> float:
+        """Laplace approximation of the log of the marginal likelihood, noise parameters by their count."""
+        deviation = (self.coordinates - self.hypothesis.prior_means) / self.hypothesis.prior_sds
+        log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
+        _, log_determinant = np.linalg.slogdet(self.precision())
+        samples = sum(len(e) for e in self.residuals)
+        penalty = 0.5 * self.whitener.parameter_count * np.log(samples)
+        return self.whitener.log_likelihood + log_prior - 0.5 * float(log_determinant) - float(penalty)
+
+
+def evaluated(
+    hypothesis: Hypothesis, measured: Sequence[FloatArray], at: FloatArray, whitener: Whitener
+) -> Fit:
+    """The hypothesis at coordinates `at` (parameters,), not fitted."""
+    return fit(hypothesis, measured, at, whitener, 0)
+
+
+def jacobians(
+    hypothesis: Hypothesis, coordinates: FloatArray, simulated: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Derivatives (samples, parameters) of every record's output by forward differences."""
+    columns: list[list[FloatArray]] = [[] for _ in simulated]
+    steps = RELATIVE_STEP * hypothesis.prior_sds
+    for index, step in enumerate(steps):
+        moved = coordinates.copy()
+        moved[index] += step
+        for record, y in enumerate(hypothesis.simulate(hypothesis.to_values(moved))):
+            columns[record].append((y - simulated[record]) / step)
+    return [np.nan_to_num(np.stack(c, axis=1), nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
+
+
+def fit(
+    hypothesis: Hypothesis,
+    measured: Sequence[FloatArray],
+    start: FloatArray,
+    whitener: Whitener,
+    max_iterations: int = MAX_ITERATIONS,
+) -> Fit:
+    """The coordinates near `start` that minimise the whitened squared error and the priors' pull."""
+    means, sds = hypothesis.prior_means, hypothesis.prior_sds
+
+    def evaluate(
+        coordinates: FloatArray,
+    ) -> tuple[float, list[FloatArray], list[FloatArray], list[FloatArray]]:
+        simulated = hypothesis.simulate(hypothesis.to_values(coordinates))
+        residuals = [y - s for y, s in zip(measured, simulated, strict=True)]
+        white = [whitener.whiten(e[:, None], record)[:, 0] for record, e in enumerate(residuals)]
+        pull = (coordinates - means) / sds
+        cost = 0.5 * (sum(float(e @ e) for e in white) + float(pull @ pull))
+        return (cost if np.isfinite(cost) else np.inf), simulated, residuals, white
+
+    coordinates = start.copy()
+    cost, simulated, residuals, white = evaluate(coordinates)
+    damping = 1e-3
+    derivatives = jacobians(hypothesis, coordinates, simulated)
+    for _ in range(max_iterations):
+        precision, gradient = np.diag(1 / sds**2), (means - coordinates) / sds**2
+        for record, jacobian in enumerate(derivatives):
+            filtered = whitener.whiten(jacobian, record)
+            precision = precision + filtered.T @ filtered
+            gradient = gradient + filtered.T @ white[record]
+        improved = False
+        before = cost
+        for _ in range(8):
+            try:
+                factor = cho_factor(precision + damping * np.diag(np.diag(precision)))
+                step = cho_solve(factor, gradient)
+            except (LinAlgError, ValueError):
+                damping *= 10
+                continue
+            trial = np.clip(
+                coordinates + np.clip(step, -2 * sds, 2 * sds), means - FARTHEST * sds, means + FARTHEST * sds
+            )
+            result = evaluate(trial)
+            if result[0] < cost:
+                coordinates, (cost, simulated, residuals, white) = trial, result
+                damping = max(damping / 5, 1e-9)
+                improved = True
+                break
+            damping *= 6
+        if improved:
+            derivatives = jacobians(hypothesis, coordinates, simulated)
+        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0) * 0.1:
+            break
+    return Fit(hypothesis, coordinates, residuals, simulated, derivatives, whitener, cost)

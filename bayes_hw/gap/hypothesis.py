@@ -1,0 +1,142 @@
+"""A hypothesis about the gap: the base model with some effects of the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.chain import STATIC_COUNT, Chain, ChainBuilder
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.model.priors import Logarithm, LogNormal
+
+LIMIT_LOG_SD = 0.08
+GAIN_LOG_SD = 0.07
+FREQUENCY_LOG_SD = 0.035
+DAMPING_LOG_SD = 0.4
+DEAD_ZONE_LOG_SD = 0.7
+"""How far a nominal model may be off; a third wider than stated for a given model.json."""
+
+LARGEST_OUTPUT = 1e12
+
+
+def base_parameters(builder: ChainBuilder) -> tuple[Parameter, ...]:
+    """The base parameters of FORMATS.md with priors for a nominal model."""
+    spreads = [LIMIT_LOG_SD, LIMIT_LOG_SD, DEAD_ZONE_LOG_SD, GAIN_LOG_SD]
+    found = []
+    for row, parameter in enumerate(builder.axis.parameters):
+        spread = spreads[row] if row < len(spreads) else FREQUENCY_LOG_SD
+        if parameter.name.endswith("damping_ratio"):
+            spread = DAMPING_LOG_SD
+        nominal = parameter.nominal
+        prior = LogNormal(nominal, spread)
+        found.append(
+            Parameter(parameter.name, parameter.unit, nominal, prior, Logarithm(float(np.sign(nominal))))
+        )
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """The base model of `builder` with `effects`, for commands `inputs` (one array a record)."""
+
+    builder: ChainBuilder
+    scale: AxisScale
+    inputs: Sequence[FloatArray]
+    effects: tuple[Effect, ...] = ()
+    parameters: tuple[Parameter, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        effects = [parameter for effect in self.effects for parameter in effect.parameters(self.scale)]
+        object.__setattr__(self, "parameters", (*base_parameters(self.builder), *effects))
+
+    @property
+    def base_count(self) -> int:
+        return len(self.builder.axis.parameters)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(effect.label for effect in self.effects)
+
+    def with_effect(self, effect: Effect) -> Hypothesis:
+        """The same with one effect more."""
+        return Hypothesis(self.builder, self.scale, self.inputs, (*self.effects, effect))
+
+    @property
+    def torques(self) -> bool:
+        """Whether the drive train behind G matters to the simulated output."""
+        return any(effect.needs_drive_train for effect in self.effects)
+
+    def settings(self, values: FloatArray, chain: Chain) -> FloatArray:
+        """The chain simulator's settings at parameter values (parameters,) of the linear block `chain`."""
+        settings = S.NEUTRAL.copy()
+        settings[S.MOTOR_STIFFNESS], settings[S.LOAD_STIFFNESS] = chain.stiffness
+        settings[S.CONTACT_DAMPING] = chain.contact_damping
+        settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
+        row = self.base_count
+        for effect in self.effects:
+            count = len(effect.parameters(self.scale))
+            effect.apply(values[row : row + count], settings, self.scale)
+            row += count
+        return settings
+
+    def chain(self, values: FloatArray) -> Chain:
+        """The linear block at parameter values (parameters,)."""
+        row, resonator = self.base_count, None
+        for effect in self.effects:
+            count = len(effect.parameters(self.scale))
+            resonator = effect.resonator(values[row : row + count]) or resonator
+            row += count
+        return self.builder.chain(values[: self.base_count], resonator, self.torques)
+
+    def simulate(self, values: FloatArray, inputs: Sequence[FloatArray] | None = None) -> list[FloatArray]:
+        """y of every record at parameter values (parameters,); of `inputs` where given."""
+        return [y for _, y in self.simulate_signals(values, inputs)]
+
+    def simulate_signals(
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """(w, y) of every record at parameter values (parameters,)."""
+        chain = self.chain(values)
+        settings = self.settings(values, chain)
+        return [chain.simulate(u, settings) for u in (self.inputs if inputs is None else inputs)]
+
+    def to_values(self, coordinates: FloatArray) -> FloatArray:
+        """Parameter values of unbounded coordinates, both (parameters,)."""
+        return np.array(
+            [
+                float(p.transform.to_value(np.asarray(c)))
+                for p, c in zip(self.parameters, coordinates, strict=True)
+            ]
+        )
+
+    def to_coordinates(self, values: FloatArray) -> FloatArray:
+        """Unbounded coordinates of parameter values, both (parameters,)."""
+        return np.array(
+            [
+                float(p.transform.to_coordinate(np.asarray(v)))
+                for p, v in zip(self.parameters, values, strict=True)
+            ]
+        )
+
+    @property
+    def prior_means(self) -> FloatArray:
+        """Mean of every prior in coordinates: all are normal there."""
+        return self.to_coordinates(
+            np.array([float(p.prior.quantile(np.asarray(0.5))) for p in self.parameters])
+        )
+
+    @property
+    def prior_sds(self) -> FloatArray:
+        """Standard deviation of every prior in coordinates."""
+        return np.array([_prior_sd(parameter) for parameter in self.parameters])
+
+
+def _prior_sd(parameter: Parameter) -> float:
+    prior = parameter.prior
+    return float(prior.log_sd if isinstance(prior, LogNormal) else prior.sd)  # type: ignore[attr-defined]

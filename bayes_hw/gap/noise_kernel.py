@@ -1,0 +1,77 @@
+"""Compiled filters of the noise that is not stationary: clock jitter and held samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+LOG_2PI = np.log(2 * np.pi)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def jitter_filter(columns, coefficient, innovation_variance, extra_variance, white):  # type: ignore[no-untyped-def]
+    """Kalman filter of first-order noise plus white noise of known, changing variance; the log-determinant.
+
+    n(k) = coefficient n(k-1) + a(k), e(k) = n(k) + r(k) with var a = innovation_variance and
+    var r(k) = extra_variance[k]. `columns` (samples, m) are filtered with the same gains into `white`.
+    """
+    samples, m = columns.shape
+    state = np.zeros(m)
+    variance = innovation_variance / (1 - coefficient**2)
+    log_determinant = 0.0
+    for k in range(samples):
+        total = variance + extra_variance[k]
+        gain = variance / total
+        root = np.sqrt(total)
+        log_determinant += np.log(total)
+        for j in range(m):
+            innovation = columns[k, j] - state[j]
+            white[k, j] = innovation / root
+            state[j] = coefficient * (state[j] + gain * innovation)
+        variance = coefficient**2 * variance * (1 - gain) + innovation_variance
+    return log_determinant
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type: ignore[no-untyped-def]
+    """Forward filter over the age of a displayed sample; the log-likelihood.
+
+    The encoder shows simulated[k - a] with a = 0 when it is fresh and one more than before when it repeats,
+    which it does with probability `hold`; first-order noise is added. `ages` (samples, largest age + 1) gets
+    the filtered probabilities.
+    """
+    samples, count = ages.shape
+    log_likelihood = 0.0
+    norm = -np.log(innovation_sigma) - 0.5 * LOG_2PI
+    before = np.zeros(count)
+    before[0] = 1.0
+    joint = np.zeros(count)
+    for k in range(samples):
+        largest = -np.inf
+        fresh = -np.inf
+        for a in range(count):
+            joint[a] = -np.inf
+        for a in range(count):
+            if before[a] <= 0:
+                continue
+            earlier = 0.0 if k == 0 else y[k - 1] - simulated[max(k - 1 - a, 0)]
+            log_before = np.log(before[a])
+            e = (y[k] - simulated[k] - coefficient * earlier) / innovation_sigma
+            value = log_before + np.log(1 - hold) - 0.5 * e * e
+            top = max(fresh, value)
+            fresh = top + np.log(np.exp(fresh - top) + np.exp(value - top))
+            if a + 1 < count and k > a:
+                e = (y[k] - simulated[k - a - 1] - coefficient * earlier) / innovation_sigma
+                joint[a + 1] = log_before + np.log(hold) - 0.5 * e * e
+        joint[0] = fresh
+        for a in range(count):
+            largest = max(largest, joint[a])
+        total = 0.0
+        for a in range(count):
+            before[a] = np.exp(joint[a] - largest)
+            total += before[a]
+        for a in range(count):
+            before[a] /= total
+            ages[k, a] = before[a]
+        log_likelihood += largest + np.log(total) + norm
+    return log_likelihood

@@ -1,0 +1,148 @@
+"""All effects in one pass: how much of the whitened residual each could take, base tangents projected off.
+
+For an effect with response r (its simulated output less that of the base) the reducible error is
+(r' e)^2 / r' r, with e the base's residual and both r and e whitened and with the span of the base
+parameters' derivatives removed: what re-estimating the base could not do. It is in units of log-likelihood
+times two. Periodic effects are scanned over their period with the linear response of a sine of the position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.whitener import Whitener
+
+MAX_PERIODS = 400
+SHORTEST_PERIOD_SHARE = 1 / 150
+"""Of the travel; shorter periods are not scanned."""
+
+CHUNK = 40
+
+LARGEST_RESPONSE = 1e6
+"""Output units; a start whose simulation runs away is left out."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A start for an effect: parameter values and the reduction it promises."""
+
+    effect: Effect
+    values: tuple[float, ...]
+    reduction: float
+
+
+class Screen:
+    """The base fit's residual with the base tangents projected off, ready to hold responses against."""
+
+    def __init__(self, base: Fit, whitener: Whitener) -> None:
+        self.base, self.whitener = base, whitener
+        self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
+        self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
+
+    def _white(self, columns: Sequence[FloatArray]) -> FloatArray:
+        return np.concatenate([self.whitener.whiten(c, record) for record, c in enumerate(columns)])
+
+    def _projected(self, columns: FloatArray) -> FloatArray:
+        return columns - self.tangents @ (self.tangents.T @ columns)
+
+    def project(self, responses: Sequence[FloatArray]) -> FloatArray:
+        """Responses (samples, n) a record, whitened and projected, all records stacked."""
+        return self._projected(self._white(responses))
+
+    def reduction(self, projected: FloatArray) -> float:
+        """Twice the log-likelihood that the columns (samples, n) could gain together."""
+        gram = projected.T @ projected
+        gram = gram + 1e-10 * np.trace(gram) * np.eye(len(gram)) + 1e-300 * np.eye(len(gram))
+        correlation = projected.T @ self.residual
+        return float(correlation @ np.linalg.solve(gram, correlation))
+
+    def candidates(self, effect: Effect) -> list[Candidate]:
+        """Every start of `effect` with what it promises, best first."""
+        found = (
+            self._scanned(effect)
+            if isinstance(effect, PeriodicEffect)
+            else self.tried(effect, effect.starts(self.base.hypothesis.scale))
+        )
+        return sorted(found, key=lambda candidate: -candidate.reduction)
+
+    def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
+        """The given starts of `effect` with what each promises."""
+        hypothesis = self.base.hypothesis.with_effect(effect)
+        found = []
+        for start in starts:
+            simulated = hypothesis.simulate(np.concatenate([self.base.values, start]))
+            change = [(s - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+            if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
+                continue
+            response = self.project(change)
+            found.append(Candidate(effect, tuple(start), self.reduction(response)))
+        return found
+
+    def _scanned(self, effect: PeriodicEffect) -> list[Candidate]:
+        hypothesis, values = self.base.hypothesis, self.base.values
+        scale = hypothesis.scale
+        chain = hypothesis.chain(values)
+        unit = effect.unit_amplitude(scale)
+        signals = hypothesis.simulate_signals(values)
+        shortest = max(SHORTEST_PERIOD_SHARE * scale.travel, 2.5 * scale.output_speed / scale.rate)
+        count = int(np.clip(5 * scale.travel / shortest, 10, MAX_PERIODS))
+        frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
+        sines, cosines = [], []
+        for start in range(0, count, CHUNK):
+            some = frequencies[start : start + CHUNK]
+            columns = []
+            for record, (w, _) in enumerate(signals):
+                phase = 2 * np.pi * w[:, None] * some
+                added = unit * np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
+                if effect.door == "output":
+                    added -= added[:1]
+                if effect.only_saturated:
+                    added *= _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)[:, None]
+                shift = convolve(impulse_response(chain, effect.door, len(w)), added)
+                columns.append(np.where(np.abs(w[:, None]) > values[2], shift, 0.0))
+            projected = self.project(columns)
+            sines.append(projected[:, : len(some)])
+            cosines.append(projected[:, len(some) :])
+        sine, cosine = np.concatenate(sines, axis=1), np.concatenate(cosines, axis=1)
+        reductions, amplitudes = _two_column_reductions(sine, cosine, self.residual)
+        peaks = [
+            i
+            for i in range(count)
+            if reductions[i] >= reductions[max(i - 1, 0)]
+            and reductions[i] >= reductions[min(i + 1, count - 1)]
+        ]
+        peaks.sort(key=lambda i: -reductions[i])
+        return [
+            Candidate(
+                effect,
+                (amplitudes[0, i] * unit, amplitudes[1, i] * unit, 1 / frequencies[i]),
+                float(reductions[i]),
+            )
+            for i in peaks[:4]
+        ]
+
+
+def _limit_reached(u: FloatArray, delay: int, values: FloatArray) -> FloatArray:
+    """The limit where the delayed command lies beyond it, zero elsewhere; shape of `u`."""
+    delayed = np.zeros_like(u)
+    delayed[delay:] = u[: len(u) - delay]
+    return np.where(delayed < values[0], values[0], np.where(delayed > values[1], values[1], 0.0))
+
+
+def _two_column_reductions(
+    sine: FloatArray, cosine: FloatArray, residual: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Reduction (n,) and amplitudes (2, n) of every pair of columns."""
+    ss, cc, sc = np.sum(sine**2, 0), np.sum(cosine**2, 0), np.sum(sine * cosine, 0)
+    ss, cc = ss * (1 + 1e-9) + 1e-300, cc * (1 + 1e-9) + 1e-300
+    se, ce = sine.T @ residual, cosine.T @ residual
+    determinant = np.maximum(ss * cc - sc**2, 1e-300)
+    amplitudes = np.array([(cc * se - sc * ce) / determinant, (ss * ce - sc * se) / determinant])
+    return amplitudes[0] * se + amplitudes[1] * ce, amplitudes

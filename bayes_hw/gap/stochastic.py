@@ -1,0 +1,366 @@
+"""Stochastic effects: what the residuals of a fit say of each, with the whitener that belongs to it.
+
+They change the noise, not the response: no simulator can track their realisation, so what they improve is
+the predictive density and the band.
+
+- wind: first-order load torque through the drive train's own path, beside the encoder's noise
+  (Davenport's spectrum falls likewise above its corner; doi 10.1002/qj.49708837618)
+- sensor_drift (random walk): increments of variance q a sample, beside the encoder's noise
+- timing_jitter (clock): samples taken off their instants by epsilon ~ N(0, tau^2), an error dy/dt epsilon
+- timing_jitter (held samples): the encoder repeats its last sample with a probability
+- outliers: isolated glitches, a mixture with a wide component
+- encoder_quantization: y lies on a lattice whose step is well above the noise (interval likelihood)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.disturbance import (
+    LARGEST_NOISE_CORRELATION,
+    Spectrum,
+    autoregression_of_spectrum,
+    first_order_spectrum,
+    fit_spectrum,
+    mean_spectrum,
+)
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.glitches import find_glitches
+from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
+from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Whitener, fit_autoregression
+
+MAX_AGE = 12
+NOISE_ORDER = 1
+SMALLEST_STEP = 1.8
+"""Of the noise: a coarser lattice of y is quantization, a finer one is not told from noise."""
+
+
+class Display(Protocol):
+    """How an encoder shows an output."""
+
+    def show(self, y: FloatArray, record: int) -> FloatArray:
+        """The expected display of `y` (samples,) of a training record."""
+        ...
+
+
+@dataclass(frozen=True)
+class HeldDisplay:
+    """Repeated samples: weights of every sample's age, (samples, ages) a record."""
+
+    ages: tuple[FloatArray, ...]
+
+    def show(self, y: FloatArray, record: int) -> FloatArray:
+        ages = self.ages[record]
+        shown = np.zeros_like(y)
+        for age in range(ages.shape[1]):
+            shown += ages[:, age] * np.concatenate([np.full(age, y[0]), y[: len(y) - age]])
+        return shown
+
+
+@dataclass(frozen=True)
+class RoundedDisplay:
+    """Rounding of y + noise to a lattice: its mean, a staircase with steps as soft as the noise."""
+
+    step: float
+    offset: float
+    sigma: float
+
+    def show(self, y: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
+        place = (y - self.offset) / self.step
+        below = np.floor(place)
+        part = place - below
+        width = max(self.sigma / self.step, 0.02)
+        up = np.exp(log_ndtr((part - 0.5) / width)) + np.exp(log_ndtr((part - 1.5) / width))
+        down = np.exp(log_ndtr(-(part + 0.5) / width))
+        return np.asarray(self.offset + self.step * (below + up - down))
+
+
+@dataclass(frozen=True)
+class StochasticFit:
+    """A stochastic effect fitted to residuals: label, form, whitener, log-likelihood, named parameters.
+
+    `display` is how the encoder shows the simulated output, where the effect changes that.
+    """
+
+    label: str
+    form: str
+    whitener: Whitener
+    log_likelihood: float
+    parameters: dict[str, tuple[float, float, str]]
+    display: Display | None = None
+
+
+@dataclass(frozen=True)
+class JitterWhitener:
+    """First-order noise and white noise of changing variance."""
+
+    coefficient: float
+    innovation_variance: float
+    extra: tuple[FloatArray, ...]
+    log_likelihood: float
+    parameter_count: int = 3
+
+    @property
+    def sigma(self) -> float:
+        return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        white = np.empty_like(columns)
+        jitter_filter(
+            np.ascontiguousarray(columns),
+            self.coefficient,
+            self.innovation_variance,
+            self.extra[record],
+            white,
+        )
+        return white
+
+
+def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
+    """Autoregressive noise of the fit's residuals, nothing masked."""
+    return fit_autoregression(fit.residuals, [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals], order)
+
+
+def outliers(fit: Fit) -> StochasticFit | None:
+    """Glitches in the residuals of `fit`: the likelihood of the mixture of both kinds of sample."""
+    masks = find_glitches(fit.residuals)
+    count, samples = sum(int(m.sum()) for m in masks), sum(len(m) for m in masks)
+    if count < 3:
+        return None
+    noise = fit_autoregression(fit.residuals, masks, NOISE_ORDER)
+    heights = np.concatenate([e[m] for e, m in zip(fit.residuals, masks, strict=True)])
+    width, rate = float(np.sqrt(np.mean(heights**2))), count / samples
+    wide = -0.5 * count * (LOG_2PI + 1) - count * np.log(width)
+    total = noise.log_likelihood + wide + count * np.log(rate) + (samples - count) * np.log1p(-rate)
+    whitener = Autoregression(noise.coefficients, noise.innovation_sigma, noise.sigma, total, masks)
+    unit = fit.hypothesis.scale.units.output
+    error = np.sqrt(rate / samples)
+    return StochasticFit(
+        "outliers",
+        "",
+        whitener,
+        total,
+        {"outliers.rate": (rate, error, ""), "outliers.height": (width, width / np.sqrt(2 * count), unit)},
+    )
+
+
+def clock_jitter(fit: Fit) -> StochasticFit | None:
+    """Samples off their instants: white noise whose variance grows with the square of the speed."""
+    rate = fit.hypothesis.scale.rate
+    speeds = [np.gradient(s) * rate for s in fit.simulated]
+    noise = fit_autoregression(fit.residuals, [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals], 1)
+    power = float(np.mean(np.concatenate(speeds) ** 2))
+    if power == 0:
+        return None
+    correlation = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
+
+    def at(p: FloatArray) -> JitterWhitener:
+        coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
+        variance, extra = np.exp(2 * p[1]), tuple(np.exp(2 * p[2]) * v**2 for v in speeds)
+        total = 0.0
+        for e, r in zip(fit.residuals, extra, strict=True):
+            white = np.empty((len(e), 1))
+            log_determinant = jitter_filter(np.ascontiguousarray(e[:, None]), coefficient, variance, r, white)
+            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
+        return JitterWhitener(float(coefficient), float(variance), extra, total)
+
+    from scipy.optimize import minimize
+
+    first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
+    best = None
+    for share in (0.3, 0.8):
+        start = np.array([first, 0.5 * np.log(1 - share), 0.5 * np.log(share / power)])
+        start[1:] += np.log(noise.innovation_sigma)
+        found = minimize(
+            lambda p: -at(p).log_likelihood,
+            start,
+            method="Nelder-Mead",
+            options={"maxiter": 120, "fatol": 0.1},
+        )
+        if best is None or found.fun < best.fun:
+            best = found
+    assert best is not None
+    whitener = at(best.x)
+    spread = float(np.exp(best.x[2]))
+    samples = sum(len(e) for e in fit.residuals)
+    return StochasticFit(
+        "timing_jitter",
+        "clock",
+        whitener,
+        whitener.log_likelihood,
+        {"timing_jitter.clock_sd": (spread, spread / np.sqrt(0.5 * samples), "s")},
+    )
+
+
+def held_samples(fit: Fit) -> StochasticFit | None:
+    """Repeated samples: the age of every sample by a forward filter, their probability by its mean."""
+    hold, coefficient = 0.3, 0.0
+    sigma = 0.5 * fit.rmse
+    ages: list[FloatArray] = []
+    measured = [e + s for e, s in zip(fit.residuals, fit.simulated, strict=True)]
+    total = -np.inf
+    for _ in range(8):
+        ages, total = [], 0.0
+        for y, s in zip(measured, fit.simulated, strict=True):
+            weights = np.empty((len(y), MAX_AGE + 1))
+            total += held_ages(y, s, hold, coefficient, sigma, weights)
+            ages.append(weights)
+        display = HeldDisplay(tuple(ages))
+        shown = [display.show(s, record) for record, s in enumerate(fit.simulated)]
+        left = [y - s for y, s in zip(measured, shown, strict=True)]
+        moving = [np.abs(np.gradient(s)) > 0.5 * sigma for s in fit.simulated]
+        fresh = sum(float(a[m, 0].sum()) for a, m in zip(ages, moving, strict=True))
+        count = sum(int(m.sum()) for m in moving)
+        if count < 50:
+            return None
+        hold = float(np.clip(1 - fresh / count, 0.01, 0.95))
+        noise = fit_autoregression(left, [np.zeros(len(e), dtype=np.bool_) for e in left], 1)
+        coefficient = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
+        sigma = noise.innovation_sigma
+    whitener = Autoregression(
+        np.array([coefficient]),
+        sigma,
+        sigma / float(np.sqrt(1 - coefficient**2)),
+        total,
+        [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals],
+    )
+    if hold < 0.02:
+        return None
+    error = float(np.sqrt(hold * (1 - hold) / count))
+    return StochasticFit(
+        "timing_jitter",
+        "held samples",
+        whitener,
+        total,
+        {"timing_jitter.repeated_share": (hold, error, "")},
+        HeldDisplay(tuple(ages)),
+    )
+
+
+def lattice_step(measured: Sequence[FloatArray]) -> float:
+    """The step of the lattice on which all measured values lie, 0 where there is none."""
+    values = np.unique(np.concatenate(measured))
+    if len(values) < 3:
+        return 0.0
+    gaps = np.diff(values)
+    step = float(gaps[gaps > 1e-3 * np.median(gaps)].min())
+    if len(values) > 0.5 * sum(len(y) for y in measured) or step <= 0:
+        return 0.0
+    for _ in range(3):
+        index = np.round((values - values[0]) / step)
+        step = float(index @ (values - values[0]) / max(index @ index, 1.0))
+    off = np.abs((values - values[0]) / step - np.round((values - values[0]) / step))
+    return step if off.max() < 0.05 else 0.0
+
+
+def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
+    """Interval likelihood of rounded data, the noise before rounding white."""
+    measured = [e + s for e, s in zip(fit.residuals, fit.simulated, strict=True)]
+    step = lattice_step(measured)
+    if step == 0:
+        return None
+    e = np.concatenate(fit.residuals)
+    candidates = step * np.geomspace(0.02, 1.0, 30)
+    totals = [
+        float(np.sum(_log_interval((e - 0.5 * step) / s, (e + 0.5 * step) / s))) - len(e) * np.log(step)
+        for s in candidates
+    ]
+    best = int(np.argmax(totals))
+    sigma = float(candidates[best])
+    reference = min(sigma, nominal_sigma) if np.isfinite(nominal_sigma) and nominal_sigma > 0 else sigma
+    if step < SMALLEST_STEP * reference:
+        return None
+    display = RoundedDisplay(step, float(measured[0][0]), sigma)
+    left = [
+        y - display.show(s, record) for record, (y, s) in enumerate(zip(measured, fit.simulated, strict=True))
+    ]
+    spread = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    whitener = Plain(max(spread, 0.3 * sigma), totals[best])
+    return StochasticFit(
+        "encoder_quantization",
+        "",
+        whitener,
+        totals[best],
+        {"encoder_quantization.step": (step, 1e-6 * step, fit.hypothesis.scale.units.output)},
+        display,
+    )
+
+
+def _log_interval(low: FloatArray, high: FloatArray) -> FloatArray:
+    """log(Phi(high) - Phi(low)), far tails included."""
+    flip = low > 0
+    a, b = np.where(flip, -high, low), np.where(flip, -low, high)
+    upper, lower = log_ndtr(b), log_ndtr(a)
+    return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12)))
+
+
+def wind(fit: Fit) -> StochasticFit | None:
+    """A slow load torque: first-order spectrum through the drive train's path, beside the encoder's noise."""
+    rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
+    chain = fit.hypothesis.chain(fit.values)
+    real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
+    spectrum = mean_spectrum(fit.residuals, rate)
+
+    def path(f: FloatArray) -> FloatArray:
+        s = 2j * np.pi * f
+        total = np.zeros_like(s)
+        for pole, gain in zip(real, real_in[1] * real_out[0], strict=True):
+            total = total + gain / (s - pole)
+        for pole, gain in zip(pairs, pair_in[1] * pair_out[0], strict=True):
+            total = total + gain / (s - pole) + np.conj(gain) / (s - np.conj(pole))
+        return np.abs(total) ** 2
+
+    static = max(float(path(np.array([1e-3]))[0]), 1e-300)
+
+    def model(f: FloatArray, p: FloatArray) -> FloatArray:
+        noise = first_order_spectrum(f, rate, np.exp(p[0]), _correlation(p[1]))
+        corner = np.exp(np.clip(p[3], np.log(0.1 / (samples / rate)), np.log(0.15 * rate)))
+        slow = np.exp(2 * p[2]) * rate / (np.pi * corner) / (1 + (f / corner) ** 2)
+        return noise + slow * path(f) / static
+
+    high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
+    level = np.log(fit.rmse)
+    starts = [np.array([high, -1.0, level, np.log(c)]) for c in (0.05, 0.3, 1.0)]
+    return _spectral("wind", "", fit, spectrum, model, starts, "wind.sd", "wind.corner_hz")
+
+
+def random_walk(fit: Fit) -> StochasticFit | None:
+    """A measured angle that wanders: increments of constant variance, beside the encoder's noise."""
+    rate = fit.hypothesis.scale.rate
+    duration = max(len(e) for e in fit.residuals) / rate
+    spectrum = mean_spectrum(fit.residuals, rate)
+
+    def model(f: FloatArray, p: FloatArray) -> FloatArray:
+        noise = first_order_spectrum(f, rate, np.exp(p[0]), _correlation(p[1]))
+        return noise + np.exp(2 * p[2]) / (
+            2 - 2 * np.cos(2 * np.pi * f / rate) + (0.3 / (duration * rate)) ** 2
+        )
+
+    level = np.log(fit.rmse)
+    starts = [np.array([level, -1.0, level + k]) for k in (-4.0, -2.5)]
+    return _spectral("sensor_drift", "random walk", fit, spectrum, model, starts, "sensor_drift.step_sd", "")
+
+
+def _correlation(p: float) -> float:
+    return LARGEST_NOISE_CORRELATION / (1 + float(np.exp(-np.clip(p, -30, 30))))
+
+
+def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner):  # type: ignore[no-untyped-def]
+    """The spectral model fitted, as a long autoregression with its time-domain likelihood."""
+    p = fit_spectrum(spectrum, model, starts)
+    rate = fit.hypothesis.scale.rate
+    grid = np.fft.rfftfreq(8192, 1 / rate)
+    power = model(np.maximum(grid, 0.25 * grid[1]), p)
+    masks = [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals]
+    whitener = autoregression_of_spectrum(grid, power, fit.residuals, masks)
+    unit = fit.hypothesis.scale.units.output
+    found = {size: (float(np.exp(p[2])), float(0.1 * np.exp(p[2])), unit)}
+    if corner:
+        found[corner] = (float(np.exp(p[3])), float(0.3 * np.exp(p[3])), "Hz")
+    return StochasticFit(label, form, whitener, whitener.log_likelihood, found)

@@ -1,0 +1,106 @@
+"""What turns residuals into white ones of unit variance, one class a kind of noise.
+
+A whitener is linear in the residual, so the same operator serves the residual and the derivatives of the
+simulated output; `log_likelihood` is that of the residuals it was fitted to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.signal import lfilter
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.identify.noise import estimate_noise
+
+LOG_2PI = float(np.log(2 * np.pi))
+
+
+class Whitener(Protocol):
+    """Columns in, whitened columns out, a record at a time."""
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        """`columns` (samples, n) of one record, white and of unit variance."""
+        ...
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the residuals that the whitener was fitted to."""
+        ...
+
+    @property
+    def parameter_count(self) -> int:
+        """Free parameters of the noise."""
+        ...
+
+    @property
+    def sigma(self) -> float:
+        """Marginal standard deviation of the stationary noise, output units."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plain:
+    """White noise of a given sigma: the plain residuals that a first fit starts on."""
+
+    sigma: float
+    log_likelihood: float = float("nan")
+    parameter_count: int = 1
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
+        return columns / self.sigma
+
+
+@dataclass(frozen=True)
+class Autoregression:
+    """Stationary autoregressive noise; samples in `glitches` (a mask a record) are bridged."""
+
+    coefficients: FloatArray
+    innovation_sigma: float
+    sigma: float
+    log_likelihood: float
+    glitches: Sequence[BoolArray]
+
+    @property
+    def parameter_count(self) -> int:
+        return len(self.coefficients) + 1
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        bridged = bridge(columns, self.glitches[record])
+        white = (
+            lfilter(np.concatenate([[1.0], -self.coefficients]), [1.0], bridged, axis=0)
+            / self.innovation_sigma
+        )
+        order = len(self.coefficients)
+        white[:order] = bridged[:order] / self.sigma
+        white[self.glitches[record]] = 0.0
+        return white
+
+
+def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
+    """`columns` (samples, n) with the samples in `gaps` interpolated from their neighbours."""
+    if not gaps.any():
+        return columns
+    bridged, kept = columns.copy(), np.flatnonzero(~gaps)
+    missing = np.flatnonzero(gaps)
+    after = np.clip(np.searchsorted(kept, missing), 0, len(kept) - 1)
+    before = np.clip(after - 1, 0, len(kept) - 1)
+    bridged[missing] = 0.5 * (columns[kept[before]] + columns[kept[after]])
+    return bridged
+
+
+def fit_autoregression(
+    residuals: Sequence[FloatArray], glitches: Sequence[BoolArray], order: int
+) -> Autoregression:
+    """Autoregressive noise of `order` fitted to the residuals (samples,), glitches bridged and not counted."""
+    bridged = [bridge(e[:, None], gaps)[:, 0] for e, gaps in zip(residuals, glitches, strict=True)]
+    estimate = estimate_noise(bridged, order)
+    model = Autoregression(estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches)
+    total = 0.0
+    for record, e in enumerate(residuals):
+        white = model.whiten(e[:, None], record)[~glitches[record], 0]
+        total -= 0.5 * float(white @ white) + len(white) * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
+    return Autoregression(estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches)
