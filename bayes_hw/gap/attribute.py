@@ -41,9 +41,9 @@ PARTNERS_TRIED = 5
 FIRST_EFFECTS = 3
 PAIRS_KEPT = 4
 FIRST_ITERATIONS = 4
-MORE_ITERATIONS = 10
-HOPELESS = 1.5
-"""A joint fit whose cost stays above this many times that of its host is given up."""
+MORE_ITERATIONS = 16
+SINGLES_TRIED = 12
+SINGLES_FINISHED = 14
 
 SINGLES_WITH_NOISE = 12
 WORTH_REFITTING = 3.0
@@ -137,20 +137,25 @@ class Attributor:
         starts: list[tuple[Fit, Candidate]] = []
         for origin in (base, self.nominal):
             screen = Screen(origin, Plain(max(origin.rmse, self.plain.sigma)))
-            found = [c[0] for c in self._each(screen.candidates, self.effects) if c]
-            found.sort(key=lambda c: -c.reduction)
-            starts += [(origin, candidate) for candidate in found]
-        fits = self._each(lambda pair: self._joint(*pair), starts)
-        return _best_of_each(fits)
+            scanned = [e for e in self.effects if origin is base or not isinstance(e, PeriodicEffect)]
+            ranked = sorted((c for c in self._each(screen.candidates, scanned) if c), key=_most_promising)
+            for forms in ranked[:SINGLES_TRIED]:
+                starts += [(origin, candidate) for candidate in forms[: forms[0].effect.starts_tried]]
+        return self._in_two_rounds(starts, SINGLES_FINISHED)
 
-    def _joint(self, host: Fit, candidate: Candidate) -> Fit:
-        """A few iterations of the joint fit, and more where they lead towards the noise."""
+    def _in_two_rounds(self, starts: Sequence[tuple[Fit, Candidate]], finished: int) -> list[Fit]:
+        """A few iterations of every joint fit, then more of the best `finished`; best first."""
+        first = sorted(self._each(lambda pair: self._begun(*pair), starts), key=lambda f: f.cost)
+        done = self._each(
+            lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, MORE_ITERATIONS),
+            first[:finished],
+        )
+        return _best_of_each([*done, *first[finished:]])
+
+    def _begun(self, host: Fit, candidate: Candidate) -> Fit:
         hypothesis = host.hypothesis.with_effect(candidate.effect)
         start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
-        first = fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
-        if first.cost > HOPELESS * host.cost:
-            return first
-        return fit(hypothesis, self.measured, first.coordinates, self.plain, MORE_ITERATIONS)
+        return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
 
     def pair_fits(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
         """Joint plain fits of two effects: to each of the best singles those that promise most beside it."""
@@ -171,7 +176,7 @@ class Attributor:
             ranked = [max(c, key=lambda c: c.reduction) for c in self._each(promised, singles) if c]
             ranked.sort(key=lambda c: -c.reduction)
             starts += [(first, candidate) for candidate in ranked[:PARTNERS_TRIED]]
-        return _best_of_each(self._each(lambda pair: self._joint(*pair), starts))
+        return self._in_two_rounds(starts, PAIRS_KEPT)
 
     def stochastic_explanations(
         self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]
@@ -262,6 +267,10 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
         if key not in best or f.cost < best[key].cost:
             best[key] = f
     return sorted(best.values(), key=lambda f: f.cost)
+
+
+def _most_promising(candidates: Sequence[Candidate]) -> float:
+    return -candidates[0].reduction
 
 
 def _worst_first(explanation: Explanation) -> float:

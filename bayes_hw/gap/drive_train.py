@@ -29,8 +29,8 @@ FREQUENCIES = 40
 LARGEST_MISFIT = 0.05
 """Relative misfit of the frequency response above which G is not that of this drive train."""
 
-MISFIT_ROUNDS = 5
-STEPS_PER_ROUND = 3
+MISFIT_ROUNDS = 4
+STEPS_PER_ROUND = 2
 FIRST_MISFIT = 0.03
 SMALLEST_MISFIT = 1e-6
 DERIVATIVE_STEP = 1e-6

@@ -19,9 +19,9 @@ from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.impulse import convolve, impulse_response
 from bayes_hw.gap.whitener import Whitener
 
-MAX_PERIODS = 400
-SHORTEST_PERIOD_SHARE = 1 / 150
-"""Of the travel; shorter periods are not scanned."""
+MAX_PERIODS = 240
+SHORTEST_PERIOD_SHARE = 1 / 60
+"""Of the travel, where a quarter of a cycle more over it is told apart; shorter periods are not scanned."""
 
 CHUNK = 40
 
@@ -92,7 +92,7 @@ class Screen:
         unit = effect.unit_amplitude(scale)
         signals = hypothesis.simulate_signals(values)
         shortest = max(SHORTEST_PERIOD_SHARE * scale.travel, 2.5 * scale.output_speed / scale.rate)
-        count = int(np.clip(5 * scale.travel / shortest, 10, MAX_PERIODS))
+        count = int(np.clip(4 * scale.travel / shortest, 10, MAX_PERIODS))
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
         sines, cosines = [], []
         for start in range(0, count, CHUNK):

@@ -33,7 +33,7 @@ from bayes_hw.gap.effects.disturbance import (
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
-from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Whitener, fit_autoregression
+from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression
 
 MAX_AGE = 12
 NOISE_ORDER = 1
@@ -85,7 +85,8 @@ class RoundedDisplay:
 class StochasticFit:
     """A stochastic effect fitted to residuals: label, form, whitener, log-likelihood, named parameters.
 
-    `display` is how the encoder shows the simulated output, where the effect changes that.
+    `display` is how the encoder shows the simulated output, where the effect changes that;
+    `encoder_sigma` the encoder's own noise where the whitener holds more than that.
     """
 
     label: str
@@ -94,6 +95,7 @@ class StochasticFit:
     log_likelihood: float
     parameters: dict[str, tuple[float, float, str]]
     display: Display | None = None
+    encoder_sigma: float | None = None
 
 
 @dataclass(frozen=True)
@@ -363,4 +365,6 @@ def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner)
     found = {size: (float(np.exp(p[2])), float(0.1 * np.exp(p[2])), unit)}
     if corner:
         found[corner] = (float(np.exp(p[3])), float(0.3 * np.exp(p[3])), "Hz")
-    return StochasticFit(label, form, whitener, whitener.log_likelihood, found)
+    return StochasticFit(
+        label, form, whitener, whitener.log_likelihood, found, encoder_sigma=float(np.exp(p[0]))
+    )

@@ -24,7 +24,8 @@ class Effect(ABC):
 
     A subclass says in its docstring the equation, the source and when not to believe it. `label` is that of
     the catalogue, `form` tells forms of one label apart, `test_values` are parameters that a test can use,
-    `needs_drive_train` says that the torque paths behind G matter.
+    `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
+    screened starts a fit begins from.
     """
 
     label: ClassVar[str]
@@ -32,6 +33,7 @@ class Effect(ABC):
     form: ClassVar[str] = ""
     test_values: ClassVar[tuple[float, ...]]
     needs_drive_train: ClassVar[bool] = False
+    starts_tried: ClassVar[int] = 1
 
     @property
     def name(self) -> str:

@@ -45,6 +45,7 @@ class UnmodelledMode(Effect):
 
     label: ClassVar[str] = "unmodelled_mode"
     needs_drive_train: ClassVar[bool] = True
+    starts_tried: ClassVar[int] = 3
     block: ClassVar[Block] = "linear"
     test_values = (0.3, 1.3, 0.02)
 

@@ -1,0 +1,74 @@
+"""A case: a simulator, records to train on, records held out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bayes_hw.errors import InputError
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+RATE_TOLERANCE = 1e-6
+SHORTEST = 200
+"""Samples that a record must have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """The nominal model and its records; the outputs of `holdout` serve to score a finished prediction only."""
+
+    name: str
+    model: HammersteinWiener
+    train: tuple[Record, ...]
+    holdout: tuple[Record, ...]
+
+    @classmethod
+    def read(cls, folder: Path) -> Case:
+        """Read case.json and what it names, relative to `folder`. Raises InputError where something is wrong."""
+        path = folder / "case.json"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({error.strerror}); give a case folder") from None
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}: is not JSON ({error})") from None
+        if not isinstance(data, dict) or not isinstance(data.get("model"), str):
+            raise InputError(f'{path}: needs "model", "train" and "holdout"; see FORMATS')
+        for key in ("train", "holdout"):
+            if not isinstance(data.get(key), list) or not all(isinstance(item, str) for item in data[key]):
+                raise InputError(f"{path}: {key}: must be a list of file names")
+        return cls.of_files(
+            folder.resolve().name,
+            folder / data["model"],
+            [folder / item for item in data["train"]],
+            [folder / item for item in data["holdout"]],
+        )
+
+    @classmethod
+    def of_files(cls, name: str, model: Path, train: Sequence[Path], holdout: Sequence[Path]) -> Case:
+        """Read a model and records from files."""
+        nominal = HammersteinWiener.read(model)
+        records = [Record.read(path, units=nominal.units) for path in (*train, *holdout)]
+        return cls.of_records(name, nominal, records[: len(train)], records[len(train) :])
+
+    @classmethod
+    def of_records(
+        cls, name: str, model: HammersteinWiener, train: Sequence[Record], holdout: Sequence[Record]
+    ) -> Case:
+        """A case of objects. Raises InputError on a rate that is not the model's or a record too short."""
+        if not train:
+            raise InputError(f"{name}: no record to train on; give at least one")
+        if not holdout:
+            raise InputError(f"{name}: no record held out; give one, or split a record in two")
+        for record in (*train, *holdout):
+            if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
+                raise InputError(
+                    f"{record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at "
+                    f"{model.sample_rate_hz:g} Hz; resample one of them"
+                )
+            if len(record.u) < SHORTEST:
+                raise InputError(f"{record.name}: {len(record.u)} samples; give {SHORTEST} or more")
+        return cls(name, model, tuple(train), tuple(holdout))

@@ -1,0 +1,181 @@
+"""From evidences to an answer: which effects are said to be present, and how probable each is.
+
+Evidences of models that are all a little wrong polarise, so they are tempered; the temperature and the
+thresholds are fitted on simulated cases whose effect is known (`calibration.json`), never on the case at hand.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.leftover import Leftover
+
+NONE, OTHER = "none", "other"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Constants fitted on simulated cases: see the names in `calibration.json` and the study of the blind check.
+
+    `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
+    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
+    `left_gain` and `left_size` the leftover (log-likelihood, share of the residual) at which "other" is even
+    odds; `left_sharpness` how fast the odds change with the logarithm of the gain; `floor` the least doubt;
+    `sigma_log_sd` how far a nominal noise may be off.
+    """
+
+    temperature: float
+    single_gain: float
+    pair_gain: float
+    pair_size: float
+    left_gain: float
+    left_size: float
+    left_sharpness: float
+    floor: float
+    sigma_log_sd: float
+
+    @classmethod
+    def built_in(cls) -> Calibration:
+        """The constants that come with the program."""
+        text = files("bayes_hw.gap").joinpath("calibration.json").read_text(encoding="utf-8")
+        return cls(**json.loads(text))
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Labels said to be present, the explanation that goes with them, probabilities, what is left."""
+
+    answer: tuple[str, ...]
+    explanation: Explanation
+    probability: Mapping[str, float]
+    leftovers: tuple[Leftover, ...]
+    sets: Mapping[tuple[str, ...], float]
+
+
+def best_of_sets(attribution: Attribution) -> dict[tuple[str, ...], Explanation]:
+    """The best explanation of every set of labels."""
+    best: dict[tuple[str, ...], Explanation] = {}
+    for explanation in attribution.explanations:
+        known = best.get(explanation.labels)
+        if known is None or explanation.log_evidence > known.log_evidence:
+            best[explanation.labels] = explanation
+    return best
+
+
+def encoder_sigma(explanation: Explanation) -> float:
+    """The stationary noise of the encoder under an explanation, output units."""
+    stochastic = explanation.stochastic
+    if stochastic is not None and stochastic.encoder_sigma is not None:
+        return stochastic.encoder_sigma
+    return explanation.fit.whitener.sigma
+
+
+def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:
+    """Log-evidence with what is known of the encoder's noise."""
+    if not nominal_sigma > 0:
+        return explanation.log_evidence
+    off = np.log(encoder_sigma(explanation) / nominal_sigma) / calibration.sigma_log_sd
+    return explanation.log_evidence - 0.5 * float(min(off**2, 400.0))
+
+
+def choose(
+    attribution: Attribution, nominal_sigma: float, calibration: Calibration
+) -> tuple[Explanation, dict[tuple[str, ...], float]]:
+    """The explanation to go with, and the tempered log-odds of every set of labels."""
+    best = best_of_sets(attribution)
+    scores = {labels: score(e, nominal_sigma, calibration) for labels, e in best.items()}
+    chosen: tuple[str, ...] = ()
+    rounded = ("encoder_quantization",)
+    if rounded in best:
+        chosen = rounded
+    singles = [labels for labels in best if len(labels) == 1]
+    if singles and not chosen:
+        top = max(singles, key=lambda labels: scores[labels])
+        if scores[top] > scores[()] + calibration.single_gain:
+            chosen = top
+    pairs = [
+        labels
+        for labels in best
+        if len(labels) == 2
+        and (rounded != chosen or rounded[0] in labels)
+        and _earned(best, scores, labels, calibration)
+    ]
+    if pairs:
+        top = max(pairs, key=lambda labels: scores[labels])
+        if scores[top] > scores[chosen] + calibration.pair_gain:
+            chosen = top
+    return best[chosen], scores
+
+
+def _earned(
+    best: Mapping[tuple[str, ...], Explanation],
+    scores: Mapping[tuple[str, ...], float],
+    labels: tuple[str, ...],
+    calibration: Calibration,
+) -> bool:
+    """Whether both effects of a pair earn their place against the pair without the one or the other."""
+    pair = best[labels]
+    for label in labels:
+        alone = best.get((label,))
+        reference = alone if alone is not None else best[()]
+        if scores[labels] < scores[reference.labels] + calibration.pair_gain:
+            return False
+        if pair.stochastic is not None and pair.stochastic.label != label:
+            continue
+        removed = reference.fit.rmse**2 - pair.fit.rmse**2
+        if pair.stochastic is None and removed < (calibration.pair_size * encoder_sigma(pair)) ** 2:
+            return False
+    return True
+
+
+def probability_of_other(left: Sequence[Leftover], calibration: Calibration) -> float:
+    """Odds that what is left is structure of a size that matters."""
+    odds = -np.inf
+    for item in left:
+        if item.gain <= 0 or item.size <= 0:
+            continue
+        by_gain = calibration.left_sharpness * np.log(item.gain / calibration.left_gain)
+        by_size = 2 * calibration.left_sharpness * np.log(item.size / calibration.left_size)
+        odds = max(odds, min(by_gain, by_size))
+    return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
+
+
+def decide(
+    attribution: Attribution,
+    explanation: Explanation,
+    scores: Mapping[tuple[str, ...], float],
+    left: Sequence[Leftover],
+    labels: Sequence[str],
+    calibration: Calibration,
+) -> Decision:
+    """The answer and the marginal probability of every label, of none and of other."""
+    other = probability_of_other(left, calibration)
+    centre = scores[explanation.labels]
+    weights = {}
+    for key, value in scores.items():
+        handicap = calibration.single_gain * (len(key) > 0) + calibration.pair_gain * (len(key) > 1)
+        own = calibration.single_gain * (len(explanation.labels) > 0) + calibration.pair_gain * (
+            len(explanation.labels) > 1
+        )
+        weights[key] = float(
+            np.exp(np.clip((value - handicap - centre + own) / calibration.temperature, -700, 0.0))
+        )
+    total = sum(weights.values())
+    sets = {key: (1 - other) * weight / total for key, weight in weights.items()}
+    probability = {NONE: sets.get((), 0.0), OTHER: other}
+    for label in labels:
+        probability[label] = sum(weight for key, weight in sets.items() if label in key)
+    probability = {
+        k: float(np.clip(p, calibration.floor, 1 - calibration.floor)) for k, p in probability.items()
+    }
+    answer: tuple[str, ...] = explanation.labels
+    if other > 0.5:
+        answer = (OTHER,)
+    return Decision(answer, explanation, probability, tuple(left), sets)

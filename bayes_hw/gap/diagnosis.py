@@ -1,0 +1,247 @@
+"""The whole diagnosis of one case: base, where, which, how far, verdict."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.csv_output import write_csv
+from bayes_hw.gap.attribute import Attribution, Attributor
+from bayes_hw.gap.case import Case
+from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.decide import Calibration, Decision, choose, decide, encoder_sigma
+from bayes_hw.gap.draws import posterior_draws
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.leftover import leftovers
+from bayes_hw.gap.locate import locate
+from bayes_hw.gap.scale import axis_scale
+from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
+from bayes_hw.gap.verdict import Estimate, Verdict
+from bayes_hw.progress import Progress
+from bayes_hw.threads import one_blas_thread
+
+UNKNOWN_NOISE_SHARE = 1e-3
+"""Of the travel: the noise assumed to start with where the model names none."""
+
+SECONDS_FOR_DRAWS = 3.0
+CONFUSABLE_EVIDENCE = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything a report needs: the case, all fits, the decision, predictions of the first record held out."""
+
+    case: Case
+    attribution: Attribution
+    decision: Decision
+    verdict: Verdict
+    before: FloatArray
+    after: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def diagnose(
+    case: Case,
+    rng: np.random.Generator,
+    *,
+    jobs: int = 1,
+    without: frozenset[str] = frozenset(),
+    calibration: Calibration | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Diagnose one case; labels in `without` are struck from the catalogue.
+
+    The outputs of the records held out are used to score the finished prediction only.
+    """
+    begin = time.perf_counter()
+    progress = progress or Progress(quiet=True)
+    calibration = calibration or Calibration.built_in()
+    with one_blas_thread():
+        builder = ChainBuilder(case.model)
+        nominal = case.model.noise_sigma
+        travel = max(float(np.ptp(record.y)) for record in case.train)
+        sigma = nominal if nominal > 0 else UNKNOWN_NOISE_SHARE * travel
+        train, _ = builder.paths(builder.axis.nominal)
+        scale = axis_scale(case.model, case.train, sigma, train.stiffness)
+        inputs = [record.u for record in case.train]
+        effects = catalogue(without)
+        labels = [label for label in LABEL_BLOCKS if label not in without]
+        labels += sorted({e.label for e in effects} - set(labels))
+        base = Hypothesis(builder, scale, inputs)
+        measured = [record.y for record in case.train]
+        attributor = Attributor(base, measured, effects, frozenset(labels), rng, jobs, progress.say)
+        attribution = attributor.run()
+        best, scores = choose(attribution, nominal, calibration)
+        progress.say("what is left")
+        decision = decide(attribution, best, scores, leftovers(best, inputs), labels, calibration)
+        final = attribution.base if decision.answer == ("other",) else best
+        progress.say("how far")
+        return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
+
+
+def _finished(
+    case: Case,
+    attribution: Attribution,
+    decision: Decision,
+    final: Explanation,
+    inputs: Sequence[FloatArray],
+    scores: dict[tuple[str, ...], float],
+    rng: np.random.Generator,
+    begin: float,
+) -> Diagnosis:
+    hypothesis = final.fit.hypothesis
+    _, draws = posterior_draws(final, rng, SECONDS_FOR_DRAWS)
+    sigma = encoder_sigma(final)
+    correlation = _first_autocorrelation(final)
+    some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
+    base = attribution.base
+    held = [record.u for record in case.holdout]
+    gaps: list[Closure] = []
+    before_held: list[FloatArray] = []
+    after_held: list[FloatArray] = []
+    draws_held: list[list[FloatArray]] = []
+    for commands, outputs in (
+        (list(inputs), [record.y for record in case.train]),
+        (held, [record.y for record in case.holdout]),
+    ):
+        before = predicted(base, base.fit.values, commands)
+        after = before if final is base else predicted(final, final.fit.values, commands)
+        drawn = [predicted(final, values, commands) for values in some]
+        untracked = untracked_variance(final, after)
+        if final is base:
+            gaps.append(_unchanged(before, outputs, sigma))
+        else:
+            gaps.append(closure(before, after, drawn, outputs, untracked, sigma, correlation, rng))
+        before_held, after_held, draws_held = before, after, drawn
+    spread = np.sqrt(_marginal_variance(final, after_held))
+    first = np.array([d[0] for d in draws_held])
+    noisy = first + spread * rng.normal(size=first.shape)
+    wide = np.std(first, axis=0)
+    del noisy
+    half = 1.8808 * np.sqrt(wide**2 + spread**2)
+    names = [p.name for p in hypothesis.parameters]
+    units = [p.unit for p in hypothesis.parameters]
+    estimates = {n: Estimate.of(draws[:, i], units[i]) for i, n in enumerate(names)}
+    count = hypothesis.base_count
+    own = {n: estimates[n] for n in names[count:]}
+    if final.stochastic is not None:
+        for name, (value, error, unit) in final.stochastic.parameters.items():
+            own[name] = Estimate(value, error, (value - 1.8808 * error, value + 1.8808 * error), unit)
+    samples = sum(len(e) for e in final.fit.residuals)
+    noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
+    base_estimates = {n: estimates[n] for n in names[:count]}
+    base_estimates["noise.sigma"] = Estimate(
+        sigma,
+        noise_error,
+        (sigma - 1.8808 * noise_error, sigma + 1.8808 * noise_error),
+        case.model.units.output,
+    )
+    where = locate(attribution, decision.answer, inputs, sigma if decision.answer != ("other",) else sigma)
+    confusable = _confusable(decision, scores)
+    verdict = Verdict(
+        decision.answer,
+        decision.probability,
+        confusable,
+        where,
+        gaps[0],
+        gaps[1],
+        own,
+        base_estimates,
+        _next_experiment(decision, confusable),
+        time.perf_counter() - begin,
+        _notes(attribution),
+    )
+    return Diagnosis(
+        case,
+        attribution,
+        decision,
+        verdict,
+        before_held[0],
+        after_held[0],
+        after_held[0] - half,
+        after_held[0] + half,
+    )
+
+
+def _unchanged(before: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float) -> Closure:
+    error = np.concatenate([y - b for y, b in zip(outputs, before, strict=True)])
+    rmse = float(np.sqrt(np.mean(error**2)))
+    return Closure(rmse, rmse, sigma, 0.0, (0.0, 0.0))
+
+
+def _first_autocorrelation(explanation: Explanation) -> float:
+    coefficients = getattr(explanation.fit.whitener, "coefficients", np.zeros(1))
+    return float(np.clip(coefficients[0], -0.95, 0.95)) if len(coefficients) == 1 else 0.9
+
+
+def _marginal_variance(explanation: Explanation, after: Sequence[FloatArray]) -> float:
+    """Variance of a measured sample about the prediction, output units squared."""
+    residual = float(np.mean(np.concatenate(explanation.fit.residuals) ** 2))
+    del after
+    return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
+
+
+def _confusable(decision: Decision, scores: dict[tuple[str, ...], float]) -> list[tuple[str, str]]:
+    """Pairs of single labels whose evidence the data cannot tell apart, where one of them is the answer."""
+    if len(decision.answer) != 1 or decision.answer[0] == "other":
+        return []
+    own = scores[decision.answer]
+    return [
+        (decision.answer[0], labels[0])
+        for labels, value in scores.items()
+        if len(labels) == 1 and labels != decision.answer and own - value < CONFUSABLE_EVIDENCE
+    ]
+
+
+def _next_experiment(decision: Decision, confusable: Sequence[tuple[str, str]]) -> str | None:
+    """The experiment that would separate what the records leave open."""
+    if decision.answer == ("other",):
+        return "repeat one of the records unchanged: what repeats belongs to the axis, what does not to its surroundings"
+    if not confusable:
+        return None
+    one, other = confusable[0]
+    return (
+        f"{one} and {other}: slow reversals of small amplitude, then the same at twice the amplitude and from "
+        "another position"
+    )
+
+
+def _notes(attribution: Attribution) -> list[str]:
+    costs = np.array(attribution.base_costs)
+    near = np.sum(costs < costs[0] * 1.02 + 2)
+    if near == 1 and len(costs) > 1:
+        return ["only one start of the base model reached its best fit; another minimum may lie elsewhere"]
+    return []
+
+
+def diagnose_case(
+    folder: Path, out: Path, seed: int, *, jobs: int | None = None, without: frozenset[str] = frozenset()
+) -> Diagnosis:
+    """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`."""
+    case = Case.read(folder)
+    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=without)
+    write_results(diagnosis, out)
+    return diagnosis
+
+
+def write_results(diagnosis: Diagnosis, out: Path) -> None:
+    """verdict.json and holdout_prediction.csv."""
+    out.mkdir(parents=True, exist_ok=True)
+    columns = {
+        "t": diagnosis.case.holdout[0].t,
+        "before": diagnosis.before,
+        "after": diagnosis.after,
+        "lo": diagnosis.low,
+        "hi": diagnosis.high,
+    }
+    write_csv(out / "holdout_prediction.csv", columns)
+    diagnosis.verdict.write(out / "verdict.json")

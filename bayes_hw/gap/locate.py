@@ -1,0 +1,154 @@
+"""Where the gap lies: by block, by band, by regime, by time, all of the base model's residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import coherence
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.effects.disturbance import mean_spectrum
+from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.fit import Fit
+
+EXCESS_SHARE = 0.8
+"""Of the power above the noise floor that the named band holds."""
+
+SEGMENTS = 12
+
+
+@dataclass(frozen=True)
+class Location:
+    """`block` and the share of the reducible error that each block's best effect removes; the band in Hz;
+    the regime where the error is largest and every regime's mean square over the noise's; coherences of the
+    residual with functions of the command; rms of time segments in units of the noise."""
+
+    block: str
+    share: Mapping[str, float]
+    band_hz: tuple[float, float]
+    regime: str
+    regimes: Mapping[str, float]
+    coherences: Mapping[str, float]
+    segments: tuple[float, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """As in verdict.json."""
+        return {
+            "block": self.block,
+            "share": dict(self.share),
+            "band_hz": list(self.band_hz),
+            "regime": self.regime,
+            "regimes": dict(self.regimes),
+            "coherence": dict(self.coherences),
+            "segments": list(self.segments),
+        }
+
+
+def locate(
+    attribution: Attribution, answer: Sequence[str], inputs: Sequence[FloatArray], sigma: float
+) -> Location:
+    """The gap of the base fit, with `sigma` (output units) of the noise."""
+    base = attribution.base.fit
+    share = block_shares(attribution)
+    named = [block_of(label, tuple(base.hypothesis.effects)) for label in answer if label != "other"]
+    block = max(named, key=lambda b: share.get(b, 0.0)) if named else max(share, key=lambda b: share[b])
+    if not answer:
+        block = "none"
+    regimes = regime_ratios(base, inputs, sigma)
+    rate = base.hypothesis.scale.rate
+    lengths = [np.array_split(e, SEGMENTS) for e in base.residuals]
+    segments = tuple(
+        float(np.sqrt(np.mean(np.concatenate([parts[i] for parts in lengths]) ** 2)) / sigma)
+        for i in range(SEGMENTS)
+    )
+    return Location(
+        block,
+        share,
+        excess_band(base, rate),
+        max(regimes, key=lambda r: regimes[r]) if regimes else "all",
+        regimes,
+        command_coherences(base, inputs, rate),
+        segments,
+    )
+
+
+def block_shares(attribution: Attribution) -> dict[str, float]:
+    """For every block the share of the base's log-likelihood deficit that its best explanation makes up."""
+    best = attribution.best.log_evidence - attribution.base.log_evidence
+    found = dict.fromkeys(BLOCKS, 0.0)
+    for explanation in attribution.explanations:
+        if len(explanation.labels) != 1:
+            continue
+        block = block_of(explanation.labels[0], explanation.fit.hypothesis.effects)
+        gain = explanation.log_evidence - attribution.base.log_evidence
+        found[block] = max(found[block], float(np.clip(gain / best, 0.0, 1.0)) if best > 0 else 0.0)
+    return found
+
+
+def excess_band(base: Fit, rate: float) -> tuple[float, float]:
+    """The shortest band that holds most of the residual's power above its floor at high frequency."""
+    spectrum = mean_spectrum(base.residuals, rate)
+    order = np.argsort(spectrum.frequencies)
+    f, p, n = spectrum.frequencies[order], spectrum.power[order], spectrum.counts[order]
+    floor = float(np.median(p[-max(len(p) // 5, 3) :]))
+    excess = np.cumsum(np.maximum(p - floor, 0.0) * n)
+    if excess[-1] <= 0:
+        return (float(f[0]), float(f[-1]))
+    excess = excess / excess[-1]
+    low, high, best = 0, len(f) - 1, np.inf
+    for i in range(len(f)):
+        start = excess[i - 1] if i else 0.0
+        j = int(np.searchsorted(excess, start + EXCESS_SHARE))
+        if j < len(f) and np.log(f[j] / f[i]) < best:
+            low, high, best = i, j, np.log(f[j] / f[i])
+    return (float(f[low]), float(f[high]))
+
+
+def regime_masks(base: Fit, inputs: Sequence[FloatArray]) -> dict[str, list[BoolArray]]:
+    """Samples of every regime, a mask a record."""
+    values = base.values
+    scale = base.hypothesis.scale
+    delay = base.hypothesis.builder.model.linear.delay_samples
+    masks: dict[str, list[BoolArray]] = {name: [] for name in ("saturated", "slow", "reversing", "dead zone")}
+    for u, y in zip(inputs, base.simulated, strict=True):
+        command = np.concatenate([np.zeros(delay), u[: len(u) - delay]])
+        speed = np.gradient(y) * scale.rate
+        usual = float(np.sqrt(np.mean(speed**2)))
+        masks["saturated"].append((command < values[0]) | (command > values[1]))
+        masks["slow"].append(np.abs(speed) < 0.1 * usual)
+        turning = np.concatenate([[False], np.sign(speed[1:]) * np.sign(speed[:-1]) < 0])
+        near = np.convolve(turning, np.ones(max(int(0.5 * scale.rate), 1)), "full")[: len(y)] > 0
+        masks["reversing"].append(near)
+        masks["dead zone"].append(np.abs(y) < 0.5 * values[2])
+    return masks
+
+
+def regime_ratios(base: Fit, inputs: Sequence[FloatArray], sigma: float) -> dict[str, float]:
+    """Mean square of the residual over the noise's in every regime that the records visit."""
+    e = np.concatenate(base.residuals)
+    found = {"all": float(np.mean(e**2) / sigma**2)}
+    for name, masks in regime_masks(base, inputs).items():
+        mask = np.concatenate(masks)
+        if mask.sum() >= 20:
+            found[name] = float(np.mean(e[mask] ** 2) / sigma**2)
+    return found
+
+
+def command_coherences(base: Fit, inputs: Sequence[FloatArray], rate: float) -> dict[str, float]:
+    """Mean squared coherence of the residual with u, u^2, |u| and the sign of the speed."""
+    found: dict[str, float] = {}
+    for name in ("u", "u^2", "|u|", "sign of speed"):
+        values = []
+        for u, y, e in zip(inputs, base.simulated, base.residuals, strict=True):
+            speed = np.gradient(y)
+            signal = {"u": u, "u^2": u**2, "|u|": np.abs(u), "sign of speed": np.sign(speed)}[name]
+            if np.ptp(signal) == 0:
+                continue
+            _, squared = coherence(signal - signal.mean(), e - e.mean(), rate, nperseg=min(256, len(u) // 4))
+            values.append(float(np.nanmean(squared)))
+        found[name] = float(np.mean(values)) if values else 0.0
+    return found

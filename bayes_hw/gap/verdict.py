@@ -1,0 +1,84 @@
+"""The verdict of a diagnosis, as verdict.json holds it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from arviz_stats.base import array_stats
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.locate import Location
+from bayes_hw.gap.shrink import PROBABILITY, Closure
+
+SCHEMA = "bayes-hw/verdict/1"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's posterior: mean, standard deviation, 94 % highest-density interval, unit."""
+
+    mean: float
+    sd: float
+    hdi94: tuple[float, float]
+    unit: str
+
+    @classmethod
+    def of(cls, draws: FloatArray, unit: str) -> Estimate:
+        """Of draws (n,)."""
+        low, high = array_stats.hdi(draws, PROBABILITY)
+        return cls(float(draws.mean()), float(draws.std()), (float(low), float(high)), unit)
+
+    def to_dict(self) -> dict[str, object]:
+        return {"mean": self.mean, "sd": self.sd, "hdi94": list(self.hdi94), "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """See FORMATS: what is said to be present, how probable, where, how far the gap shrinks."""
+
+    answer: tuple[str, ...]
+    probability: Mapping[str, float]
+    confusable: Sequence[tuple[str, str]]
+    where: Location
+    gap_train: Closure
+    gap_holdout: Closure
+    parameters: Mapping[str, Estimate]
+    base: Mapping[str, Estimate]
+    next_experiment: str | None
+    seconds: float
+    notes: Sequence[str] = ()
+
+    def to_dict(self) -> dict[str, object]:
+        """The content of verdict.json."""
+        return {
+            "schema": SCHEMA,
+            "answer": list(self.answer),
+            "probability": dict(self.probability),
+            "confusable": [list(pair) for pair in self.confusable],
+            "where": self.where.to_dict(),
+            "gap": {"train": self.gap_train.to_dict(), "holdout": self.gap_holdout.to_dict()},
+            "parameters": {name: estimate.to_dict() for name, estimate in self.parameters.items()},
+            "base": {name: estimate.to_dict() for name, estimate in self.base.items()},
+            "next_experiment": self.next_experiment,
+            "notes": list(self.notes),
+            "seconds": self.seconds,
+        }
+
+    def write(self, path: Path) -> None:
+        """Write verdict.json; numbers that are not finite become null."""
+        write_text_atomically(path, json.dumps(_finite(self.to_dict()), indent=1, allow_nan=False) + "\n")
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
