@@ -17,7 +17,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_coloured_noise, with_stochastic
-from bayes_hw.gap.fit import Fit, evaluated, fit
+from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.screen import Candidate, Screen
 from bayes_hw.gap.stochastic import (
@@ -41,9 +41,10 @@ PARTNERS_TRIED = 5
 FIRST_EFFECTS = 3
 PAIRS_KEPT = 4
 FIRST_ITERATIONS = 4
-MORE_ITERATIONS = 16
-SINGLES_TRIED = 12
-SINGLES_FINISHED = 14
+MORE_ITERATIONS = 14
+TRIED_FROM_NOMINAL = 14
+TRIED_FROM_BASE = 5
+SINGLES_FINISHED = 12
 
 SINGLES_WITH_NOISE = 12
 WORTH_REFITTING = 3.0
@@ -85,7 +86,7 @@ class Attributor:
     ) -> None:
         self.base, self.measured, self.effects = base, measured, effects
         self.stochastic_labels = stochastic_labels
-        self.rng, self.jobs, self.tell = rng, jobs, tell
+        self.seed, self.jobs, self.tell = int(rng.integers(2**31)), jobs, tell
         self.plain = Plain(base.scale.sigma)
 
     def run(self) -> Attribution:
@@ -113,20 +114,24 @@ class Attributor:
 
     def base_fits(self) -> list[Fit]:
         """Base fits from the nominal model and from the best of many draws about it, best first."""
+        starts = [self.base.prior_means, *self._draws[:BASE_STARTS]]
+        fits = self._each(lambda start: fit(self.base, self.measured, start, self.plain), starts)
+        return sorted(fits, key=lambda f: f.cost)
+
+    @cached_property
+    def _draws(self) -> FloatArray:
+        """Starts about the nominal model, limits, dead zone and gain drawn; the best first."""
         means = self.base.prior_means
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
-        draws[:, : len(STATIC_SPREAD)] += (
-            self.rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
-        )
+        rng = np.random.default_rng(self.seed)
+        draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
         errors = []
         for draw in draws:
             simulated = self.base.simulate(self.base.to_values(draw))
             errors.append(
                 sum(float(np.sum((y - s) ** 2)) for y, s in zip(self.measured, simulated, strict=True))
             )
-        starts = [means, *draws[np.argsort(errors)[:BASE_STARTS]]]
-        fits = self._each(lambda start: fit(self.base, self.measured, start, self.plain), starts)
-        return sorted(fits, key=lambda f: f.cost)
+        return np.asarray(draws[np.argsort(errors)])
 
     def single_fits(self, base: Fit) -> list[Fit]:
         """The best plain fit of every form of every effect, best first.
@@ -135,17 +140,19 @@ class Attributor:
         can have moved to where the effect no longer helps.
         """
         starts: list[tuple[Fit, Candidate]] = []
-        for origin in (base, self.nominal):
+        for origin, tried in ((self.nominal, TRIED_FROM_NOMINAL), (base, TRIED_FROM_BASE)):
             screen = Screen(origin, Plain(max(origin.rmse, self.plain.sigma)))
-            scanned = [e for e in self.effects if origin is base or not isinstance(e, PeriodicEffect)]
-            ranked = sorted((c for c in self._each(screen.candidates, scanned) if c), key=_most_promising)
-            for forms in ranked[:SINGLES_TRIED]:
+            ranked = sorted(
+                (c for c in self._each(screen.candidates, self.effects) if c), key=_most_promising
+            )
+            for forms in ranked[:tried]:
                 starts += [(origin, candidate) for candidate in forms[: forms[0].effect.starts_tried]]
         return self._in_two_rounds(starts, SINGLES_FINISHED)
 
     def _in_two_rounds(self, starts: Sequence[tuple[Fit, Candidate]], finished: int) -> list[Fit]:
         """A few iterations of every joint fit, then more of the best `finished`; best first."""
-        first = sorted(self._each(lambda pair: self._begun(*pair), starts), key=lambda f: f.cost)
+        begun = self._each(lambda pair: self._begun(*pair), starts)
+        first = sorted(begun, key=lambda f: f.cost)
         done = self._each(
             lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, MORE_ITERATIONS),
             first[:finished],
@@ -231,8 +238,14 @@ class Attributor:
 
     @cached_property
     def nominal(self) -> Fit:
-        """The base model as given, not fitted."""
-        return evaluated(self.base, self.measured, self.base.prior_means, self.plain)
+        """The base model with its modes as given and the rest fitted."""
+        rows = np.arange(self.base.base_count)
+        starts = [self.base.prior_means, *self._draws[:BASE_STARTS]]
+        fits = self._each(
+            lambda start: fit(self.base, self.measured, start, self.plain, FIRST_ITERATIONS * 2, rows < 4),
+            starts,
+        )
+        return min(fits, key=lambda f: f.cost)
 
     def _refitted(self, kind: Kind, first: StochasticFit, host: Fit) -> Explanation:
         best = with_stochastic(first, host)

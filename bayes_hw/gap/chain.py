@@ -86,11 +86,14 @@ class ChainBuilder:
         self.model = model
         self.axis = AxisParameters(model)
         self._known: dict[bytes, tuple[DriveTrain | UnknownTrain, TorquePath]] = {}
-        if self._system(self.axis.nominal) is None:
+        self._chains: dict[tuple[bytes, Resonator | None, bool], Chain] = {}
+        nominal = self._system(self.axis.nominal)
+        if nominal is None:
             raise InputError(
                 "linear.poles: a real pole is not positive, so that G is no sampled continuous system; "
                 "identify a model without it"
             )
+        self.reference = realise(nominal, model.sample_rate_hz)
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
         """The torque paths behind G at base parameters `values` (parameters,).
@@ -102,7 +105,10 @@ class ChainBuilder:
         if known is None:
             system = self._system(values)
             assert system is not None
-            train = realise(system, self.model.sample_rate_hz) or UnknownTrain()
+            train: DriveTrain | UnknownTrain | None = None
+            if self.reference is not None:
+                train = realise(system, self.model.sample_rate_hz, self.reference)
+            train = train or UnknownTrain()
             known = train, _torque_path(train.torque_system(system))
             if len(self._known) >= KEPT:
                 self._known.pop(next(iter(self._known)), None)
@@ -123,6 +129,16 @@ class ChainBuilder:
 
         Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
         """
+        key = values[STATIC_COUNT:].tobytes(), resonator, needs_train
+        known = self._chains.get(key)
+        if known is None:
+            known = self._built(values, resonator, needs_train)
+            if len(self._chains) >= KEPT:
+                self._chains.pop(next(iter(self._chains)), None)
+            self._chains[key] = known
+        return known
+
+    def _built(self, values: FloatArray, resonator: Resonator | None, needs_train: bool) -> Chain:
         system = self._system(values)
         assert system is not None
         s, r = system.poles, system.residues
@@ -186,4 +202,4 @@ def _with_resonator(
     slope = np.polyval(np.polyder(closed), poles)
     found = np.polyval(np.polymul(numerator, own), poles) / slope
     keep = poles.imag >= 0
-    return poles[keep], found[keep]
+    return np.asarray(poles[keep], np.complex128), np.asarray(found[keep], np.complex128)

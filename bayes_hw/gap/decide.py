@@ -92,7 +92,7 @@ def choose(
     best = best_of_sets(attribution)
     scores = {labels: score(e, nominal_sigma, calibration) for labels, e in best.items()}
     chosen: tuple[str, ...] = ()
-    rounded = ("encoder_quantization",)
+    rounded: tuple[str, ...] = ("encoder_quantization",)
     if rounded in best:
         chosen = rounded
     singles = [labels for labels in best if len(labels) == 1]
@@ -108,9 +108,9 @@ def choose(
         and _earned(best, scores, labels, calibration)
     ]
     if pairs:
-        top = max(pairs, key=lambda labels: scores[labels])
-        if scores[top] > scores[chosen] + calibration.pair_gain:
-            chosen = top
+        best_pair = max(pairs, key=lambda labels: scores[labels])
+        if scores[best_pair] > scores[chosen] + calibration.pair_gain:
+            chosen = best_pair
     return best[chosen], scores
 
 

@@ -37,7 +37,7 @@ def posterior_draws(
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
     covariance = np.linalg.inv(best.precision())
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T) + 1e-14 * np.diag(np.diag(covariance)))
-    proposal = StudentTMixture(np.ones(1), best.coordinates[None], factor[None])
+    proposal = StudentTMixture(np.ones(1), best.coordinates[None], np.asarray(factor[None], np.float64))
 
     def log_density(points: FloatArray) -> FloatArray:
         totals = np.empty(len(points))

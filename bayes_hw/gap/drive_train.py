@@ -26,11 +26,12 @@ import numpy as np
 from bayes_hw.arrays import ComplexArray, FloatArray
 
 FREQUENCIES = 40
-LARGEST_MISFIT = 0.05
+LARGEST_MISFIT = 0.2
 """Relative misfit of the frequency response above which G is not that of this drive train."""
 
-MISFIT_ROUNDS = 4
-STEPS_PER_ROUND = 2
+MISFIT_ROUNDS = 7
+ROUNDS_FROM_NEAR = 4
+STEPS_PER_ROUND = 3
 FIRST_MISFIT = 0.03
 SMALLEST_MISFIT = 1e-6
 DERIVATIVE_STEP = 1e-6
@@ -77,11 +78,12 @@ class TorqueSystem(NamedTuple):
 class UnknownTrain:
     """Torque paths where G is not that of the drive train above: G itself behind a velocity loop.
 
-    A torque is rejected below the corner of the loop: its path is s / (s + corner) G. Motor and load move as
-    one.
+    A torque is rejected below the corner of the loop: its path is s / (bandwidth (s + corner)) G. Motor and
+    load move as one.
     """
 
     corner: float = VELOCITY_LOOP_CORNER
+    bandwidth: float = 15 * VELOCITY_LOOP_CORNER
 
     def torque_system(self, system: ContinuousPoles) -> TorqueSystem:
         """The paths of both torques, from the poles and residues of G."""
@@ -89,19 +91,23 @@ class UnknownTrain:
         at_corner = -self.corner * system.response(np.array([-self.corner + 0j]))
         residues = np.concatenate([system.residues * system.poles / (system.poles + self.corner), at_corner])
         ones = np.ones_like(s)
-        return TorqueSystem(s, np.array([ones, ones]), residues * np.array([ones, ones, s, s]))
+        return TorqueSystem(
+            s,
+            np.array([ones, ones], dtype=np.complex128) / self.bandwidth,
+            residues * np.array([ones, ones, s, s]),
+        )
 
     def ratios(self, s: ComplexArray) -> ComplexArray:
         return np.array([np.ones_like(s), s, s], dtype=np.complex128)
 
     def load_torque_ratio(self, s: ComplexArray) -> ComplexArray:
         """Path from load torque to w over that from v to w (n,) at the poles `s` (n,)."""
-        return s / (s + self.corner)
+        return s / (self.bandwidth * (s + self.corner))
 
     @property
     def stiffness(self) -> tuple[float, float]:
         """(km, kl) in 1/s^2: the acceleration of motor and load for a unit of torsion."""
-        return self.corner**2, self.corner**2
+        return self.corner * self.bandwidth, self.corner * self.bandwidth
 
     @property
     def contact_damping(self) -> float:
@@ -152,8 +158,8 @@ class DriveTrain:
         hung = np.polysub(np.polymul(load, structure), ks * kss * np.polymul(structural, structural))
         coupled = np.polymul(coupling, coupling)
         whole = np.polysub(np.polymul(motor, hung), km * kl * np.polymul(coupled, structure))
-        s = np.roots(whole)
-        s = s[s.imag >= 0]
+        roots = np.roots(whole)
+        s = np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
         slope = np.polyval(np.polyder(whole), s)
         angle = {
             (MOTOR_TORQUE, MOTOR_ANGLE): hung,
@@ -213,27 +219,25 @@ def continuous_poles(
     return ContinuousPoles(s, residues, real)
 
 
-def realise(system: ContinuousPoles, rate: float) -> DriveTrain | None:
+def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None) -> DriveTrain | None:
     """The drive train with the frequency response of `system`, or None where there is none near.
 
     Least squares of the log response from 0.02 Hz to the folding frequency, from usual proportions of a
-    drive. G whose modes are a little off is no drive train exactly, and the stiffnesses it shows least would
+    drive or from a drive train `near`. G whose modes are a little off is no drive train exactly, and the stiffnesses it shows least would
     then take up its errors: the misfit that remains is their noise, against which the usual proportions hold
     them. An exact G has no misfit and is realised exactly. The number of steps is fixed, so that the result
     is a smooth function of G. It needs an integrator, two modes and two more real poles.
     """
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
-    s = 1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES)
+    s = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
-    logs, misfit = usual, FIRST_MISFIT
-    for _ in range(MISFIT_ROUNDS):
+    logs, misfit = (usual if near is None else near.logs), FIRST_MISFIT
+    for _ in range(MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR):
         logs, misfit = _matched(logs, usual, misfit, s, target, sign)
-        if not misfit < LARGEST_MISFIT:
-            return None
-    return DriveTrain(logs, sign, misfit)
+    return DriveTrain(logs, sign, misfit) if misfit < LARGEST_MISFIT else None
 
 
 def _matched(

@@ -8,12 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.whitener import Whitener
-
-RELATIVE_STEP = 3e-4
-"""Finite-difference step in coordinates, in units of the prior's standard deviation."""
 
 MAX_ITERATIONS = 25
 GOOD_ENOUGH = 1e-4
@@ -78,8 +75,7 @@ def jacobians(
 ) -> list[FloatArray]:
     """Derivatives (samples, parameters) of every record's output by forward differences."""
     columns: list[list[FloatArray]] = [[] for _ in simulated]
-    steps = RELATIVE_STEP * hypothesis.prior_sds
-    for index, step in enumerate(steps):
+    for index, step in enumerate(hypothesis.derivative_steps):
         moved = coordinates.copy()
         moved[index] += step
         for record, y in enumerate(hypothesis.simulate(hypothesis.to_values(moved))):
@@ -93,8 +89,12 @@ def fit(
     start: FloatArray,
     whitener: Whitener,
     max_iterations: int = MAX_ITERATIONS,
+    free: BoolArray | None = None,
 ) -> Fit:
-    """The coordinates near `start` that minimise the whitened squared error and the priors' pull."""
+    """The coordinates near `start` that minimise the whitened squared error and the priors' pull.
+
+    Where `free` (parameters,) is given, the others stay at their start.
+    """
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
 
     def evaluate(
@@ -117,6 +117,9 @@ def fit(
             filtered = whitener.whiten(jacobian, record)
             precision = precision + filtered.T @ filtered
             gradient = gradient + filtered.T @ white[record]
+        if free is not None:
+            gradient = np.where(free, gradient, 0.0)
+            precision = np.where(np.outer(free, free), precision, np.diag(np.diag(precision)))
         improved = False
         before = cost
         for _ in range(8):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -22,7 +23,7 @@ DAMPING_LOG_SD = 0.4
 DEAD_ZONE_LOG_SD = 0.7
 """How far a nominal model may be off; a third wider than stated for a given model.json."""
 
-LARGEST_OUTPUT = 1e12
+BASE_DERIVATIVE_STEP = 3e-4
 
 
 def base_parameters(builder: ChainBuilder) -> tuple[Parameter, ...]:
@@ -124,14 +125,22 @@ class Hypothesis:
             ]
         )
 
-    @property
+    @cached_property
+    def derivative_steps(self) -> FloatArray:
+        """Finite-difference step of every coordinate."""
+        relative = [BASE_DERIVATIVE_STEP] * self.base_count
+        for effect in self.effects:
+            relative += [effect.derivative_step] * len(effect.parameters(self.scale))
+        return np.array(relative) * self.prior_sds
+
+    @cached_property
     def prior_means(self) -> FloatArray:
         """Mean of every prior in coordinates: all are normal there."""
         return self.to_coordinates(
             np.array([float(p.prior.quantile(np.asarray(0.5))) for p in self.parameters])
         )
 
-    @property
+    @cached_property
     def prior_sds(self) -> FloatArray:
         """Standard deviation of every prior in coordinates."""
         return np.array([_prior_sd(parameter) for parameter in self.parameters])

@@ -70,7 +70,7 @@ def _line(
 ) -> tuple[str, float, float]:
     """The strongest sine in every record, each with its own phase, the frequency common."""
     length = 4 * max(len(w) for w in white)
-    power = sum(np.abs(np.fft.rfft(w, length)) ** 2 / len(w) for w in white)
+    power = np.sum([np.abs(np.fft.rfft(w, length)) ** 2 / len(w) for w in white], axis=0)
     lowest = 12
     peak = lowest + int(np.argmax(power[lowest:]))
     gain = float(power[peak]) - np.log(len(power))

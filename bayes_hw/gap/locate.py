@@ -11,9 +11,9 @@ from scipy.signal import coherence
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.effects.catalogue import block_of
-from bayes_hw.gap.effects.disturbance import mean_spectrum
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.spectra import mean_spectrum
 
 EXCESS_SHARE = 0.8
 """Of the power above the noise floor that the named band holds."""
@@ -79,7 +79,7 @@ def locate(
 def block_shares(attribution: Attribution) -> dict[str, float]:
     """For every block the share of the base's log-likelihood deficit that its best explanation makes up."""
     best = attribution.best.log_evidence - attribution.base.log_evidence
-    found = dict.fromkeys(BLOCKS, 0.0)
+    found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
     for explanation in attribution.explanations:
         if len(explanation.labels) != 1:
             continue

@@ -82,7 +82,10 @@ class Screen:
             if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
                 continue
             response = self.project(change)
-            found.append(Candidate(effect, tuple(start), self.reduction(response)))
+            as_it_is = self.residual - response[:, 0]
+            promised = float(self.residual @ self.residual - as_it_is @ as_it_is)
+            promised = max(promised, self.reduction(response))
+            found.append(Candidate(effect, tuple(start), promised))
         return found
 
     def _scanned(self, effect: PeriodicEffect) -> list[Candidate]:

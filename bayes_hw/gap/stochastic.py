@@ -19,10 +19,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.effects.disturbance import (
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.glitches import find_glitches
+from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
+from bayes_hw.gap.spectra import (
     LARGEST_NOISE_CORRELATION,
     Spectrum,
     autoregression_of_spectrum,
@@ -30,9 +34,6 @@ from bayes_hw.gap.effects.disturbance import (
     fit_spectrum,
     mean_spectrum,
 )
-from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.glitches import find_glitches
-from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression
 
 MAX_AGE = 12
@@ -172,14 +173,12 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
             total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
         return JitterWhitener(float(coefficient), float(variance), extra, total)
 
-    from scipy.optimize import minimize
-
     first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
     best = None
     for share in (0.3, 0.8):
         start = np.array([first, 0.5 * np.log(1 - share), 0.5 * np.log(share / power)])
         start[1:] += np.log(noise.innovation_sigma)
-        found = minimize(
+        found = minimize(  # type: ignore[call-overload]
             lambda p: -at(p).log_likelihood,
             start,
             method="Nelder-Mead",
@@ -360,7 +359,7 @@ def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner)
     grid = np.fft.rfftfreq(8192, 1 / rate)
     power = model(np.maximum(grid, 0.25 * grid[1]), p)
     masks = [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals]
-    whitener = autoregression_of_spectrum(grid, power, fit.residuals, masks)
+    whitener = autoregression_of_spectrum(power, fit.residuals, masks)
     unit = fit.hypothesis.scale.units.output
     found = {size: (float(np.exp(p[2])), float(0.1 * np.exp(p[2])), unit)}
     if corner:

@@ -166,6 +166,8 @@ class DynamicBacklash(Effect):
 
     label: ClassVar[str] = "backlash"
     needs_drive_train: ClassVar[bool] = True
+    derivative_step: ClassVar[float] = 0.02
+    starts_tried: ClassVar[int] = 2
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "gap in the compliance"
     test_values = (0.006,)

@@ -25,7 +25,7 @@ class Effect(ABC):
     A subclass says in its docstring the equation, the source and when not to believe it. `label` is that of
     the catalogue, `form` tells forms of one label apart, `test_values` are parameters that a test can use,
     `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
-    screened starts a fit begins from.
+    screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations.
     """
 
     label: ClassVar[str]
@@ -34,6 +34,7 @@ class Effect(ABC):
     test_values: ClassVar[tuple[float, ...]]
     needs_drive_train: ClassVar[bool] = False
     starts_tried: ClassVar[int] = 1
+    derivative_step: ClassVar[float] = 3e-4
 
     @property
     def name(self) -> str:

@@ -64,8 +64,8 @@ class UnmodelledMode(Effect):
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         highest = min(0.4 * scale.rate, 6 * scale.first_mode_hz)
-        frequencies = np.geomspace(0.25 * scale.first_mode_hz, highest, 16)
-        return [(ratio, float(frequency), 0.02) for ratio in (0.05, 0.4) for frequency in frequencies]
+        frequencies = np.geomspace(0.25 * scale.first_mode_hz, highest, 18)
+        return [(ratio, float(frequency), 0.02) for ratio in (0.05, 0.3, 1.5) for frequency in frequencies]
 
 
 class CubicStiffness(Effect):

@@ -1,8 +1,4 @@
-"""Stochastic effects: they change the noise, not the response.
-
-No simulator can track a realisation of them, so what they improve is the predictive density and the band.
-Each is a function from a fit to an explanation of its residuals, or None where the records show none of it.
-"""
+"""Spectra of residuals, and the long autoregression that stands for a given spectrum."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.optimize import minimize
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression
 
 LONG_ORDER = 60
@@ -65,29 +61,27 @@ def whittle(spectrum: Spectrum, model: FloatArray) -> float:
 
 
 def autoregression_of_spectrum(
-    frequency: FloatArray, power: FloatArray, residuals: Sequence[FloatArray], glitches: Sequence[FloatArray]
+    power: FloatArray, residuals: Sequence[FloatArray], glitches: Sequence[BoolArray]
 ) -> Autoregression:
     """The long autoregression with a power spectrum given on a full grid 0 ... rate / 2, and its likelihood."""
-    del frequency
     covariance = np.fft.irfft(power)[: LONG_ORDER + 1]
     covariance[0] *= 1 + 1e-9
     coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
     innovation = float(np.sqrt(max(covariance[0] - coefficients @ covariance[1:], 1e-30)))
-    masks = [np.asarray(g, dtype=np.bool_) for g in glitches]
-    model = Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, masks)
+    model = Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, glitches)
     total = 0.0
     for record, e in enumerate(residuals):
         white = model.whiten(e[:, None], record)[LONG_ORDER:, 0]
         total -= 0.5 * float(white @ white) + len(white) * (np.log(innovation) + 0.5 * LOG_2PI)
         total -= LONG_ORDER * (np.log(innovation) + 0.5 * LOG_2PI) + 0.5 * LONG_ORDER
-    return Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), total, masks)
+    return Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), total, glitches)
 
 
 def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]
     """Parameters that maximise Whittle's likelihood of `model(frequency, parameters)`, from several starts."""
     best = None
     for start in starts:
-        found = minimize(
+        found = minimize(  # type: ignore[call-overload]
             lambda p: whittle(spectrum, np.maximum(model(spectrum.frequencies, p), 1e-300)),
             start,
             method="Nelder-Mead",

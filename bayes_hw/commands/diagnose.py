@@ -1,0 +1,88 @@
+"""bayes-hw diagnose: where the simulation departs from the records, which effect, how far it shrinks."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from bayes_hw.commands.options import add_common, add_output
+from bayes_hw.errors import InputError
+
+NAME = "diagnose"
+SUMMARY = "why a simulator and records differ: where, which unmodelled effect, how far the gap shrinks"
+EXAMPLE = "bayes-hw diagnose case/ --out diagnosis/"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A case folder, or a model with records to train on and records held out."""
+    parser.add_argument("case", nargs="?", metavar="CASE", help="folder with case.json")
+    parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
+    parser.add_argument("--train", nargs="+", default=[], metavar="RECORD", help="records to diagnose")
+    parser.add_argument(
+        "--holdout", nargs="+", default=[], metavar="RECORD", help="records to score on, never fitted"
+    )
+    parser.add_argument(
+        "--without",
+        nargs="+",
+        default=[],
+        metavar="LABEL",
+        help="labels to strike from the catalogue of effects",
+    )
+    parser.add_argument("--no-report", action="store_true", help="leave out report.html and report.pdf")
+    add_output(parser, "folder for verdict.json, holdout_prediction.csv, report.html, report.pdf")
+    add_common(parser)
+
+
+def run(parsed: argparse.Namespace) -> None:
+    """Diagnose and write; raises InputError on bad input before anything is written."""
+    import numpy as np
+
+    from bayes_hw.commands.speech import say
+    from bayes_hw.files import check_output_folder
+    from bayes_hw.gap.case import Case
+    from bayes_hw.gap.diagnosis import diagnose, write_results
+    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+    from bayes_hw.gap.sentence import sentence
+    from bayes_hw.progress import Progress
+
+    begin = time.perf_counter()
+    out = Path(parsed.out)
+    if unknown := [label for label in parsed.without if label not in LABEL_BLOCKS]:
+        raise InputError(
+            f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(LABEL_BLOCKS)}"
+        )
+    if (parsed.case is None) == (parsed.model is None):
+        raise InputError("give either a case folder or --model with --train and --holdout")
+    if parsed.case is not None and (parsed.train or parsed.holdout):
+        raise InputError("--train and --holdout go with --model, not with a case folder")
+    check_output_folder(out)
+    if parsed.case is not None:
+        case = Case.read(Path(parsed.case))
+    else:
+        case = Case.of_files(
+            Path(parsed.model).stem,
+            Path(parsed.model),
+            [Path(p) for p in parsed.train],
+            [Path(p) for p in parsed.holdout],
+        )
+    progress = Progress(parsed.quiet)
+    diagnosis = diagnose(
+        case,
+        np.random.default_rng(parsed.seed),
+        jobs=parsed.jobs,
+        without=frozenset(parsed.without),
+        progress=progress,
+    )
+    write_results(diagnosis, out)
+    if not parsed.no_report:
+        from bayes_hw.provenance import provenance
+        from bayes_hw.report.diagnosis_report import diagnosis_report
+        from bayes_hw.report.render import render
+
+        with progress.stage("report"):
+            records = [*case.train, *case.holdout]
+            origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
+            render(diagnosis_report(diagnosis, origin), out)
+    if not parsed.quiet:
+        say(sentence(diagnosis))

@@ -1,0 +1,45 @@
+"""The verdict in words."""
+
+from __future__ import annotations
+
+from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.verdict import Estimate
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """One or two sentences: how large the gap is, what it is and how sure, how far it shrinks."""
+    verdict = diagnosis.verdict
+    gap = verdict.gap_holdout
+    size = (max(gap.rmse_before**2 - gap.noise_floor**2, 0.0)) ** 0.5 / gap.noise_floor
+    if not verdict.answer:
+        sure = verdict.probability["none"]
+        return f"No structural gap: the re-estimated model and coloured noise explain the records ({_percent(sure)} sure)."
+    if verdict.answer == ("other",):
+        left = diagnosis.decision.leftovers[0]
+        best = diagnosis.decision.explanation.name
+        return (
+            f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
+            f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) a {left.kind} of "
+            f"{left.size:.2g} of what is left stays."
+        )
+    effects = diagnosis.decision.explanation.fit.hypothesis.effects
+    parts = []
+    for label in verdict.answer:
+        certain = _percent(verdict.probability[label])
+        parts.append(f"{certain} sure it is {label} in the block {block_of(label, effects)}")
+    found = ", ".join(f"{name} {_amount(e)}" for name, e in verdict.parameters.items())
+    low, high = gap.closed_hdi94
+    return (
+        f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); adding it removes "
+        f"{100 * gap.closed:.0f} % [{100 * low:.0f}, {100 * high:.0f}] of the reducible error on the record held out."
+    )
+
+
+def _percent(probability: float) -> str:
+    return f"{100 * probability:.3g} %"
+
+
+def _amount(estimate: Estimate) -> str:
+    unit = f" {estimate.unit}" if estimate.unit else ""
+    return f"{estimate.mean:.3g} +- {estimate.sd:.1g}{unit}"
