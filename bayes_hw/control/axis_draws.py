@@ -152,7 +152,8 @@ class AxisDraws:
         return np.mod(lag + np.pi / 2, 2 * np.pi) / (2 * np.pi * frequency_hz) - 0.25 / frequency_hz
 
     def held(self, ratio: int) -> AxisDraws:
-        """The axis as seen by a controller that acts on every `ratio`-th sample and holds its command between.
+        """The axis as seen by a controller that acts on every `ratio`-th sample and holds its command
+        between.
 
         Exact: with delay = a ratio + b, 0 <= b < ratio, and S_m(p) = 1 + p + ... + p^(m-1), a pole p with
         residue r becomes p^ratio with r S_ratio(p) p^(ratio - b) after a + 1 slow samples and a direct term

@@ -31,16 +31,16 @@ class Controller:
         m'(k) = m(k) + min(1, T / T_aw) (u(k) - m(k))
 
     the incremental PID of section 2.2 of Acta Astronomica Sinica, doi
-    10.15940/j.cnki.0001-5245.2026.01.012, with limits on the rate of change of the command and on the command.
-    `anti_windup_s` is the tracking time T_aw of back-calculation (Åström and Hägglund, Advanced PID Control,
-    sec. 3.5): zero is the plain incremental form, which remembers the limited command; infinite remembers the
-    unlimited one, so that the integral winds up.
+    10.15940/j.cnki.0001-5245.2026.01.012, with limits on the rate of change of the command and on the
+    command. `anti_windup_s` is the tracking time T_aw of back-calculation (Åström and Hägglund, Advanced PID
+    Control, sec. 3.5): zero is the plain incremental form, which remembers the limited command; infinite
+    remembers the unlimited one, so that the integral winds up.
 
     `proportional` (Kp) in input units per output unit, `integral` (Ki) in those per s, `derivative` (Kd) in
     those times s, `derivative_filter_s` (Tf) in s, `speed_limit` (lower, upper) in input units,
     `rate_of_change_limit` (a) in input units per s, `delay_samples` whole periods between measuring and
-    commanding, `low_pass_hz` the corner of a first-order low pass made discrete by Tustin's rule, which blocks
-    half the sample rate altogether. T = 1 / sample_rate_hz.
+    commanding, `low_pass_hz` the corner of a first-order low pass made discrete by Tustin's rule, which
+    blocks half the sample rate altogether. T = 1 / sample_rate_hz.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Controller:
 
     @property
     def kind(self) -> str:
-        """"P", "PI", "PD", "PID" or "I"."""
+        """ "P", "PI", "PD", "PID" or "I"."""
         terms = (("P", self.proportional), ("I", self.integral), ("D", self.derivative))
         return "".join(letter for letter, gain in terms if gain > 0)
 
@@ -195,7 +195,9 @@ class Controller:
             derivative=_number(data.get("derivative", 0.0), "derivative"),
             derivative_filter_s=_number(data.get("derivative_filter_s", 0.0), "derivative_filter_s"),
             speed_limit=limits,
-            rate_of_change_limit=np.inf if rate_limit is None else _number(rate_limit, "rate_of_change_limit"),
+            rate_of_change_limit=np.inf
+            if rate_limit is None
+            else _number(rate_limit, "rate_of_change_limit"),
             anti_windup_s=np.inf if windup is None else _number(windup, "anti_windup_s"),
             delay_samples=int(delay),
             notches=tuple(Notch.from_dict(item, f"notches[{i}]") for i, item in enumerate(notches)),

@@ -41,7 +41,9 @@ def balancing_bias(amplitude: FloatArray, lower: FloatArray, upper: FloatArray) 
 
     By bisection between the limits' midpoint for large amplitudes and zero for small ones.
     """
-    low = np.broadcast_to(-amplitude - np.abs(lower), np.broadcast_shapes(np.shape(amplitude), np.shape(lower)))
+    low = np.broadcast_to(
+        -amplitude - np.abs(lower), np.broadcast_shapes(np.shape(amplitude), np.shape(lower))
+    )
     high = -low + np.abs(upper)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
@@ -51,7 +53,8 @@ def balancing_bias(amplitude: FloatArray, lower: FloatArray, upper: FloatArray) 
 
 
 def dead_zone_gain(amplitude: FloatArray, half_width: FloatArray) -> FloatArray:
-    """First-harmonic gain of the dead zone (eq. 5 with unit gains) for amplitude sin(angle): 1 - g(delta / A).
+    """First-harmonic gain of the dead zone (eq. 5 with unit gains) for amplitude sin(angle): 1 - g(delta /
+    A).
 
     Zero amplitudes have gain one where the dead zone has no width, else zero.
     """

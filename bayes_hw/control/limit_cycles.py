@@ -12,7 +12,7 @@ from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.describing_functions import balancing_bias, dead_zone_gain, saturation_gain
 from bayes_hw.control.loop import Loop
-from bayes_hw.control.margins import phase_crossings
+from bayes_hw.control.margins import Crossings, phase_crossings
 from bayes_hw.control.simulator import simulate_loop
 
 Place: TypeAlias = Literal["away from zero", "around zero"]
@@ -92,7 +92,7 @@ def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:
     where more gain destabilises, or the reverse (Loeb), and all other poles lie inside the unit circle.
     """
     axis, controller = loop.axis, loop.controller
-    crossing = phase_crossings(loop, loop.response(loop.frequency_hz))
+    crossing = _beyond_one(phase_crossings(loop, loop.response(loop.frequency_hz)))
     c1, c2, c3 = axis.gains
     lower = np.maximum(axis.lower / c1, controller.speed_limit[0])[crossing.draw]
     upper = np.minimum(axis.upper / c1, controller.speed_limit[1])[crossing.draw]
@@ -161,6 +161,12 @@ def check_cycles(loop: Loop, simulated: int) -> tuple[CycleCheck, ...]:
         CycleCheck(place, predict_cycles(loop, place), simulate_cycles(few, loop.controller, place))
         for place in PLACES
     )
+
+
+def _beyond_one(crossing: Crossings) -> Crossings:
+    """The crossings with |L| > 1: neither describing function exceeds one."""
+    kept = np.abs(crossing.response) > 1
+    return Crossings(crossing.draw[kept], crossing.frequency_hz[kept], crossing.response[kept])
 
 
 def _stays(loop: Loop, draw: IntArray, factor: FloatArray, falling: BoolArray) -> BoolArray:

@@ -38,8 +38,8 @@ class Loop:
         held = self.held
         if held.delay_samples + self.controller.delay_samples == 0 and np.any(held.direct != 0):
             raise InputError(
-                f"controller {self.controller.name!r}: G answers within the same sample, so that the loop needs "
-                "a delay; set delay_samples to 1 or more"
+                f"controller {self.controller.name!r}: G answers within the same sample, so that the loop "
+                "needs a delay; set delay_samples to 1 or more"
             )
 
     @cached_property

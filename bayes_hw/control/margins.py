@@ -120,7 +120,9 @@ def loop_margins(loop: Loop) -> Margins:
 def gain_crossings(loop: Loop, response: ComplexArray) -> Crossings:
     """Where |L| = 1; `response` is L on the loop's grid."""
     size = np.abs(response)
-    return _crossings(loop, np.log(np.maximum(size, np.finfo(float).tiny)), lambda value: np.log(np.abs(value)))
+    return _crossings(
+        loop, np.log(np.maximum(size, np.finfo(float).tiny)), lambda value: np.log(np.abs(value))
+    )
 
 
 def phase_crossings(loop: Loop, response: ComplexArray) -> Crossings:
