@@ -31,6 +31,10 @@ SETTLE_SECONDS = 120.0
 SUSTAINED = 0.9
 """A quarter whose spread is at least this share of that of the quarter before has not died down."""
 
+GROWING = 1.03
+"""One whose spread is more than this multiple of that before has not reached its amplitude yet."""
+
+ON_NYQUIST = 1e-9
 MOVES = 1e-2
 """A command that swings by more than this share of the nearer limit is an oscillation."""
 
@@ -60,7 +64,8 @@ class SimulatedCycles:
     """What the simulated loop does at the end of a long run after a kick, each of shape (draws,).
 
     `sustained` says whether it still oscillates; `frequency_hz`, and `position_amplitude`, sqrt(2) times the
-    standard deviation of w (output units), are NaN where it does not.
+    standard deviation of w (output units), are NaN where it does not, the amplitude also where it grows
+    still.
     """
 
     sustained: BoolArray
@@ -88,8 +93,10 @@ def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:
 
     Both describing functions are real, so that oscillations lie where L is real and negative; A follows from
     N_f N_n = 1 / |L|. The bias of u is the one for which v has zero mean (`balancing_bias`). The limits are
-    the tighter of the controller's and the axis's. One is called stable when more amplitude means less gain
-    where more gain destabilises, or the reverse (Loeb), and all other poles lie inside the unit circle.
+    the tighter of the controller's and the axis's. At half the sample rate u alternates between two values
+    and its gains are those of two values, not of a sinusoid. One is called stable when more amplitude means
+    less gain where more gain destabilises, or the reverse (Loeb), and all other poles lie inside the unit
+    circle.
     """
     axis, controller = loop.axis, loop.controller
     crossing = _beyond_one(phase_crossings(loop, loop.response(loop.frequency_hz)))
@@ -105,6 +112,13 @@ def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:
     plant = size / np.abs(controller.response(crossing.frequency_hz)) / max(c2, c3)
     position = amplitude * saturation * plant[:, None]
     gain = saturation * dead_zone_gain(position, half_width[:, None])
+    alternating = crossing.frequency_hz >= loop.nyquist_hz * (1 - ON_NYQUIST)
+    if np.any(alternating):
+        sampled = np.minimum(1, nearer[:, None] / amplitude)
+        swing = amplitude * sampled * plant[:, None]
+        passed = np.maximum(1 - half_width[:, None] / swing, 0)
+        position = np.where(alternating[:, None], swing, position)
+        gain = np.where(alternating[:, None], sampled * passed, gain)
     excess = np.log(np.maximum(gain, 1e-300)) + np.log(size)[:, None]
     point, cell = np.nonzero((excess[:, :-1] > 0) != (excess[:, 1:] > 0))
     low, high = excess[point, cell], excess[point, cell + 1]
@@ -145,12 +159,12 @@ def simulate_cycles(axis: AxisDraws, controller: Controller, place: Place) -> Si
     last, before = signals.w[:, -quarter:], signals.w[:, -2 * quarter : -quarter]
     command = signals.u[:, -quarter:]
     nearer = np.minimum(-axis.lower, axis.upper) / axis.gains[0]
-    spread = last.std(axis=1)
-    sustained = (spread > SUSTAINED * before.std(axis=1)) & (np.ptp(command, axis=1) > MOVES * nearer)
+    spread, earlier = last.std(axis=1), before.std(axis=1)
+    sustained = (spread > SUSTAINED * earlier) & (np.ptp(command, axis=1) > MOVES * nearer)
     return SimulatedCycles(
         np.asarray(sustained, dtype=np.bool_),
         np.where(sustained, _main_frequency(command, rate), np.nan),
-        np.where(sustained, np.sqrt(2) * spread, np.nan),
+        np.where(sustained & (spread < GROWING * earlier), np.sqrt(2) * spread, np.nan),
     )
 
 

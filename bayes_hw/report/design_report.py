@@ -6,16 +6,9 @@ import numpy as np
 
 from bayes_hw.control.design import Design, LoopReport
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.design_sections import (
-    axis_section,
-    controllers_section,
-    crossover_section,
-    cycles_section,
-    margins_section,
-    sets_section,
-    tracking_section,
-    tuning_section,
-)
+from bayes_hw.report.design_axis_sections import axis_section, controllers_section, crossover_section
+from bayes_hw.report.design_loop_sections import cycles_section, margins_section, tracking_section
+from bayes_hw.report.design_robust_sections import sets_section, tuning_section
 from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section
 from bayes_hw.report.figures_control_loop import margin_distributions
 from bayes_hw.report.names import parameter_name
@@ -61,7 +54,10 @@ def _verdict(design: Design) -> str:
             f"{design.posterior.problems[0]}."
         )
     sentences.append(f"Asked for: a {settings.requirements.describe()}.")
-    sentences += [_loop_sentence(design, loop) for loop in design.loops if not _is_tuned(loop)]
+    given = [loop for loop in design.loops if not _is_tuned(design, loop)]
+    if given:
+        listed = "; ".join(_loop_words(design, loop) for loop in given)
+        sentences.append(f"Probability over the posterior that they are kept: {listed}.")
     for tuning in design.tunings:
         robust, point = tuning.robust, tuning.point
         if not robust.feasible:
@@ -80,20 +76,19 @@ def _verdict(design: Design) -> str:
     return " ".join(sentences)
 
 
-def _is_tuned(loop: LoopReport) -> bool:
-    return " tuned o" in loop.controller.name
+def _is_tuned(design: Design, loop: LoopReport) -> bool:
+    return any(loop.controller in (t.robust.controller, t.point.controller) for t in design.tunings)
 
 
-def _loop_sentence(design: Design, loop: LoopReport) -> str:
+def _loop_words(design: Design, loop: LoopReport) -> str:
+    text = f"{loop.controller.name} {format_percent(loop.met(design.settings.requirements), 1)}"
+    notes = []
+    if loop.probability_stable < 1:
+        notes.append(f"stable with {format_percent(loop.probability_stable, 1)}")
     cycles = max(float(np.mean(check.simulated.sustained)) for check in loop.cycles)
-    text = (
-        f"{loop.controller.name} keeps them with probability "
-        f"{format_percent(loop.met(design.settings.requirements), 1)} and is stable with "
-        f"{format_percent(loop.probability_stable, 1)}"
-    )
     if cycles > 0:
-        text += f"; {format_percent(cycles, 1)} of the simulated draws end in a limit cycle"
-    return text + "."
+        notes.append(f"limit cycle with {format_percent(cycles, 1)}")
+    return text + (f" ({', '.join(notes)})" if notes else "")
 
 
 def _badges(design: Design) -> tuple[Badge, ...]:
@@ -116,7 +111,10 @@ def _badges(design: Design) -> tuple[Badge, ...]:
     if posterior.prior_dominated:
         names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
         badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))
+    on_point = [tuning.point.controller for tuning in design.tunings]
     for loop in design.loops:
+        if loop.controller in on_point:
+            continue
         met = loop.met(requirements)
         state = "good" if met >= design.settings.share else "warn"
         if loop.probability_stable < SURE:

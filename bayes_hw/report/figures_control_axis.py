@@ -38,8 +38,7 @@ def axis_response(plant: PlantSummary, notches: Sequence[NotchRange], units: Uni
                 axes.axvspan(notch.lower_hz, notch.upper_hz, color=ORANGE, alpha=0.55, linewidth=0)
             for pair in plant.antiresonances:
                 low, high = np.quantile(pair.frequency_hz, [0.03, 0.97])
-                width = 0.003 * plant.equivalent_delay_hz
-                axes.axvspan(low - width, high + width, color=GREEN, alpha=0.3, linewidth=0)
+                axes.axvspan(low, high, color=GREEN, alpha=0.3, linewidth=0.5)
             axes.fill_between(frequency, band[0], band[1], color=BAND_PARAMETERS, alpha=0.8, linewidth=0)
             axes.plot(frequency, nominal, color=POINT_ESTIMATE, linewidth=0.9)
         magnitude.set_xscale("log")

@@ -49,7 +49,7 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
     )
     rows = np.arange(len(loops))
     with drawing_settings():
-        canvas = new_canvas(1.15 + 0.42 * len(loops))
+        canvas = new_canvas(1.15 + 0.5 * len(loops))
         for axes, (label, name, asked) in zip(
             canvas.subplots(1, len(panels), sharey=True), panels, strict=True
         ):
@@ -62,13 +62,28 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
             axes.grid(False, axis="y")
             axes.locator_params(axis="x", nbins=4)
         first = canvas.axes[0]
-        first.set_yticks(rows, [wrapped(drawable(loop.controller.name), NAME_LENGTH) for loop in loops])
+        first.set_yticks(
+            rows,
+            [
+                f"{wrapped(drawable(loop.controller.name), NAME_LENGTH)}\n"
+                f"kept: {format_percent(loop.met(requirements), 1)}"
+                for loop in loops
+            ],
+        )
         first.set_ylim(len(loops) - 0.5, -0.5)
         canvas.legend(
             handles=[
                 Line2D([], [], color=POSTERIOR, linewidth=1.4, label="94 % of the stable draws"),
-                Line2D([], [], color=POSTERIOR, linewidth=4, label="50 %"),
-                Line2D([], [], color=POINT_ESTIMATE, marker="|", linestyle="", label="point estimate"),
+                Line2D([], [], color=POSTERIOR, linewidth=5, label="50 %"),
+                Line2D(
+                    [],
+                    [],
+                    color=POINT_ESTIMATE,
+                    marker="v",
+                    markersize=4,
+                    linestyle="",
+                    label="point estimate",
+                ),
                 Line2D([], [], color=INK, linestyle="--", linewidth=0.9, label="asked for"),
             ],
             loc="outside upper right",
@@ -80,7 +95,8 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
         return finished(
             canvas,
             "Margins and bandwidth of every controller over the posterior: central 94 % and 50 % of the "
-            f"stable draws, and the point estimate. Dashed: the margins asked for. Stable draws: {stable}.",
+            "stable draws, and the point estimate. Dashed: the margins asked for; “kept” is the probability "
+            f"that a draw is stable and keeps them all. Stable draws: {stable}.",
             f"Intervals of four margins for {len(loops)} controllers.",
         )
 
@@ -90,11 +106,11 @@ def _interval(axes: Axes, row: int, draws: FloatArray, nominal: float) -> None:
     if len(finite):
         q = np.quantile(finite, [0.03, 0.25, 0.75, 0.97])
         axes.plot([q[0], q[3]], [row, row], color=POSTERIOR, linewidth=1.4, solid_capstyle="butt")
-        axes.plot([q[1], q[2]], [row, row], color=POSTERIOR, linewidth=4, solid_capstyle="butt")
+        axes.plot([q[1], q[2]], [row, row], color=POSTERIOR, linewidth=5, solid_capstyle="butt")
     else:
         axes.text(0.05, row, "none", transform=axes.get_yaxis_transform(), va="center", size=8)
     if np.isfinite(nominal):
-        axes.plot(nominal, row, "|", color=POINT_ESTIMATE, markersize=11, markeredgewidth=1.6)
+        axes.plot(nominal, row - 0.24, "v", color=POINT_ESTIMATE, markersize=4, markeredgewidth=0)
 
 
 def nyquist_and_sensitivities(loops: Sequence[LoopReport]) -> Figure:
@@ -173,6 +189,7 @@ def limit_cycle_check(loops: Sequence[LoopReport], unit: str) -> Figure:
                 [low - gap, high + gap], [low - gap, high + gap], color=INK, linestyle="--", linewidth=0.8
             )
             axes.set(xlabel=f"predicted {label}", ylabel=f"simulated {label}")
+            axes.locator_params(nbins=4)
         handles = [
             Line2D(
                 [],
@@ -201,7 +218,7 @@ def matched_cycles(check: CycleCheck, name: str) -> tuple[FloatArray, FloatArray
     stays = predicted.stable & (predicted.draw < len(simulated.sustained))
     draw = predicted.draw[stays]
     unique, first, counts = np.unique(draw, return_index=True, return_counts=True)
-    kept = (counts == 1) & simulated.sustained[unique]
+    kept = (counts == 1) & np.isfinite(simulated.position_amplitude[unique])
     return getattr(predicted, name)[stays][first[kept]], getattr(simulated, name)[unique[kept]]
 
 
@@ -212,8 +229,8 @@ def tuned_margins(tuning: Tuning) -> Figure:
         canvas = new_canvas(2.9)
         left, right = canvas.subplots(1, 2, sharex=True, sharey=True)
         for axes, tuned, colour, title in (
-            (left, tuning.point, VERMILLION, "tuned on the point estimate"),
-            (right, tuning.robust, BLUE, "tuned over the posterior"),
+            (left, tuning.point, VERMILLION, "on the point estimate"),
+            (right, tuning.robust, BLUE, "over the posterior"),
         ):
             margins = tuned.margins
             axes.plot(
