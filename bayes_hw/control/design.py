@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.control.allowance import CrossoverCurve, NotchRange, crossover_curves, notch_ranges
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
@@ -69,10 +70,12 @@ class LoopReport:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What `bayes-hw design` finds. `loops` are those of the controllers given, then of the tuned ones."""
+    """What `bayes-hw design` finds. `loops` are those of the controllers given, then of the tuned ones;
+    `values` (draws, parameters) are the parameter vectors behind `axis`."""
 
     posterior: Posterior
     settings: DesignSettings
+    values: FloatArray
     nominal: AxisDraws
     axis: AxisDraws
     plant: PlantSummary
@@ -158,6 +161,7 @@ def design(
     return Design(
         posterior=posterior,
         settings=settings,
+        values=values[:half],
         nominal=nominal,
         axis=axis,
         plant=plant,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from bayes_hw.control.tuning import Tuned, Tuning
 from bayes_hw.control.uncertainty import UncertaintySet
 from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.infer.summary import highest_density_interval
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 SCHEMA = "bayes-hw/design/1"
 MARGIN_UNITS = {
@@ -59,7 +60,13 @@ def design_content(design: Design) -> dict[str, Any]:
         "model_sample_rate_hz": design.nominal.sample_rate_hz,
         "posterior_converged": design.posterior.converged,
         "free": design.posterior.axis.free,
-        "draws": design.axis.count,
+        "nominal": _nominal_model(design).to_dict(),
+        "draws": {
+            "count": design.axis.count,
+            "parameters": list(design.posterior.names),
+            "units": [parameter.unit for parameter in design.posterior.parameters],
+            "values": design.values,
+        },
         "share": settings.share,
         "requirements": asdict(settings.requirements),
         "interval": "94 % highest-density interval over the draws",
@@ -79,9 +86,7 @@ def matlab_content(design: Design) -> dict[str, Any]:
     Gains are output units per input unit, poles and zeros in z; see the field `units` of each.
     """
     nominal, axis = design.nominal, design.axis
-    linear = design.posterior.axis.to_model(
-        design.posterior.point_estimate[: len(design.posterior.axis.parameters)]
-    ).linear
+    linear = _nominal_model(design).linear
     numerator, denominator = linear.coefficients()
     units = nominal.units.to_dict() | {"frequency": "Hz", "sample_time": "s"}
     common = {"units": units, "sample_time": 1 / nominal.sample_rate_hz}
@@ -121,6 +126,13 @@ def matlab_content(design: Design) -> dict[str, Any]:
             dtype=object,
         ),
     }
+
+
+def _nominal_model(design: Design) -> HammersteinWiener:
+    posterior = design.posterior
+    n_axis = len(posterior.axis.parameters)
+    model = posterior.axis.to_model(posterior.point_estimate[:n_axis])
+    return replace(model, noise_sigma=float(posterior.point_estimate[n_axis]))
 
 
 def _modal(axis: AxisDraws) -> dict[str, Any]:

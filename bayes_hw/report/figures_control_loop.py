@@ -251,7 +251,7 @@ def tuned_margins(tuning: Tuning) -> Figure:
             canvas,
             f"{tuning.structure} settings: gain and phase margin of fresh draws. Inside the dashed lines, "
             "above and to the right, is what was asked for. Settings tuned on the point estimate alone "
-            "stand on the corner of that region; those tuned over the posterior keep "
+            "stand on the edge of that region; those tuned over the posterior keep "
             f"{format_percent(tuning.share)} of the draws inside.",
             "Two scatter plots of gain margin and phase margin.",
         )
