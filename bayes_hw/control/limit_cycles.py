@@ -19,8 +19,8 @@ Place: TypeAlias = Literal["away from zero", "around zero"]
 """Away from zero the dead zone has slope one and only the limits bend; around zero both blocks do."""
 
 PLACES: tuple[Place, ...] = ("away from zero", "around zero")
-AMPLITUDES = 240
-SMALLEST_SHARE, LARGEST_SHARE = 0.1, 1e4
+AMPLITUDES = 400
+SMALLEST_SHARE, LARGEST_SHARE = 1e-4, 1e4
 """Amplitudes of u that are tried, in units of the nearer limit."""
 
 STABILITY_SLACK = 1e-3

@@ -5,12 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eig
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
 
 LIGHT_DAMPING = 0.3
 """A zero pair less damped than this makes a dip in the response."""
+
+LARGEST = 1e3
+"""A zero of larger modulus is rounding error of one at infinity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,30 +31,32 @@ class Antiresonance:
 
 
 def zeros(axis: AxisDraws) -> ComplexArray:
-    """The zeros of every draw, (zeros, draws), as eigenvalues of the dynamics that hold w at zero.
+    """The zeros of every draw, (poles, draws), in order of modulus; infinite where there are fewer.
 
-    With A = diag(p), B = 1, C = r: those of A - B C / direct, or, without a direct term, those of
-    (1 - B C / (C B)) A but for one at the origin (Kwakernaak and Sivan, Linear Optimal Control Systems,
-    sec. 1.5.5). Zeros at infinity come out very large.
+    With A = diag(p), B = 1, C = r and D the direct term: generalized eigenvalues of [A B; C D] and [I 0; 0 0]
+    (Rosenbrock's pencil; Emami-Naeini and Van Dooren, doi 10.1016/0005-1098(82)90070-X).
     """
     poles, residues = axis.poles.T, axis.residues.T
     n = poles.shape[1]
-    a = np.zeros((axis.count, n, n), dtype=np.complex128)
-    rows = np.arange(n)
-    a[:, rows, rows] = poles
-    if np.all(axis.direct != 0):
-        found = np.linalg.eigvals(a - (residues / axis.direct[:, None])[:, None, :])
-        return np.asarray(found.T, dtype=np.complex128)
-    leading = residues.sum(axis=1)
-    projected = a - (residues * poles / leading[:, None])[:, None, :]
-    found = np.linalg.eigvals(projected)
-    order = np.argsort(np.abs(found), axis=1)
-    return np.asarray(np.take_along_axis(found, order, axis=1)[:, 1:].T, dtype=np.complex128)
+    kept = np.eye(n + 1)
+    kept[n, n] = 0
+    found = np.empty((axis.count, n), dtype=np.complex128)
+    for draw in range(axis.count):
+        pencil = np.ones((n + 1, n + 1), dtype=np.complex128)
+        pencil[:n, :n] = np.diag(poles[draw])
+        scale = np.abs(residues[draw]).max()
+        pencil[n, :n], pencil[n, n] = residues[draw] / scale, axis.direct[draw] / scale
+        top, bottom = eig(pencil, kept, right=False, homogeneous_eigvals=True)
+        finite = np.abs(bottom) * LARGEST > np.abs(top)
+        roots = np.sort_complex(top[finite] / bottom[finite])
+        found[draw] = np.inf
+        found[draw, : len(roots)] = roots[np.argsort(np.abs(roots), kind="stable")]
+    return found.T
 
 
 def minimum_phase(found: ComplexArray) -> FloatArray:
-    """1 for each draw whose zeros all lie inside the unit circle, else 0, (draws,)."""
-    return np.asarray(np.all(np.abs(found) < 1, axis=0), dtype=np.float64)
+    """1 for each draw whose finite zeros all lie inside the unit circle, else 0, (draws,)."""
+    return np.asarray(np.all((np.abs(found) < 1) | np.isinf(found), axis=0), dtype=np.float64)
 
 
 def antiresonances(axis: AxisDraws, nominal: AxisDraws) -> tuple[Antiresonance, ...]:
@@ -59,7 +65,7 @@ def antiresonances(axis: AxisDraws, nominal: AxisDraws) -> tuple[Antiresonance, 
     reference = zeros(nominal)[:, 0]
     everywhere = zeros(axis)
     found = []
-    for zero in reference[reference.imag > 1e-9]:
+    for zero in reference[np.isfinite(reference) & (reference.imag > 1e-9)]:
         s = np.log(zero) * rate
         if abs(s.real) > LIGHT_DAMPING * abs(s):
             continue
