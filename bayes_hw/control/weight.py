@@ -12,6 +12,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 SOFTNESS = 60.0
 """The soft maximum of the search is within log(points) / SOFTNESS of the maximum."""
 
+DESCENT_STEPS = 60
 LARGEST_DAMPING, SMALLEST_DAMPING = 3.0, 5e-3
 
 
@@ -77,7 +78,9 @@ def fit_weight(frequency_hz: FloatArray, floor: FloatArray, order: int, sample_r
     bounds = _bounds(order, x)
     best = min(
         (
-            optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds).x
+            optimize.minimize(
+                cost, start, method="L-BFGS-B", bounds=bounds, options={"maxiter": DESCENT_STEPS}
+            ).x
             for start in _starts(order, x, target)
         ),
         key=exact,
