@@ -14,7 +14,7 @@ from bayes_hw.cli import main
 from bayes_hw.control.controller import Controller
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-QUICK = ("--draws", "150", "--quiet")
+QUICK = ("--draws", "100", "--quiet")
 
 
 @pytest.fixture(scope="module")

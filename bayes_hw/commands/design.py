@@ -70,7 +70,6 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.provenance import provenance
     from bayes_hw.report.design_report import design_report
     from bayes_hw.report.render import render
-    from bayes_hw.threads import one_blas_thread
 
     begin = time.perf_counter()
     if not 0.5 <= parsed.share < 1:
@@ -95,19 +94,18 @@ def run(parsed: argparse.Namespace) -> None:
     if not controllers and not parsed.tune:
         raise InputError("--tune: nothing to tune and no --controller; give one of them")
     progress = Progress(parsed.quiet)
-    with one_blas_thread():
-        found = design(
-            posterior,
-            controllers,
-            np.random.default_rng(parsed.seed),
-            settings=DesignSettings(
-                draws=parsed.draws,
-                share=parsed.share,
-                requirements=requirements,
-                tuned=tuple(dict.fromkeys(parsed.tune)),
-            ),
-            progress=progress,
-        )
+    found = design(
+        posterior,
+        controllers,
+        np.random.default_rng(parsed.seed),
+        settings=DesignSettings(
+            draws=parsed.draws,
+            share=parsed.share,
+            requirements=requirements,
+            tuned=tuple(dict.fromkeys(parsed.tune)),
+        ),
+        progress=progress,
+    )
     write_design(out, found)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")

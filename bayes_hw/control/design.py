@@ -23,6 +23,7 @@ from bayes_hw.control.uncertainty import KINDS, UncertaintySet, robustness_peak,
 from bayes_hw.errors import InputError
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.progress import Progress
+from bayes_hw.threads import one_blas_thread
 
 LEAST_DRAWS = 100
 
@@ -102,6 +103,17 @@ def design(
     """
     settings = settings or DesignSettings()
     progress = progress or Progress(quiet=True)
+    with one_blas_thread():
+        return _design(posterior, controllers, rng, settings, progress)
+
+
+def _design(
+    posterior: Posterior,
+    controllers: Sequence[Controller],
+    rng: np.random.Generator,
+    settings: DesignSettings,
+    progress: Progress,
+) -> Design:
     needed = 2 * settings.draws
     values = posterior.draws(needed, rng)
     if len(values) < 2 * LEAST_DRAWS:

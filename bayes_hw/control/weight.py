@@ -63,13 +63,16 @@ def fit_weight(frequency_hz: FloatArray, floor: FloatArray, order: int, sample_r
     share = step / step.sum()
 
     def shape(parameters: FloatArray) -> FloatArray:
-        return _log_magnitude(parameters, order, x)
+        return _log_magnitude(parameters, order, x)[0]
 
-    def cost(parameters: FloatArray) -> float:
-        distance = target - shape(parameters)
+    def cost(parameters: FloatArray) -> tuple[float, FloatArray]:
+        """The soft maximum of the distance less its mean, and its gradient."""
+        values, slopes = _log_magnitude(parameters, order, x)
+        distance = target - values
         top = float(distance.max())
-        soft = top + np.log(np.mean(np.exp(SOFTNESS * (distance - top)))) / SOFTNESS
-        return float(soft - share @ distance)
+        size = np.exp(SOFTNESS * (distance - top))
+        soft = top + float(np.log(np.mean(size))) / SOFTNESS
+        return soft - float(share @ distance), slopes @ (share - size / size.sum())
 
     def exact(parameters: FloatArray) -> float:
         distance = target - shape(parameters)
@@ -79,7 +82,7 @@ def fit_weight(frequency_hz: FloatArray, floor: FloatArray, order: int, sample_r
     best = min(
         (
             optimize.minimize(
-                cost, start, method="L-BFGS-B", bounds=bounds, options={"maxiter": DESCENT_STEPS}
+                cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": DESCENT_STEPS}
             ).x
             for start in _starts(order, x, target)
         ),
@@ -94,20 +97,27 @@ def fit_weight(frequency_hz: FloatArray, floor: FloatArray, order: int, sample_r
     return Weight(gain * (1 + 1e-12), zeros, poles, sample_rate_hz)
 
 
-def _log_magnitude(parameters: FloatArray, order: int, x: FloatArray) -> FloatArray:
-    """log |W| of unit gain at infinity; parameters are log frequencies and log dampings, see `_roots`."""
-    total = np.zeros_like(x)
+def _log_magnitude(parameters: FloatArray, order: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """log |W| of unit gain at infinity (points,) and its derivatives (parameters, points).
+
+    The parameters are log frequencies and log dampings, see `_roots`.
+    """
+    total, slopes = np.zeros_like(x), np.zeros((len(parameters), len(x)))
     if order >= 2:
-        frequency_n, damping_n, frequency_d, damping_d = np.exp(parameters[:4])
-        total += _quadratic(x, frequency_n, damping_n) - _quadratic(x, frequency_d, damping_d)
+        for first, sign in ((0, 1.0), (2, -1.0)):
+            frequency, damping = np.exp(parameters[first : first + 2])
+            inner, outer = frequency**2 - x**2, (2 * damping * frequency * x) ** 2
+            size = inner**2 + outer
+            total += sign * 0.5 * np.log(size)
+            slopes[first] = sign * (2 * frequency**2 * inner + outer) / size
+            slopes[first + 1] = sign * outer / size
     if order % 2:
-        corner_n, corner_d = np.exp(parameters[-2:])
-        total += 0.5 * (np.log(x**2 + corner_n**2) - np.log(x**2 + corner_d**2))
-    return total
-
-
-def _quadratic(x: FloatArray, frequency: float, damping: float) -> FloatArray:
-    return np.asarray(0.5 * np.log((frequency**2 - x**2) ** 2 + (2 * damping * frequency * x) ** 2))
+        for row, sign in ((-2, 1.0), (-1, -1.0)):
+            corner = np.exp(parameters[row])
+            size = x**2 + corner**2
+            total += sign * 0.5 * np.log(size)
+            slopes[row] = sign * corner**2 / size
+    return total, slopes
 
 
 def _roots(parameters: FloatArray, order: int) -> tuple[ComplexArray, ComplexArray]:

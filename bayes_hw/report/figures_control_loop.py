@@ -37,6 +37,7 @@ from bayes_hw.report.rounding import format_percent
 NAME_LENGTH = 22
 SCATTER_DRAWS = 600
 NYQUIST_REACH = 2.2
+NYQUIST_CUT = 3.0
 
 
 def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements) -> Figure:
@@ -120,8 +121,8 @@ def nyquist_and_sensitivities(loops: Sequence[LoopReport]) -> Figure:
         grid = canvas.subplots(len(loops), 2, squeeze=False, width_ratios=(1, 1.75))
         for (left, right), loop in zip(grid, loops, strict=True):
             bands = loop.bands
-            for curve in bands.curves:
-                left.plot(curve.real, curve.imag, color=POSTERIOR, linewidth=0.4, alpha=0.25)
+            shown = np.where(np.abs(bands.curves) < NYQUIST_CUT, bands.curves, np.nan).T
+            left.plot(shown.real, shown.imag, color=POSTERIOR, linewidth=0.4, alpha=0.25)
             left.plot(bands.nominal_curve.real, bands.nominal_curve.imag, color=POINT_ESTIMATE, linewidth=1)
             left.plot(-1, 0, "+", color=INK, markersize=8, markeredgewidth=1.4)
             left.set(xlim=(-NYQUIST_REACH, 0.8), ylim=(-1.6, 1.2), ylabel="imaginary part of L")
@@ -152,7 +153,7 @@ def nyquist_and_sensitivities(loops: Sequence[LoopReport]) -> Figure:
         )
         return finished(
             canvas,
-            "The loops over frequency. Left: L near the critical point -1 (cross), 60 draws. Right: "
+            "The loops over frequency. Left: L near the critical point -1 (cross), single draws. Right: "
             "sensitivity S = 1/(1 + L), from output disturbance to error, and complementary sensitivity T = "
             "L/(1 + L), from reference to output: pointwise central 94 % of the draws, lines for the point "
             "estimate.",

@@ -64,14 +64,14 @@ def test_the_template_lends_all_but_the_gains(tuning: Tuning) -> None:
 
 def test_what_cannot_be_had_is_said(nominal: AxisDraws, axis: AxisDraws) -> None:
     """No gain keeps a phase margin of 95 degrees around a type-2 loop with delay."""
-    few = axis.take(np.arange(10))
+    few = axis.take(np.arange(5))
     found = tune("PI", TEMPLATE, nominal, few, few, Requirements(6.0, 95.0), 0.9)
     assert not found.robust.feasible
     assert found.robust.broken > 0.1
 
 
 def test_pid_has_a_derivative(nominal: AxisDraws, axis: AxisDraws) -> None:
-    few = axis.take(np.arange(10))
+    few = axis.take(np.arange(5))
     found = tune("PID", TEMPLATE, nominal, few, few, ASKED, 0.8)
     assert found.robust.controller.kind == "PID"
     assert found.robust.feasible

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from spread_axis import spread_posterior
 
+from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.design import Design, DesignSettings, design
+from bayes_hw.control.loop import Loop
 from bayes_hw.control.margins import Requirements, loop_margins
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import Provenance, provenance
@@ -31,8 +33,8 @@ def found(small_axis: HammersteinWiener) -> Design:
     posterior = spread_posterior(axis)
     settings = DesignSettings(150, 40, 30, requirements=Requirements(6.0, 45.0, 0.05))
     calm = Controller(HOSTILE, 20.0, 1.0, 0.2, low_pass_hz=3.0)
-    alone = design(posterior, [calm], np.random.default_rng(1), settings=replace(settings, tuned=()))
-    edge = 10 ** (float(np.median(alone.loops[0].margins.gain_margin_db)) / 20)
+    draws = AxisDraws.of_posterior(posterior, posterior.draws(150, np.random.default_rng(1)))
+    edge = 10 ** (float(np.median(loop_margins(Loop(draws, calm)).gain_margin_db)) / 20)
     hot = Controller("hot", 20.0, edge, 0.2 * edge, low_pass_hz=3.0)
     return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)
 
@@ -75,7 +77,7 @@ def test_held_roots_are_warned_of(report: Report) -> None:
 
 def test_an_unconverged_posterior_comes_first(found: Design, origin: Provenance) -> None:
     posterior = replace(found.posterior, converged=False, problems=("R-hat is 1.5",))
-    doubtful = design_report(replace(found, posterior=posterior), origin)
+    doubtful = design_report(replace(found, posterior=posterior, loops=found.loops[:1], tunings=()), origin)
     assert doubtful.verdict.startswith("The posterior has NOT converged")
     assert doubtful.badges[0].state == "bad"
 
@@ -104,7 +106,3 @@ def test_names_and_units_are_text_in_both_forms(report: Report) -> None:
     assert "<script>alert" not in page
     assert visible(HOSTILE) in unescape(page)
     assert to_pdf(report).startswith(b"%PDF")
-
-
-def test_the_same_design_is_the_same_bytes(found: Design, origin: Provenance, report: Report) -> None:
-    assert to_html(design_report(found, origin)) == to_html(report)
