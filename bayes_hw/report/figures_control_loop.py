@@ -34,7 +34,7 @@ from bayes_hw.report.palette import (
 )
 from bayes_hw.report.rounding import format_percent
 
-NAME_LENGTH = 22
+NAME_LENGTH = 28
 SCATTER_DRAWS = 600
 NYQUIST_REACH = 2.2
 NYQUIST_CUT = 3.0
@@ -50,7 +50,7 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
     )
     rows = np.arange(len(loops))
     with drawing_settings():
-        canvas = new_canvas(1.15 + 0.5 * len(loops))
+        canvas = new_canvas(1.15 + 0.4 * len(loops))
         for axes, (label, name, asked) in zip(
             canvas.subplots(1, len(panels), sharey=True), panels, strict=True
         ):
@@ -66,8 +66,7 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
         first.set_yticks(
             rows,
             [
-                f"{wrapped(drawable(loop.controller.name), NAME_LENGTH)}\n"
-                f"kept: {format_percent(loop.met(requirements), 1)}"
+                wrapped(f"{drawable(loop.controller.name)}: {_kept(loop, requirements)}", NAME_LENGTH)
                 for loop in loops
             ],
         )
@@ -96,10 +95,14 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
         return finished(
             canvas,
             "Margins and bandwidth of every controller over the posterior: central 94 % and 50 % of the "
-            "stable draws, and the point estimate. Dashed: the margins asked for; “kept” is the probability "
-            f"that a draw is stable and keeps them all. Stable draws: {stable}.",
+            "stable draws, and the point estimate. Dashed: the margins asked for; percentages beside the "
+            f"names: draws that are stable and keep them all. Stable draws: {stable}.",
             f"Intervals of four margins for {len(loops)} controllers.",
         )
+
+
+def _kept(loop: LoopReport, requirements: Requirements) -> str:
+    return format_percent(loop.met(requirements), 1)
 
 
 def _interval(axes: Axes, row: int, draws: FloatArray, nominal: float) -> None:

@@ -40,7 +40,7 @@ def test_margins_of_an_unstable_loop_are_none(found: Design, labels_of: Labels) 
     text = labels_of(lambda: margin_distributions(found.loops, found.settings.requirements))
     assert text.count("none") == 4
     assert {"gain margin (dB)", "phase margin (deg)", "delay margin (s)", "bandwidth (Hz)"} <= set(text)
-    assert any("kept: 0.0" in line for line in text) and any("kept: 100.0" in line for line in text)
+    assert "hot: 0.0\u00a0%" in text and "calm: 100.0\u00a0%" in text
 
 
 def test_an_axis_without_modes_has_no_bands_of_them(found: Design, labels_of: Labels) -> None:
