@@ -10,7 +10,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.control.loop import Loop
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 
-CURVES = 40
+CURVES = 24
 """Draws whose Nyquist curves are kept."""
 
 BAND_DRAWS = 500

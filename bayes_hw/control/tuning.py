@@ -19,6 +19,7 @@ Structure: TypeAlias = Literal["PI", "PID"]
 
 LOWER_LEVEL = 0.05
 GAIN_POINTS = 18
+SEARCH_ERRORS = 2.0
 GAIN_BISECTIONS = 7
 LOWEST_CROSSOVER_SHARE, HIGHEST_CROSSOVER_SHARE = 1e-3, 0.35
 """Range of gains that are tried, by the crossover of the nominal axis, as shares of the controller's rate."""
@@ -75,9 +76,9 @@ def tune(
     """Settings of `structure` with the rate, limits, filters and delay of `template`.
 
     The robust ones have the largest 5 % quantile of bandwidth over the draws of `axis` of all that keep
-    `requirements` for at least `share` of them, and a binomial standard error more, lest the search profits
-    from the draws that it happens to see; the point ones the largest bandwidth of `nominal` of all that
-    keep them there. Both are then judged on `fresh`.
+    `requirements` for at least `share` of them, and two binomial standard errors more, lest the search
+    profits from the draws that it happens to see; the point ones the largest bandwidth of `nominal` of all
+    that keep them there. Both are then judged on `fresh`.
     """
     robust, robust_found = _best(structure, template, nominal, axis, requirements, share)
     point, point_found = _best(structure, template, nominal, nominal, requirements, 1.0)
@@ -118,7 +119,7 @@ def _best(
     """Grid over integral ratio and derivative time, then Nelder-Mead on their logarithms, with the best gain
     of each."""
     period = template.period_s
-    needed = min(1.0, share + np.sqrt(share * (1 - share) / axis.count))
+    needed = min(1.0, share + SEARCH_ERRORS * np.sqrt(share * (1 - share) / axis.count))
     gains = _gain_range(nominal, template)
 
     speed = abs(float(nominal.velocity_gain()[0])) * nominal.loop_gain

@@ -172,7 +172,8 @@ def tracking_section(design: Design) -> Section:
                 factor, shown = (scale, unit) if is_error else (1.0, response.units[name])
                 values = [factor * loop.responses[index].merits[name] for loop in design.loops]
                 columns.append((f"{response.name}: {name} ({shown})", values))
-        blocks.append(_merit_table(design.loops, tuple(columns), caption))
+        if columns:
+            blocks.append(_merit_table(design.loops, tuple(columns), caption))
     return Section("Tracking", tuple(blocks))
 
 

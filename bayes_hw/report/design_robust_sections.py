@@ -95,7 +95,8 @@ def tuning_section(design: Design) -> Section:
         Bullets(
             (
                 "Rate, limits, filters and delay are those of the first controller given.",
-                "The search asks for a standard error more than the share, so that fresh draws keep it too.",
+                "The search asks for two standard errors more than the share, so that fresh draws keep it "
+                "too.",
             )
         )
     )
