@@ -19,6 +19,7 @@ from bayes_hw.control.limit_cycles import CycleCheck
 from bayes_hw.control.plant_summary import PlantSummary, Quantity
 from bayes_hw.control.tuning import Tuned, Tuning
 from bayes_hw.control.uncertainty import UncertaintySet
+from bayes_hw.control.zeros import zeros
 from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -83,7 +84,8 @@ def design_content(design: Design) -> dict[str, Any]:
 def matlab_content(design: Design) -> dict[str, Any]:
     """The variables of design.mat: structures `nominal`, `draws`, `weights` and `controllers`.
 
-    Gains are output units per input unit, poles and zeros in z; see the field `units` of each.
+    Gains are output units per input unit, poles and zeros in z (infinite where there are fewer); see the
+    field `units` of each. `draws.quantities` holds velocity gain, speeds, resonances, delay and the like.
     """
     nominal, axis = design.nominal, design.axis
     linear = _nominal_model(design).linear
@@ -103,7 +105,17 @@ def matlab_content(design: Design) -> dict[str, Any]:
             "frequency_hz": frequency,
             "response": nominal.response(frequency)[0],
         },
-        "draws": common | _modal(axis) | {"frequency_hz": frequency, "response": axis.response(frequency)},
+        "draws": common
+        | _modal(axis)
+        | {
+            "zeros": zeros(axis),
+            "quantities": {
+                name.replace(".", "_"): {"draws": draws, "unit": design.plant.quantities[name].unit}
+                for name, draws in design.plant.draws.items()
+            },
+            "frequency_hz": frequency,
+            "response": axis.response(frequency),
+        },
         "weights": {
             uncertainty.kind: common
             | {

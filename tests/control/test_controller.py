@@ -117,6 +117,13 @@ def test_a_file_that_is_no_controller(text: str, tmp_path: Path) -> None:
         Controller.read(path)
 
 
+def test_the_example_of_the_readme_is_a_controller() -> None:
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    example = text.split("```json")[1].split("```")[0]
+    controller = Controller.from_dict(json.loads(example))
+    assert controller.kind == "PI" and controller.memory_share == 1 and len(controller.notches) == 1
+
+
 def test_rates_must_divide() -> None:
     assert Controller("c", 5.0, 1.0).ratio_to(20.0) == 4
     for rate in (40.0, 15.0, 19.9):

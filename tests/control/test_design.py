@@ -166,6 +166,9 @@ def test_matlab_file_reads_back(folder: Path, found: Design) -> None:
     np.testing.assert_allclose(ratio, nominal.response, rtol=1e-7)
     np.testing.assert_array_equal(draws.response, found.axis.response(found.plant.frequency_hz))
     np.testing.assert_array_equal(draws.saturation_upper, found.axis.upper)
+    speed = draws.quantities.speed_upper
+    np.testing.assert_array_equal(speed.draws, found.plant.draws["speed.upper"])
+    assert speed.unit == "deg/s"
     weight = read["weights"].additive.order2
     np.testing.assert_allclose(weight.numerator, found.sets[1].weights[1].transfer_function()[0])
     assert read["weights"].additive.share == 0.95
