@@ -31,7 +31,7 @@ from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import twin_records
 from bayes_hw.report.design_report import design_report
-from bayes_hw.report.document import Block, Paragraph, Report, Section, Table
+from bayes_hw.report.document import Block, Paragraph, Section, Table
 from bayes_hw.report.figures_control_sweep import GainStep, cycle_probability
 from bayes_hw.report.rounding import format_interval, format_number, format_percent
 
@@ -87,7 +87,7 @@ def main() -> None:
     seconds = seconds_for_margins(found)
     report = design_report(found, study.origin(twin.train))
     sections = [*report.sections[:-2], sweep_section(sweep), truth_section(truth), *report.sections[-2:]]
-    study.write_document(Report(**{**vars(report), "sections": tuple(sections)}))
+    study.write_document(replace(report, sections=tuple(sections)))
     study.write_results(
         {
             **results(found),

@@ -45,34 +45,16 @@ def test_writes_everything(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert "given <b>" not in page and "given &lt;b&gt;" in page
 
 
-def test_same_seed_same_file_and_no_report(folder: Path, tmp_path: Path) -> None:
+def test_same_seed_same_file_and_an_unconverged_posterior_is_warned_of(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["design", "--posterior", str(folder / "unconverged"), "--controller", str(folder / "pi.json")]
     for name in ("one", "two"):
-        arguments = [
-            "design",
-            "--posterior",
-            str(folder / "posterior"),
-            "--controller",
-            str(folder / "pi.json"),
-        ]
-        out = ["--tune", "--no-report", "--out", str(tmp_path / name)]
-        assert main([*arguments, *out, *QUICK]) == 0
+        assert main([*given, "--tune", "--no-report", "--out", str(tmp_path / name), *QUICK]) == 0
+        assert "has not converged: R-hat of gain is 1.5" in capsys.readouterr().err
     assert files_below(tmp_path / "one") == {"design.json", "design.mat"}
     one, two = ((tmp_path / name / "design.json").read_bytes() for name in ("one", "two"))
     assert one == two
-
-
-def test_an_unconverged_posterior_is_warned_of(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = [
-        "design",
-        "--posterior",
-        str(folder / "unconverged"),
-        "--controller",
-        str(folder / "pi.json"),
-    ]
-    assert main([*arguments, "--tune", "--no-report", "--out", str(tmp_path), *QUICK]) == 0
-    assert "has not converged: R-hat of gain is 1.5" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,8 @@ from bayes_hw.control.simulator import simulate_loop
 Place: TypeAlias = Literal["away from zero", "around zero"]
 """Away from zero the dead zone has slope one and only the limits bend; around zero both blocks do."""
 
+Matched: TypeAlias = Literal["frequency_hz", "position_amplitude"]
+
 PLACES: tuple[Place, ...] = ("away from zero", "around zero")
 AMPLITUDES = 400
 SMALLEST_SHARE, LARGEST_SHARE = 1e-4, 1e4
@@ -86,6 +88,15 @@ class CycleCheck:
         """Share of the simulated draws for which both say the same."""
         checked = len(self.simulated.sustained)
         return float(np.mean(self.predicted.has_cycle[:checked] == self.simulated.sustained))
+
+    def matched(self, name: Matched) -> tuple[FloatArray, FloatArray]:
+        """Predicted and simulated values of the draws with one stable predicted cycle and a settled simulated
+        one."""
+        predicted, simulated = self.predicted, self.simulated
+        stays = predicted.stable & (predicted.draw < len(simulated.sustained))
+        draw, first, counts = np.unique(predicted.draw[stays], return_index=True, return_counts=True)
+        kept = (counts == 1) & np.isfinite(simulated.position_amplitude[draw])
+        return getattr(predicted, name)[stays][first[kept]], getattr(simulated, name)[draw[kept]]
 
 
 def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:

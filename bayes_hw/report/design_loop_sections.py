@@ -11,12 +11,13 @@ from bayes_hw.control.design import Design, LoopReport
 from bayes_hw.control.limit_cycles import CycleCheck
 from bayes_hw.record import Units
 from bayes_hw.report.document import Block, Callout, Paragraph, Section, Table
-from bayes_hw.report.figures_control_loop import limit_cycle_check, matched_cycles, nyquist_and_sensitivities
+from bayes_hw.report.figures_control_loop import limit_cycle_check, nyquist_and_sensitivities
 from bayes_hw.report.figures_control_time import time_responses
 from bayes_hw.report.rounding import format_interval, format_number, format_percent, format_value
 
 ARCSEC_PER_DEGREE = 3600.0
 LOOPS_A_FIGURE = 3
+NYQUIST_SHARE = 0.1
 MARGIN_TABLES = (
     (
         (
@@ -76,6 +77,17 @@ def margins_section(design: Design) -> Section:
         )
         for columns, caption in MARGIN_TABLES
     ]
+    at_end = [loop.controller.name for loop in design.loops if _taken_at_nyquist(loop) > NYQUIST_SHARE]
+    if at_end:
+        blocks.append(
+            Callout(
+                "warn",
+                "A gain margin taken at half the sample rate",
+                f"{', '.join(at_end)}: in many draws the gain margin is that of the last tenth of the band. "
+                "Records seldom excite it, so that the posterior spreads there and the margin with it. A "
+                "low pass in the controller takes the question away.",
+            )
+        )
     if design.sets and any(loop.robustness_peaks for loop in design.loops):
         blocks.append(
             Table(
@@ -121,9 +133,7 @@ def cycles_section(design: Design) -> Section:
         ),
     ]
     shown = tuple(
-        loop
-        for loop in design.loops
-        if any(len(matched_cycles(check, "frequency_hz")[0]) for check in loop.cycles)
+        loop for loop in design.loops if any(len(check.matched("frequency_hz")[0]) for check in loop.cycles)
     )
     if shown:
         blocks.append(limit_cycle_check(shown, unit))
@@ -185,6 +195,11 @@ def _pages(loops: Sequence[LoopReport]) -> list[Sequence[LoopReport]]:
 def error_unit(units: Units) -> tuple[float, str]:
     """Factor and unit in which small errors are shown: arc seconds for degrees."""
     return (ARCSEC_PER_DEGREE, "arcsec") if units.output == "deg" else (1.0, units.output)
+
+
+def _taken_at_nyquist(loop: LoopReport) -> float:
+    """Share of the draws whose gain margin is taken in the last tenth of the controller's band."""
+    return float(np.mean(loop.margins.phase_crossover_hz > 0.9 * loop.loop.nyquist_hz))
 
 
 def _merit_table(

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.design import LoopReport
-from bayes_hw.control.limit_cycles import CycleCheck
+from bayes_hw.control.limit_cycles import Matched
 from bayes_hw.control.margins import Requirements
 from bayes_hw.control.tuning import Tuning
 from bayes_hw.report.document import Figure
@@ -169,14 +169,15 @@ def limit_cycle_check(loops: Sequence[LoopReport], unit: str) -> Figure:
     with drawing_settings():
         canvas = new_canvas(2.9)
         left, right = canvas.subplots(1, 2)
-        for axes, name, label in (
+        panels: tuple[tuple[Axes, Matched, str], ...] = (
             (left, "position_amplitude", with_unit("amplitude of w", unit)),
             (right, "frequency_hz", "frequency (Hz)"),
-        ):
+        )
+        for axes, name, label in panels:
             reach: list[float] = []
             for i, loop in enumerate(loops):
                 for check in loop.cycles:
-                    predicted, simulated = matched_cycles(check, name)
+                    predicted, simulated = check.matched(name)
                     marker = "o" if check.place == "away from zero" else "x"
                     axes.plot(
                         predicted,
@@ -213,17 +214,6 @@ def limit_cycle_check(loops: Sequence[LoopReport], unit: str) -> Figure:
             "zero, crosses: around zero). Dashed: equal.",
             "Two scatter plots of predicted against simulated limit cycles.",
         )
-
-
-def matched_cycles(check: CycleCheck, name: str) -> tuple[FloatArray, FloatArray]:
-    """Predicted and simulated values of the draws that have one stable predicted cycle and a simulated
-    one."""
-    predicted, simulated = check.predicted, check.simulated
-    stays = predicted.stable & (predicted.draw < len(simulated.sustained))
-    draw = predicted.draw[stays]
-    unique, first, counts = np.unique(draw, return_index=True, return_counts=True)
-    kept = (counts == 1) & np.isfinite(simulated.position_amplitude[unique])
-    return getattr(predicted, name)[stays][first[kept]], getattr(simulated, name)[unique[kept]]
 
 
 def tuned_margins(tuning: Tuning) -> Figure:

@@ -81,17 +81,6 @@ def test_loops_are_the_given_and_the_tuned_ones(found: Design) -> None:
     assert found.tunings[0].robust.controller.low_pass_hz == 3.0
 
 
-def test_same_seed_same_numbers(found: Design, posterior: Posterior) -> None:
-    again = design(
-        posterior, [PI], np.random.default_rng(1), settings=replace(SETTINGS, tuned=(), simulated_draws=40)
-    )
-    np.testing.assert_array_equal(
-        again.loops[0].margins.gain_margin_db, found.loops[0].margins.gain_margin_db
-    )
-    for one, other in zip(again.loops[0].responses, found.loops[0].responses, strict=True):
-        np.testing.assert_array_equal(one.median, other.median)
-
-
 def test_too_few_draws_are_refused(small_axis: HammersteinWiener) -> None:
     posterior = spread_posterior(small_axis)
     short = replace(

@@ -15,6 +15,7 @@ from bayes_hw.control.loop import Loop
 from bayes_hw.control.notch import Notch
 from bayes_hw.control.python_control import loop_systems
 from bayes_hw.control.simulator import simulate_loop
+from bayes_hw.model.blocks import GainNormalization
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 REFERENCE = np.where(np.arange(400) > 3, 1.0, 0.0)
@@ -37,6 +38,17 @@ def test_the_axis_in_the_loop_is_the_model(small_axis: HammersteinWiener, delay:
     np.testing.assert_allclose(signals.w[0], alone.w, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(signals.y[0], alone.y, rtol=1e-9, atol=1e-12)
     assert np.ptp(signals.u) > model.saturation.upper
+
+
+def test_gains_of_the_static_blocks_act_as_in_the_model(small_axis: HammersteinWiener) -> None:
+    """c1, c2 and c3 of their own: the same outputs as the model's, and the linear loop has their product."""
+    model = small_axis.normalized(GainNormalization(2.0, 0.7, 0.9))
+    axis = AxisDraws.nominal(spread_posterior(model))
+    for sign in (1, -1):
+        signals = simulate_loop(axis, PI, sign * REFERENCE)
+        np.testing.assert_allclose(signals.y[0], model.simulate(signals.u[0]).y, rtol=1e-9, atol=1e-12)
+    plain = Loop(AxisDraws.nominal(spread_posterior(small_axis)), PI)
+    np.testing.assert_allclose(Loop(axis, PI).spectral_radius(), plain.spectral_radius(1.8), rtol=1e-9)
 
 
 @pytest.mark.parametrize(

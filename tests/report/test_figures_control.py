@@ -18,7 +18,6 @@ from bayes_hw.report.figures_control_axis import axis_response, crossover_allowa
 from bayes_hw.report.figures_control_loop import (
     limit_cycle_check,
     margin_distributions,
-    matched_cycles,
     nyquist_and_sensitivities,
 )
 from bayes_hw.report.figures_control_time import time_responses, uncertainty_sets
@@ -56,7 +55,7 @@ def test_crossovers_say_how_far_each_filter_goes(found: Design, labels_of: Label
 
 def test_predicted_and_simulated_cycles_are_paired_by_draw(found: Design, labels_of: Labels) -> None:
     check = found.loops[0].cycles[0]
-    predicted, simulated = matched_cycles(check, "frequency_hz")
+    predicted, simulated = check.matched("frequency_hz")
     assert len(predicted) == 20
     np.testing.assert_allclose(predicted, simulated, rtol=0.05)
     text = labels_of(lambda: limit_cycle_check(found.loops[:1], "deg"))
