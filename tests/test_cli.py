@@ -25,7 +25,7 @@ from bayes_hw.infer import sampler
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-COMMANDS = ("identify", "sample", "simulate", "predict", "report")
+COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design")
 SHORT = ("--walkers", "32", "--max-steps", "50")
 """A run too short to converge."""
 
