@@ -23,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make = steps.add_parser("make", help="write cases and their sealed truth")
     make.add_argument("--n", type=int, default=100, metavar="N", help="cases (default 100)")
     make.add_argument(
-        "--kind", choices=("easy", "hard", "wide"), default="hard", help="how the cases are spread (default hard)"
+        "--kind",
+        choices=("easy", "hard", "wide"),
+        default="hard",
+        help="how the cases are spread (default hard)",
     )
     make.add_argument(
         "--effects",

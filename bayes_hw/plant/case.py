@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,7 +62,7 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
     chosen = kind.draw_labels(rng) if labels is None else list(labels)
     train = range(len(commands) - 1)
     clean = [true.simulate(u) for u in commands]
-    scales = _scales(axis, [clean[i] for i in train], sigma, duration, true)
+    scales = _scales(axis, [commands[i] for i in train], [clean[i] for i in train], sigma, duration)
 
     effects: list[Effect] = []
     strengths: list[float] = []
@@ -72,17 +72,18 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
             effect = _draw_effect(rng, label, scales)
             target = log_uniform(rng, *kind.gap_over_sigma) * sigma
 
-            def gap(strength: float, effect: Effect = effect) -> float:
-                runs = [_run(axis, commands[i], (seed, index, i), [(effect, strength)]) for i in train]
-                outputs = [reading.measured() for reading in runs]
-                fitted = refit(true, [commands[i] for i in train], outputs)
-                return _rms([fitted.simulate(commands[i]) - y for i, y in zip(train, outputs, strict=True)])
+            def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
+                return [
+                    _run(axis, commands[i], (seed, index, i), [(effect, strength)]).measured() for i in train
+                ]
 
-            strength, reached = strength_for_gap(gap, target)
+            strength, reached = strength_for_gap(RefittedGap(true, commands[:-1], outputs), target)
             if kind.gap_over_sigma[0] * sigma * 0.95 <= reached <= kind.gap_over_sigma[1] * sigma * 1.05:
                 break
         else:
-            raise RuntimeError(f"no {label} of the wanted size in {DRAW_ATTEMPTS} draws (seed {seed}, case {index})")
+            raise RuntimeError(
+                f"no {label} of the wanted size in {DRAW_ATTEMPTS} draws (seed {seed}, case {index})"
+            )
         effects.append(effect)
         strengths.append(strength)
         gaps.append(reached / sigma)
@@ -90,7 +91,12 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
     acting = list(zip(effects, strengths, strict=True))
     readings = [_run(axis, u, (seed, index, i), acting) for i, u in enumerate(commands)]
     records = [
-        _record(name, u, reading, _noise(np.random.default_rng([seed, index, i, NOISE_STREAM]), sigma, correlation, u))
+        _record(
+            name,
+            u,
+            reading,
+            _noise(np.random.default_rng([seed, index, i, NOISE_STREAM]), sigma, correlation, u),
+        )
         for i, (name, u, reading) in enumerate(zip(_names(len(commands)), commands, readings, strict=True))
     ]
     fitted = refit(true, commands[:-1], [reading.measured() for reading in readings[:-1]])
@@ -113,9 +119,27 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
             "holdout": _rms([fitted.simulate(records[-1].command) - records[-1].without_noise]),
         },
     }
-    return BlindCase(
-        simulator, sigma * kind.misjudged_sigma(rng), tuple(records[:-1]), records[-1], truth
-    )
+    return BlindCase(simulator, sigma * kind.misjudged_sigma(rng), tuple(records[:-1]), records[-1], truth)
+
+
+class RefittedGap:
+    """What a refitted simulator leaves of a fault of some strength, as root mean square in deg.
+
+    Each fit begins where the last one ended; `outputs` gives the faulty training outputs at a strength.
+    """
+
+    def __init__(
+        self, true: Nominal, commands: Sequence[FloatArray], outputs: Callable[[float], list[FloatArray]]
+    ) -> None:
+        self._true, self._fitted = true, true
+        self._commands, self._outputs = commands, outputs
+
+    def __call__(self, strength: float) -> float:
+        measured = self._outputs(strength)
+        if not all(np.isfinite(y).all() for y in measured):
+            return float("inf")
+        self._fitted = refit(self._true, self._commands, measured, self._fitted)
+        return _rms([self._fitted.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
 
 
 def _draw_axis(
@@ -166,16 +190,18 @@ def _draw_commands(
     return [np.round(limit * make(rng, axis.sample_rate_hz, samples), 6) for make in excitations]
 
 
-def _scales(axis: Axis, outputs: Sequence[FloatArray], sigma: float, duration: float, true: Nominal) -> Scales:
+def _scales(
+    axis: Axis, commands: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float, duration: float
+) -> Scales:
     limit = max(axis.upper, -axis.lower)
-    speed = limit * axis.drive.velocity_gain
-    first, second = (frequency for frequency, _ in true.modes)
-    torque = 0.3 * speed * 2 * np.pi * first
+    limited = [np.clip(command, axis.lower, axis.upper) for command in commands]
+    twist = _rms([axis.drive.twist(v, axis.sample_rate_hz) for v in limited])
+    first, second = (frequency for frequency, _ in axis.drive.modes())
     return Scales(
-        speed=speed,
+        speed=limit * axis.drive.velocity_gain,
         travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
-        torque=torque,
-        twist=torque / axis.drive.stiffness,
+        torque=twist * axis.drive.stiffness,
+        twist=twist,
         dead_zone=axis.dead_zone,
         sigma=sigma,
         duration_s=duration,

@@ -16,11 +16,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, signal
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 
-TORSION, MOTOR_SPEED, SPEED_INTEGRAL, LOAD, LOAD_SPEED, STRUCTURE, STRUCTURE_SPEED, EXTRA, EXTRA_SPEED = range(9)
+TORSION, MOTOR_SPEED, SPEED_INTEGRAL, LOAD, LOAD_SPEED, STRUCTURE, STRUCTURE_SPEED, EXTRA, EXTRA_SPEED = (
+    range(9)
+)
 STATES = 9
 
 REFERENCE, MOTOR_TORQUE, LOAD_TORQUE, PAIR_TORQUE, STRUCTURE_TORQUE = range(5)
@@ -135,6 +137,13 @@ class DriveTrain:
         zeros = zeros[np.isfinite(zeros) & (np.abs(zeros) < LARGEST_ZERO)]
         return SampledDrive(zeros, np.exp(continuous / sample_rate_hz), float(drive[LOAD]))
 
+    def twist(self, v: FloatArray, sample_rate_hz: float) -> FloatArray:
+        """Angle of the gear's compliance, q_m - q_l in deg, for a reference v held between samples."""
+        transition, forcing = self.step_matrices(1 / sample_rate_hz)
+        shown = np.eye(STATES)[[TORSION]]
+        system = (transition, forcing[:, [REFERENCE]], shown, np.zeros((1, 1)), 1 / sample_rate_hz)
+        return np.asarray(signal.dlsim(system, v)[1][:, 0], dtype=np.float64)
+
     def modes(self) -> list[tuple[float, float]]:
         """Frequency in Hz and damping ratio of every lightly damped pole pair, in order of frequency."""
         keep = [i for i in range(STATES) if self.appendage is not None or i < EXTRA]
@@ -157,7 +166,9 @@ class SampledDrive(NamedTuple):
 
 
 def draw_drive_train(
-    rng: np.random.Generator, diameter_m: tuple[float, float], first_damping: tuple[float, float] = (0.01, 0.10)
+    rng: np.random.Generator,
+    diameter_m: tuple[float, float],
+    first_damping: tuple[float, float] = (0.01, 0.10),
 ) -> DriveTrain:
     """A dish of a diameter drawn (log-uniformly) from the range in m, with its drive.
 

@@ -153,7 +153,13 @@ def _torques(
 
 @njit(cache=True)
 def _rub(
-    x: FloatArray, speed: int, response: FloatArray, friction: Friction, extra: float, bristle: float, step: float
+    x: FloatArray,
+    speed: int,
+    response: FloatArray,
+    friction: Friction,
+    extra: float,
+    bristle: float,
+    step: float,
 ) -> float:
     """Apply dry friction to the body whose speed is x[speed], whose answer to unit torque over the step is
     `response`; the new bristle deflection."""
@@ -213,9 +219,16 @@ def integrate(
             ramp = _ramped(limited, ramp, physics.rate_limit * step)
             limited = ramp
         if physics.recovery_s > 0.0:
-            eased = limited if limited != asked else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
+            eased = (
+                limited
+                if limited != asked
+                else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
+            )
             limited = eased
-        v = limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited)) + outside[EXTERNAL_BIAS]
+        v = (
+            limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited))
+            + outside[EXTERNAL_BIAS]
+        )
 
         inputs[REFERENCE] = v
         inputs[MOTOR_TORQUE] = outside[EXTERNAL_MOTOR]
@@ -233,7 +246,13 @@ def integrate(
             predicted, MOTOR_SPEED, motor_response, physics.motor_friction, 0.0, motor_bristle, step
         )
         load_bristle = _rub(
-            predicted, LOAD_SPEED, load_response, physics.load_friction, outside[EXTERNAL_BRAKE], load_bristle, step
+            predicted,
+            LOAD_SPEED,
+            load_response,
+            physics.load_friction,
+            outside[EXTERNAL_BRAKE],
+            load_bristle,
+            step,
         )
         turned = predicted[TORSION] - x[TORSION]
         x[:] = predicted

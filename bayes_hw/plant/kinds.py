@@ -77,7 +77,8 @@ class Kind:
             half_width=true.half_width * s.factor(rng, s.half_width),
             gain=true.gain * s.factor(rng, s.gain),
             modes=tuple(
-                (f * s.factor(rng, s.frequency), min(z * s.factor(rng, s.damping), 0.5)) for f, z in true.modes
+                (f * s.factor(rng, s.frequency), min(z * s.factor(rng, s.damping), 0.5))
+                for f, z in true.modes
             ),
         )
 

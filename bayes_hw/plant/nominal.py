@@ -96,9 +96,7 @@ def nominal_of(axis: Axis) -> Nominal:
     drive = axis.drive.sampled(axis.sample_rate_hz)
     modes = axis.drive.modes()
     light = [_pole(f, z, axis.sample_rate_hz) for f, z in modes]
-    fixed = [
-        p for p in drive.poles if all(min(abs(p - q), abs(p - q.conjugate())) > 1e-9 for q in light)
-    ]
+    fixed = [p for p in drive.poles if all(min(abs(p - q), abs(p - q.conjugate())) > 1e-9 for q in light)]
     return Nominal(
         axis.lower,
         axis.upper,
@@ -112,16 +110,23 @@ def nominal_of(axis: Axis) -> Nominal:
     )
 
 
-def refit(nominal: Nominal, commands: Sequence[FloatArray], measured: Sequence[FloatArray]) -> Nominal:
-    """The base parameters near those given that fit the records best in least squares.
+def refit(
+    nominal: Nominal,
+    commands: Sequence[FloatArray],
+    measured: Sequence[FloatArray],
+    start: Nominal | None = None,
+) -> Nominal:
+    """The base parameters near those of `nominal` that fit the records best in least squares.
 
     Near: limits and gain within 30 %, frequencies within 10 %, damping within a factor of 4, half width up to
     three times as large. Without bounds a mode damped beyond recognition absorbs, say, a delay, which nobody
-    would take for the axis.
+    would take for the axis. The search begins at `start` where one is given.
     """
-    start = nominal.vector()
-    lowest, highest = _bounds(start)
-    scale = np.maximum(np.abs(start), SMALLEST_SCALE)
+    centre = nominal.vector()
+    lowest, highest = _bounds(centre)
+    scale = np.maximum(np.abs(centre), SMALLEST_SCALE)
+    inside = 1e-3 * (highest - lowest)
+    first = centre if start is None else np.clip(start.vector(), lowest + inside, highest - inside)
     target = np.concatenate(measured)
     spread = max(float(np.std(target)), 1e-12)
 
@@ -132,12 +137,12 @@ def refit(nominal: Nominal, commands: Sequence[FloatArray], measured: Sequence[F
 
     solution = optimize.least_squares(
         residual,
-        start / scale,
+        first / scale,
         bounds=(lowest / scale, highest / scale),
         x_scale="jac",
         max_nfev=MOST_EVALUATIONS,
-        ftol=1e-6,
-        xtol=1e-8,
+        ftol=1e-3,
+        xtol=1e-6,
         diff_step=1e-6,
     )
     return nominal.with_vector(solution.x * scale)

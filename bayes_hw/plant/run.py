@@ -110,7 +110,11 @@ class Run:
         command = np.concatenate([np.zeros(min(delay, self.steps)), held])[: self.steps]
         drive = self.drive
         gear = Gear(
-            drive.stiffness, drive.gear_damping, drive.loop_gain, drive.loop_integral_gain, drive.velocity_gain
+            drive.stiffness,
+            drive.gear_damping,
+            drive.loop_gain,
+            drive.loop_integral_gain,
+            drive.velocity_gain,
         )
         quiet = not self.external.any()
         external = self.external[:1] if quiet else self.external
@@ -121,7 +125,9 @@ class Run:
         w = self._sample(angles)
         if self.coarse_step > 0.0:
             w = _stale_interpolation(w, self.coarse_step, self.stale_every)
-        y = np.maximum(w - self.axis.dead_zone, 0.0) + self.gain_below * np.minimum(w + self.axis.dead_zone, 0.0)
+        y = np.maximum(w - self.axis.dead_zone, 0.0) + self.gain_below * np.minimum(
+            w + self.axis.dead_zone, 0.0
+        )
         wave = self.eccentricity
         if wave.amplitude != 0.0:
             x = wave.wavenumber * w

@@ -54,7 +54,10 @@ def folder_digest(folder: Path, names: Sequence[str] | None = None) -> str:
 
 def write_truth(path: Path, files: Mapping[str, str]) -> str:
     """Write the truth as one zip that depends on the content alone; its SHA-256."""
-    with temporary_sibling(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+    with (
+        temporary_sibling(path) as temporary,
+        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         for name in sorted(files):
             archive.writestr(zipfile.ZipInfo(name, ZIP_TIME), files[name], zipfile.ZIP_DEFLATED, 6)
     return file_digest(path)

@@ -51,7 +51,9 @@ def make_set(
     """
     _check(folder, number, kind, labels)
     tasks = [
-        asdict(MakeTask(seed, i, kind, None if labels is None else tuple(labels[i % len(labels)]), str(folder)))
+        asdict(
+            MakeTask(seed, i, kind, None if labels is None else tuple(labels[i % len(labels)]), str(folder))
+        )
         for i in range(number)
     ]
     (executor or LocalExecutor()).map(run_make_task, tasks, progress=progress, label="making blind cases")
@@ -75,7 +77,9 @@ def make_set(
 def run_make_task(task: dict[str, Any]) -> int:
     """Make one case in a worker; its index."""
     labels = task["labels"]
-    case = make_case(task["seed"], task["index"], KINDS[task["kind"]], None if labels is None else list(labels))
+    case = make_case(
+        task["seed"], task["index"], KINDS[task["kind"]], None if labels is None else list(labels)
+    )
     folder, name = Path(task["folder"]), case_name(task["index"])
     write_case(case, folder / CASES / name)
     for file, content in truth_files(case, name).items():

@@ -30,7 +30,9 @@ def kaimal_spectrum(frequency_hz: FloatArray, wind_speed: float, height_m: float
 
 def aerodynamic_admittance(frequency_hz: FloatArray, wind_speed: float, diameter_m: float) -> FloatArray:
     """1 / (1 + (2 f D / U)^(4/3))^2: gusts smaller than the dish average out (Vickery 1966)."""
-    return np.asarray(1 / (1 + (2 * frequency_hz * diameter_m / wind_speed) ** (4 / 3)) ** 2, dtype=np.float64)
+    return np.asarray(
+        1 / (1 + (2 * frequency_hz * diameter_m / wind_speed) ** (4 / 3)) ** 2, dtype=np.float64
+    )
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,9 @@ class Wind(Effect):
             power / power.sum()
         )
         series = np.fft.irfft(np.concatenate([[0.0], coefficients]), length) * length / 2
-        coarse = series[: run.samples + 1] * np.clip(np.arange(run.samples + 1) / run.axis.sample_rate_hz / 2, 0, 1)
+        coarse = series[: run.samples + 1] * np.clip(
+            np.arange(run.samples + 1) / run.axis.sample_rate_hz / 2, 0, 1
+        )
         return np.interp(run.fine_time, np.arange(run.samples + 1) / run.axis.sample_rate_hz, coarse)
 
     def parameters(self, strength: float) -> Parameters:

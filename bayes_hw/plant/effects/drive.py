@@ -57,7 +57,11 @@ class DryFriction(Effect):
         run.change(**{f"{body}_friction": friction})
 
     def parameters(self, strength: float) -> Parameters:
-        return {"kind": self.detail, "coulomb_deg_s2": strength * self.torque, "static_ratio": self.static_ratio}
+        return {
+            "kind": self.detail,
+            "coulomb_deg_s2": strength * self.torque,
+            "static_ratio": self.static_ratio,
+        }
 
 
 @dataclass(frozen=True)

@@ -50,9 +50,7 @@ class UnmodelledMode(Effect):
             hz = log_uniform(rng, 0.45 * low, min(1.8 * high, 0.4 * scales.sample_rate_hz))
             if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
                 break
-        return cls(
-            str(rng.choice(["at_load", "at_motor"], p=[0.8, 0.2])), hz, log_uniform(rng, 0.005, 0.03)
-        )
+        return cls(str(rng.choice(["at_load", "at_motor"], p=[0.8, 0.2])), hz, log_uniform(rng, 0.005, 0.03))
 
     def act(self, run: Run, strength: float) -> None:
         at_motor = self.detail == "at_motor"
@@ -79,7 +77,7 @@ class CubicStiffness(Effect):
         return cls(str(rng.choice(["stiffening", "softening"], p=[0.7, 0.3])), scales.twist)
 
     def _per_deg2(self, strength: float) -> float:
-        return (1 if self.detail == "stiffening" else -1) * 0.3 * strength / self.twist**2
+        return (1 if self.detail == "stiffening" else -1) * 0.03 * strength / self.twist**2
 
     def act(self, run: Run, strength: float) -> None:
         run.change(cubic=self._per_deg2(strength))

@@ -69,7 +69,10 @@ class CrossAxis(Effect):
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CrossAxis:
         return cls(
-            "cross_axis", 0.2 * scales.torque, float(rng.uniform(0.3, 2.0)), float(rng.uniform(0.05, 0.2)) * scales.duration_s
+            "cross_axis",
+            0.2 * scales.torque,
+            float(rng.uniform(0.3, 2.0)),
+            float(rng.uniform(0.05, 0.2)) * scales.duration_s,
         )
 
     def act(self, run: Run, strength: float) -> None:
@@ -189,7 +192,9 @@ class PositionDependentMode(Effect):
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> PositionDependentMode:
         return cls(
-            "position_dependent_mode", log_uniform(rng, 0.8, 4.0) * scales.travel, float(rng.uniform(0, 2 * np.pi))
+            "position_dependent_mode",
+            log_uniform(rng, 0.8, 4.0) * scales.travel,
+            float(rng.uniform(0, 2 * np.pi)),
         )
 
     def act(self, run: Run, strength: float) -> None:

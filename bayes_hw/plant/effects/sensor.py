@@ -167,7 +167,9 @@ class Outliers(Effect):
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> Outliers:
         return cls(
-            str(rng.choice(["random", "bit_flip"], p=[0.7, 0.3])), log_uniform(rng, 0.003, 0.02), 10 * scales.sigma
+            str(rng.choice(["random", "bit_flip"], p=[0.7, 0.3])),
+            log_uniform(rng, 0.003, 0.02),
+            10 * scales.sigma,
         )
 
     def act(self, run: Run, strength: float) -> None:
