@@ -1,1 +1,1 @@
-"""Simulation against reality: which effect is missing, where, and how far the gap shrinks once it is added."""
+"""Simulation against reality: which effect is missing, where, and how far adding it shrinks the gap."""

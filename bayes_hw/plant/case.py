@@ -145,7 +145,7 @@ class RefittedGap:
 def _draw_axis(
     rng: np.random.Generator, kind: Kind
 ) -> tuple[Axis, float, float, tuple[Excitation, ...], float]:
-    """Axis, noise (sigma as a share of the outputs' spread, set later), its correlation, excitations, duration."""
+    """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
     rate = float(rng.choice(kind.rates_hz))
     duration = float(rng.choice(kind.durations_s))
     drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)

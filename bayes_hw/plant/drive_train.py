@@ -80,7 +80,7 @@ class DriveTrain:
         return 2 * np.pi * self.loop_integral_hz * self.loop_gain
 
     def state_space(self) -> tuple[FloatArray, FloatArray]:
-        """A of shape (9, 9) and B of shape (9, 5) of dx/dt = A x + B (v, torques); x and inputs as named above.
+        """A of shape (9, 9) and B of shape (9, 5) of dx/dt = A x + B (v, torques), in the order above.
 
         Without an appendage its two states stay at zero.
         """
@@ -103,9 +103,13 @@ class DriveTrain:
             a[row, MOTOR_SPEED] += sign * self.gear_damping / inertia
             a[row, LOAD_SPEED] -= sign * self.gear_damping / inertia
         _attach(
-            a, (STRUCTURE, STRUCTURE_SPEED), (LOAD_SPEED, 1.0), structure, self.structure_hz,
+            a,
+            (STRUCTURE, STRUCTURE_SPEED),
+            (LOAD_SPEED, 1.0),
+            structure,
+            self.structure_hz,
             self.structure_damping_ratio,
-        )  # fmt: skip
+        )
         if self.appendage is not None:
             extra = self.appendage
             host = (MOTOR_SPEED, motor) if extra.at_motor else (LOAD_SPEED, 1.0)
@@ -133,7 +137,7 @@ class DriveTrain:
         pencil = np.zeros((order + 1, order + 1))
         pencil[:order, :order], pencil[:order, order], pencil[order, LOAD] = transition, drive, 1.0
         mass = np.diag(np.append(np.ones(order), 0.0))
-        zeros = linalg.eigvals(pencil, mass)
+        zeros = np.asarray(linalg.eigvals(pencil, mass), dtype=np.complex128)
         zeros = zeros[np.isfinite(zeros) & (np.abs(zeros) < LARGEST_ZERO)]
         return SampledDrive(zeros, np.exp(continuous / sample_rate_hz), float(drive[LOAD]))
 
@@ -173,8 +177,8 @@ def draw_drive_train(
     """A dish of a diameter drawn (log-uniformly) from the range in m, with its drive.
 
     Locked-rotor frequency 20 D^-0.7 Hz within 15 % (the trend of existing dishes: Gawronski, chapter 2, and
-    JPL D-34-m antennas at 2 Hz), structure 1.7 to 2.4 times that, structural damping 0.5 to 2.5 %, gear damping
-    0.5 to 3 %, and a velocity loop of 25 to 60 Hz whose integral acts from 1.6 to 2.8 Hz, slower on slower
+    NASA's 34 m antennas at 2 Hz), structure 1.6 to 2.3 times that, structural and gear damping 0.5 to 3 %,
+    and a velocity loop of 25 to 60 Hz whose integral acts from 1.6 to 2.8 Hz, slower on slower
     dishes. Draws whose first mode the loop damps less or more than `first_damping` says are repeated.
     """
     while True:

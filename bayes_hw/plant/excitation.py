@@ -28,7 +28,7 @@ def modulated_sweep(rng: np.random.Generator, rate: float, samples: int) -> Floa
 
 
 def plain_sweep(rng: np.random.Generator, rate: float, samples: int) -> FloatArray:
-    """A linear sweep of constant amplitude, up or down, with a start phase that lets the axis swing about zero."""
+    """A linear sweep of constant amplitude, up or down, that lets the axis swing about zero."""
     t = _time(rate, samples)
     stop = min(float(rng.uniform(2, 6)), 0.4 * rate)
     start = float(rng.uniform(0.0, 0.2))
@@ -99,7 +99,7 @@ def slews_and_tracking(rng: np.random.Generator, rate: float, samples: int) -> F
 
 
 def acceptance_run(rng: np.random.Generator, rate: float, samples: int) -> FloatArray:
-    """A square wave for 30 s (a quarter of short records), a slow sine as long, and a multisine for the rest."""
+    """A square wave for 30 s (a quarter of short records), a slow sine as long, then a multisine."""
     quarter = round(min(30.0, samples / rate / 4) * rate)
     t = _time(rate, samples)
     square = 0.35 * np.sign(np.sin(2 * np.pi * t[:quarter] / 7.0))
@@ -114,10 +114,17 @@ TRAINING: tuple[Excitation, ...] = (modulated_sweep, steps_and_triangles, pink_m
 FAMILIES: Mapping[str, Excitation] = {
     function.__name__: function
     for function in (
-        modulated_sweep, plain_sweep, steps_and_triangles, pink_multisine, flat_multisine, telegraph, raster_scan,
-        slews_and_tracking, acceptance_run,
+        modulated_sweep,
+        plain_sweep,
+        steps_and_triangles,
+        pink_multisine,
+        flat_multisine,
+        telegraph,
+        raster_scan,
+        slews_and_tracking,
+        acceptance_run,
     )
-}  # fmt: skip
+}
 
 
 def _multisine(

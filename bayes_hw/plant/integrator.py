@@ -39,8 +39,8 @@ class Friction(NamedTuple):
     """Dry friction of one body; torques in deg/s^2 of the load.
 
     Stribeck curve g(w) = coulomb + (static - coulomb) exp(-(w / stribeck_speed)^2). With `bristle_stiffness`
-    above zero the friction is LuGre's: dz/dt = w - stiffness |w| z / g(w), torque = stiffness z + damping dz/dt
-    (Canudas de Wit et al., doi 10.1109/9.376053).
+    above zero the friction is LuGre's: dz/dt = w - stiffness |w| z / g(w), torque = stiffness z +
+    damping dz/dt (Canudas de Wit et al., doi 10.1109/9.376053).
     """
 
     coulomb: float = 0.0
@@ -95,7 +95,7 @@ class Gear(NamedTuple):
     velocity_gain: float
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _wave(wave: Wave, angle: float) -> float:
     if wave.amplitude == 0.0:
         return 0.0
@@ -104,19 +104,19 @@ def _wave(wave: Wave, angle: float) -> float:
     return wave.amplitude * (value + wave.second * (math.sin(2 * x + wave.phase) - math.sin(wave.phase)))
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _limited(command: float, angle: float, physics: Physics) -> float:
     factor = 1.0 + _wave(physics.limit_wave, angle) + physics.limit_slope * angle
     factor = max(factor, 0.05)
     return min(max(command, physics.lower * factor), physics.upper * factor)
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _ramped(target: float, previous: float, largest: float) -> float:
     return previous + min(max(target - previous, -largest), largest)
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physics, gear: Gear) -> float:
     """Torque of the real gear minus that of the linear one, motor on load."""
     twist, twist_rate = x[TORSION], x[MOTOR_SPEED] - x[LOAD_SPEED]
@@ -137,7 +137,7 @@ def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physic
     return elastic + gear.damping * rate - linear + _wave(physics.mesh_ripple, x[LOAD] + twist)
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _torques(
     x: FloatArray, v: float, slip: float, yielded: float, physics: Physics, gear: Gear, inputs: FloatArray
 ) -> None:
@@ -151,7 +151,7 @@ def _torques(
         inputs[MOTOR_TORQUE] += min(max(asked, -physics.current_limit), physics.current_limit) - asked
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _rub(
     x: FloatArray,
     speed: int,
@@ -182,7 +182,7 @@ def _rub(
     return new
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def integrate(
     transition: FloatArray,
     forcing: FloatArray,
@@ -194,9 +194,9 @@ def integrate(
 ) -> FloatArray:
     """The angle after the play, w, at every step from rest at zero; shape (steps,).
 
-    `command` of shape (steps,) is the delayed velocity command; `external` of shape (steps, 6) or (1, 6) holds
-    torques on motor, load and structure, the friction level of a brake at the load, and gain minus one and bias
-    of the drive's reference. `transition` (9, 9) and `forcing` (9, 5) belong to `step` in s.
+    `command` of shape (steps,) is the delayed velocity command; `external` of shape (steps, 6) or (1, 6)
+    holds torques on motor, load and structure, the friction level of a brake at the load, and gain minus one
+    and bias of the drive's reference. `transition` (9, 9) and `forcing` (9, 5) belong to `step` in s.
     """
     steps = len(command)
     w = np.empty(steps)
@@ -266,7 +266,7 @@ def integrate(
     return w
 
 
-@njit(cache=True)
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _advance(
     transition: FloatArray, forcing: FloatArray, x: FloatArray, inputs: FloatArray, new: FloatArray
 ) -> None:

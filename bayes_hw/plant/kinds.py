@@ -16,7 +16,7 @@ LABELS = tuple(effect.label for effect in CATALOGUE)
 
 @dataclass(frozen=True)
 class Spread:
-    """Relative standard deviations of a nominal model's parameters; `uniform` draws within 1.7 of them only."""
+    """Relative standard deviations of a nominal model's parameters; `uniform` stays within 1.7 of them."""
 
     limits: float
     gain: float
@@ -92,15 +92,43 @@ NEAR_SPREAD = Spread(0.02, 0.017, 0.012, 0.09, 0.17, 0.14, uniform=True)
 
 KINDS: Mapping[str, Kind] = {
     "easy": Kind(
-        "easy", (20.0,), (120.0,), (22.0, 36.0), (0.025, 0.10), (0.005, 0.013), (0.03, 0.16), (1.5, 6.0), 0.0,
-        NEAR_SPREAD, every_excitation=False,
+        "easy",
+        (20.0,),
+        (120.0,),
+        (22.0, 36.0),
+        (0.025, 0.10),
+        (0.005, 0.013),
+        (0.03, 0.16),
+        (1.5, 6.0),
+        0.0,
+        NEAR_SPREAD,
+        every_excitation=False,
     ),
     "hard": Kind(
-        "hard", (20.0, 20.0, 25.0, 50.0), (60.0, 120.0, 120.0, 200.0), (22.0, 36.0), (0.025, 0.10), (0.005, 0.013),
-        (0.02, 0.14), (0.7, 4.0), 0.5, FORMAT_SPREAD, every_excitation=False,
+        "hard",
+        (20.0, 20.0, 25.0, 50.0),
+        (60.0, 120.0, 120.0, 200.0),
+        (22.0, 36.0),
+        (0.025, 0.10),
+        (0.005, 0.013),
+        (0.02, 0.14),
+        (0.7, 4.0),
+        0.5,
+        FORMAT_SPREAD,
+        every_excitation=False,
     ),
     "wide": Kind(
-        "wide", (10.0, 20.0, 40.0, 50.0, 100.0, 200.0), (60.0, 90.0, 150.0, 240.0), (18.0, 80.0), (0.008, 0.12),
-        (0.003, 0.02), (0.005, 0.2), (0.7, 6.0), 0.5, FORMAT_SPREAD, every_excitation=True, slow_share=0.3,
+        "wide",
+        (10.0, 20.0, 40.0, 50.0, 100.0, 200.0),
+        (60.0, 90.0, 150.0, 240.0),
+        (18.0, 80.0),
+        (0.008, 0.12),
+        (0.003, 0.02),
+        (0.005, 0.2),
+        (0.7, 6.0),
+        0.5,
+        FORMAT_SPREAD,
+        every_excitation=True,
+        slow_share=0.3,
     ),
-}  # fmt: skip
+}

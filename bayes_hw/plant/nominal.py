@@ -49,7 +49,7 @@ class Nominal:
         """y without noise, from rest."""
         delayed = np.concatenate([np.zeros(self.delay_samples), command])[: len(command)]
         v = np.clip(delayed, self.lower, self.upper)
-        sections = signal.zpk2sos(self.zeros, self.poles(), self.gain)
+        sections = signal.zpk2sos(list(self.zeros), list(self.poles()), self.gain)
         padding = len(self.poles()) - len(self.zeros)
         w = np.asarray(signal.sosfilt(sections, np.concatenate([np.zeros(padding), v])), dtype=np.float64)
         w = w[: len(command)]
@@ -143,7 +143,7 @@ def refit(
         max_nfev=MOST_EVALUATIONS,
         ftol=1e-3,
         xtol=1e-6,
-        diff_step=1e-6,
+        diff_step=[1e-6],
     )
     return nominal.with_vector(solution.x * scale)
 

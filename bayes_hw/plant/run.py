@@ -13,6 +13,7 @@ from bayes_hw.plant.drive_train import DriveTrain
 from bayes_hw.plant.integrator import EXTERNALS, Gear, Physics, Wave, integrate
 
 SLOWEST_STEP_HZ = 1000.0
+NO_WAVE = Wave()
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class Axis:
 class Run:
     """What happens to one record; the faults change it before `angles` and `read` are called.
 
-    Arrays at the integration step have `steps` rows, arrays at the sample rate `samples`. `seed` makes what is
-    random in this record.
+    Arrays at the integration step have `steps` rows, arrays at the sample rate `samples`. `seed` makes what
+    is random in this record.
     """
 
     axis: Axis
@@ -52,7 +53,7 @@ class Run:
     external: FloatArray = field(init=False)
     extra_delay_s: float = 0.0
     gain_below: float = 1.0
-    eccentricity: Wave = Wave()
+    eccentricity: Wave = NO_WAVE
     sampling_offset_s: FloatArray = field(init=False)
     held: BoolArray = field(init=False)
     repeated: BoolArray = field(init=False)
@@ -137,8 +138,10 @@ class Run:
 
     def _sample(self, angles: FloatArray) -> FloatArray:
         if not self.sampling_offset_s.any():
-            return angles[:: self.axis.substeps].copy()
-        return np.interp(self.time + self.sampling_offset_s, self.fine_time, angles)
+            return np.asarray(angles[:: self.axis.substeps], dtype=np.float64).copy()
+        return np.asarray(
+            np.interp(self.time + self.sampling_offset_s, self.fine_time, angles), dtype=np.float64
+        )
 
 
 @dataclass(frozen=True, eq=False)

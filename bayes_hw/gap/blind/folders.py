@@ -1,8 +1,9 @@
 """A set of blind cases on disk: DIR/cases/case_0000/..., the sealed truth DIR/truth.zip, and DIR/seal.json.
 
 The truth is one zip of fixed time stamps with case_0000.json (faults, strengths, base parameters) and the
-noise-free outputs case_0000_holdout.csv, case_0000_train_1.csv, ... of every case. Its SHA-256 is the seal; the
-digest of the cases beside it says later whether they are still those that were sealed.
+noise-free outputs case_0000_holdout.csv, case_0000_train_1.csv, ... of every case; where drift, glitches
+or rounding come on top, case_0000_holdout_shown.csv has them too. The zip's SHA-256 is the seal; the
+digest of the cases in seal.json says later whether they are still those that were sealed.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def file_digest(path: Path) -> str:
 
 
 def folder_digest(folder: Path, names: Sequence[str] | None = None) -> str:
-    """SHA-256 over the relative names and contents of the files below `folder` (all, or those of these names)."""
+    """SHA-256 over the names and contents of the files below `folder` (all, or those of these names)."""
     digest = hashlib.sha256()
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         if names is None or path.name in names:

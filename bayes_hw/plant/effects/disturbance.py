@@ -67,7 +67,7 @@ class Wind(Effect):
         It fades in over two seconds, as the record starts at rest.
         """
         length = 1 << int(np.ceil(np.log2(max(run.duration_s * 4, 600.0) * run.axis.sample_rate_hz)))
-        frequency = np.fft.rfftfreq(length, 1 / run.axis.sample_rate_hz)[1:]
+        frequency = np.fft.rfftfreq(length, 1 / run.axis.sample_rate_hz)[1:].astype(np.float64)
         if self.detail == "davenport":
             power = davenport_spectrum(frequency, self.wind_speed)
         else:
@@ -85,5 +85,7 @@ class Wind(Effect):
 
     def parameters(self, strength: float) -> Parameters:
         return {
-            "kind": self.detail, "rms_deg_s2": strength * self.torque, "wind_speed_m_s": self.wind_speed,
-        }  # fmt: skip
+            "kind": self.detail,
+            "rms_deg_s2": strength * self.torque,
+            "wind_speed_m_s": self.wind_speed,
+        }

@@ -12,8 +12,13 @@ from bayes_hw.plant.integrator import Friction, Wave
 from bayes_hw.plant.run import Run
 
 FRICTION_KINDS = (
-    "coulomb_motor", "stribeck_motor", "lugre_motor", "coulomb_load", "stribeck_load", "lugre_load",
-)  # fmt: skip
+    "coulomb_motor",
+    "stribeck_motor",
+    "lugre_motor",
+    "coulomb_load",
+    "stribeck_load",
+    "lugre_load",
+)
 FRICTION_SHARES = (0.25, 0.25, 0.15, 0.13, 0.12, 0.10)
 
 
@@ -21,8 +26,8 @@ FRICTION_SHARES = (0.25, 0.25, 0.15, 0.13, 0.12, 0.10)
 class DryFriction(Effect):
     """Coulomb, Stribeck or LuGre friction at the motor, inside its velocity loop, or at the load.
 
-    Static over Coulomb torque 1.2 to 1.7, Stribeck speed 0.5 to 5 % of the axis' largest, presliding stiffness
-    such that the body alone would ring at 8 to 25 Hz on its bristles.
+    Static over Coulomb torque 1.2 to 1.7, Stribeck speed 0.5 to 5 % of the axis' largest, presliding
+    stiffness such that the body alone would ring at 8 to 25 Hz on its bristles.
     """
 
     label: ClassVar[str] = "friction"
@@ -66,7 +71,7 @@ class DryFriction(Effect):
 
 @dataclass(frozen=True)
 class Backlash(Effect):
-    """Play of the output behind the compliance, or a gap in the gear whose flanks meet with the gear's stiffness."""
+    """Play of the output behind the compliance, or a gap in the gear whose flanks meet elastically."""
 
     label: ClassVar[str] = "backlash"
     detail: str
@@ -86,7 +91,7 @@ class Backlash(Effect):
 
 @dataclass(frozen=True)
 class TorqueRipple(Effect):
-    """Cogging of the motor, gear mesh or rail unevenness: a torque periodic in the angle, with second harmonic."""
+    """Cogging of the motor, gear mesh or rail unevenness: a torque periodic in the angle."""
 
     label: ClassVar[str] = "torque_ripple"
     detail: str
@@ -112,5 +117,7 @@ class TorqueRipple(Effect):
 
     def parameters(self, strength: float) -> Parameters:
         return {
-            "kind": self.detail, "period_axis_deg": self.period_deg, "amplitude_deg_s2": strength * self.torque,
-        }  # fmt: skip
+            "kind": self.detail,
+            "period_axis_deg": self.period_deg,
+            "amplitude_deg_s2": strength * self.torque,
+        }

@@ -17,8 +17,8 @@ Parameters: TypeAlias = dict[str, float | str]
 class Scales:
     """Sizes natural to one axis and its records, in deg and s: a fault of strength 1 is of their order.
 
-    `speed` is the largest the limiter lets pass, `travel` the spread of the angle, `torque` that of the gear in
-    deg/s^2 of the load, `twist` the gear's angle under it; `modes_hz` the two modes of the drive.
+    `speed` is the largest the limiter lets pass, `travel` the spread of the angle, `torque` that of the gear
+    in deg/s^2 of the load, `twist` the gear's angle under it; `modes_hz` the two modes of the drive.
     """
 
     speed: float

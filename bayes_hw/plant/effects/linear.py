@@ -60,8 +60,11 @@ class UnmodelledMode(Effect):
 
     def parameters(self, strength: float) -> Parameters:
         return {
-            "kind": self.detail, "hz": self.hz, "damping_ratio": self.damping_ratio, "mass_ratio": 0.02 * strength,
-        }  # fmt: skip
+            "kind": self.detail,
+            "hz": self.hz,
+            "damping_ratio": self.damping_ratio,
+            "mass_ratio": 0.02 * strength,
+        }
 
 
 @dataclass(frozen=True)

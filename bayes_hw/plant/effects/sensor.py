@@ -37,7 +37,7 @@ class Quantization(Effect):
 
 @dataclass(frozen=True)
 class Eccentricity(Effect):
-    """A reading error periodic in the angle; of a disc off its axis, with a second harmonic when it is oval."""
+    """A reading error periodic in the angle; a disc off its axis, with second harmonic when oval."""
 
     label: ClassVar[str] = "encoder_eccentricity"
     detail: str
@@ -64,8 +64,10 @@ class Eccentricity(Effect):
 
     def parameters(self, strength: float) -> Parameters:
         return {
-            "kind": self.detail, "period_deg": self.period_deg, "amplitude_deg": strength * self.amplitude_deg,
-        }  # fmt: skip
+            "kind": self.detail,
+            "period_deg": self.period_deg,
+            "amplitude_deg": strength * self.amplitude_deg,
+        }
 
 
 @dataclass(frozen=True)
