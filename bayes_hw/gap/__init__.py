@@ -1,1 +1,1 @@
-"""Simulation against reality: which effect is missing, where, and how far adding it shrinks the gap."""
+"""Simulation against reality: where the gap lies, which effect causes it, how far it shrinks."""

@@ -84,7 +84,7 @@ class Run:
     @property
     def fine_time(self) -> FloatArray:
         """Time of every integration step in s."""
-        return np.arange(self.steps) * self.axis.step_s
+        return np.arange(self.steps, dtype=np.float64) * self.axis.step_s
 
     @property
     def time(self) -> FloatArray:
