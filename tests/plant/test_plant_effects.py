@@ -91,7 +91,7 @@ def test_delay_of_whole_samples_shifts_the_record() -> None:
 
 
 def test_rate_limit_bounds_the_slope_of_a_step() -> None:
-    """A step to 0.3 at 0.5 deg/s^2 loses 0.3^2 / (2 0.5) deg less half an integration step, times the gain."""
+    """A step to 0.3 at 0.5 deg/s^2 loses 0.3^2 / (2 0.5) deg less half an integration step, times gain."""
     axis = an_axis(2)
     command = np.full(2400, 0.3)
     full, ramped = (
