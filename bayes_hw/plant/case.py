@@ -12,14 +12,16 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.drive_train import draw_drive_train
 from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
 from bayes_hw.plant.effects.effect import log_uniform
-from bayes_hw.plant.excitation import FAMILIES, TRAINING, Excitation, acceptance_run
+from bayes_hw.plant.excitation import FAMILIES, Excitation
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal, nominal_of, refit
 from bayes_hw.plant.run import Axis, Reading, Run
 from bayes_hw.plant.strength import strength_for_gap
 
-DRAW_ATTEMPTS = 12
-"""Shapes of a fault tried before another one whose gap can be set is drawn."""
+SHAPE_ATTEMPTS = 6
+"""Shapes of a fault tried before another axis is drawn."""
+
+CASE_ATTEMPTS = 12
 
 NOISE_STREAM = 7
 
@@ -50,67 +52,61 @@ class BlindCase:
     truth: dict[str, object]
 
 
+class UnreachableGapError(RuntimeError):
+    """No strength of any shape that was drawn leaves a gap of the wanted size."""
+
+
 def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = None) -> BlindCase:
     """Case `index` of the set of `seed`; `labels` names the faults instead of drawing their number and names.
 
-    Same arguments, same case.
+    Same arguments, same case. Where these records cannot show the fault at the wanted size (limits that move
+    need commands that reach them), another axis and other commands are drawn. Raises UnreachableGapError when
+    that has failed CASE_ATTEMPTS times.
     """
     rng = np.random.default_rng([seed, index])
+    chosen = kind.draw_labels(rng) if labels is None else list(labels)
+    for attempt in range(CASE_ATTEMPTS):
+        try:
+            return _attempt(np.random.default_rng([seed, index, attempt]), (seed, index), kind, chosen)
+        except UnreachableGapError:
+            if attempt == CASE_ATTEMPTS - 1:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _attempt(
+    rng: np.random.Generator, identity: tuple[int, int], kind: Kind, labels: Sequence[str]
+) -> BlindCase:
+    """One axis with its records; raises UnreachableGapError where it cannot show the faults."""
     axis, sigma, correlation, excitations, duration = _draw_axis(rng, kind)
     commands = _draw_commands(rng, axis, excitations, duration)
     true = nominal_of(axis)
-    chosen = kind.draw_labels(rng) if labels is None else list(labels)
-    train = range(len(commands) - 1)
-    clean = [true.simulate(u) for u in commands]
-    scales = _scales(axis, [commands[i] for i in train], [clean[i] for i in train], sigma, duration)
-
-    effects: list[Effect] = []
-    strengths: list[float] = []
-    gaps: list[float] = []
-    for label in chosen:
-        for _ in range(DRAW_ATTEMPTS):
-            effect = _draw_effect(rng, label, scales)
-            target = log_uniform(rng, *kind.gap_over_sigma) * sigma
-
-            def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
-                return [
-                    _run(axis, commands[i], (seed, index, i), [(effect, strength)]).measured() for i in train
-                ]
-
-            strength, reached = strength_for_gap(RefittedGap(true, commands[:-1], outputs), target)
-            if kind.gap_over_sigma[0] * sigma * 0.95 <= reached <= kind.gap_over_sigma[1] * sigma * 1.05:
-                break
-        else:
-            raise RuntimeError(
-                f"no {label} of the wanted size in {DRAW_ATTEMPTS} draws (seed {seed}, case {index})"
-            )
-        effects.append(effect)
-        strengths.append(strength)
-        gaps.append(reached / sigma)
-
-    acting = list(zip(effects, strengths, strict=True))
-    readings = [_run(axis, u, (seed, index, i), acting) for i, u in enumerate(commands)]
-    records = [
-        _record(
-            name,
-            u,
-            reading,
-            _noise(np.random.default_rng([seed, index, i, NOISE_STREAM]), sigma, correlation, u),
-        )
-        for i, (name, u, reading) in enumerate(zip(_names(len(commands)), commands, readings, strict=True))
+    clean = [true.simulate(u) for u in commands[:-1]]
+    scales = _scales(axis, commands[:-1], clean, sigma, duration)
+    found = [_sized_effect(rng, identity, kind, label, axis, true, commands[:-1], scales) for label in labels]
+    acting = [(effect, strength) for effect, strength, _ in found]
+    readings = [_run(axis, u, (*identity, i), acting) for i, u in enumerate(commands)]
+    noises = [
+        _noise(np.random.default_rng([*identity, i, NOISE_STREAM]), sigma, correlation, len(u))
+        for i, u in enumerate(commands)
     ]
-    fitted = refit(true, commands[:-1], [reading.measured() for reading in readings[:-1]])
+    records = [
+        BlindRecord(name, u, reading.measured(noise), reading.angle, reading.measured())
+        for name, u, reading, noise in zip(_names(len(commands)), commands, readings, noises, strict=True)
+    ]
+    fitted = refit(true, commands[:-1], [record.without_noise for record in records[:-1]])
     simulator = kind.misjudge(rng, true)
+    effects = [effect for effect, _ in acting]
     truth: dict[str, object] = {
         "effects": [effect.label for effect in effects],
         "detail": [effect.detail if effect.label == "other" else effect.label for effect in effects],
-        "form": [effect.detail for effect in effects],
-        "strength": strengths,
-        "gap_over_sigma": gaps,
+        "form": [f"{effect.label}: {effect.detail}" for effect in effects],
+        "strength": [strength for _, strength in acting],
+        "gap_over_sigma": [gap / sigma for _, _, gap in found],
         "params": [effect.parameters(strength) for effect, strength in acting],
-        "base": _truth_base(true, sigma),
-        "seed": seed,
-        "index": index,
+        "base": true.base(sigma) | {"sigma": sigma},
+        "seed": identity[0],
+        "index": identity[1],
         "rho": correlation,
         "kind": kind.name,
         "excitation": [function.__name__ for function in excitations],
@@ -119,7 +115,35 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
             "holdout": _rms([fitted.simulate(records[-1].command) - records[-1].without_noise]),
         },
     }
-    return BlindCase(simulator, sigma * kind.misjudged_sigma(rng), tuple(records[:-1]), records[-1], truth)
+    sigma_said = sigma * kind.misjudged_sigma(rng)
+    return BlindCase(simulator, sigma_said, tuple(records[:-1]), records[-1], truth)
+
+
+def _sized_effect(
+    rng: np.random.Generator,
+    identity: tuple[int, int],
+    kind: Kind,
+    label: str,
+    axis: Axis,
+    true: Nominal,
+    commands: Sequence[FloatArray],
+    scales: Scales,
+) -> tuple[Effect, float, float]:
+    """A fault of this label, its strength and the gap in deg that it leaves; raises UnreachableGapError."""
+    smallest, largest = (bound * scales.sigma for bound in kind.gap_over_sigma)
+    for _ in range(SHAPE_ATTEMPTS):
+        effect = _draw_effect(rng, label, scales)
+        target = log_uniform(rng, smallest, largest)
+
+        def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
+            return [
+                _run(axis, u, (*identity, i), [(effect, strength)]).measured() for i, u in enumerate(commands)
+            ]
+
+        strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target)
+        if 0.95 * smallest <= gap <= 1.05 * largest:
+            return effect, strength, gap
+    raise UnreachableGapError(f"no {label} of the wanted size (seed {identity[0]}, case {identity[1]})")
 
 
 class RefittedGap:
@@ -149,26 +173,30 @@ def _draw_axis(
     rate = float(rng.choice(kind.rates_hz))
     duration = float(rng.choice(kind.durations_s))
     drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
+    speed = kind.speed(rng)
     axis = Axis(
         drive,
-        -float(rng.uniform(0.28, 0.5)) * kind.speed(rng),
-        float(rng.uniform(0.28, 0.5)) * kind.speed(rng),
+        -float(rng.uniform(0.28, 0.5)) * speed,
+        float(rng.uniform(0.28, 0.5)) * speed,
         0.0,
         int(rng.integers(1, 4)),
         rate,
     )
-    if kind.every_excitation:
-        names = list(FAMILIES)
-        number = int(rng.integers(2, 4))
-        train = tuple(FAMILIES[name] for name in rng.choice(names, number, replace=False))
-        excitations = (*train, FAMILIES[str(rng.choice(names))])
-    else:
-        excitations = (*TRAINING, acceptance_run)
+    excitations = _draw_excitations(rng, kind)
     spread = _typical_spread(axis, rng, excitations[:-1], duration)
     axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
     sigma = log_uniform(rng, *kind.noise_share) * spread
     correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
     return axis, sigma, correlation, excitations, duration
+
+
+def _draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
+    """Those of the training records and, last, the hold-out's."""
+    if kind.excitations:
+        return tuple(FAMILIES[name] for name in kind.excitations)
+    names = list(FAMILIES)
+    train = rng.choice(names, int(rng.integers(2, 4)), replace=False)
+    return (*(FAMILIES[str(name)] for name in train), FAMILIES[str(rng.choice(names))])
 
 
 def _typical_spread(
@@ -229,24 +257,15 @@ def _run(
     return run.read(run.angles())
 
 
-def _record(name: str, command: FloatArray, reading: Reading, noise: FloatArray) -> BlindRecord:
-    return BlindRecord(name, command, reading.measured(noise), reading.angle, reading.measured())
-
-
-def _noise(rng: np.random.Generator, sigma: float, correlation: float, command: FloatArray) -> FloatArray:
+def _noise(rng: np.random.Generator, sigma: float, correlation: float, samples: int) -> FloatArray:
     """Stationary AR(1) noise of marginal standard deviation `sigma`."""
-    white = rng.standard_normal(len(command)) * np.sqrt(1 - correlation**2)
+    white = rng.standard_normal(samples) * np.sqrt(1 - correlation**2)
     white[0] /= np.sqrt(1 - correlation**2)
     return sigma * np.asarray(signal.lfilter([1.0], [1.0, -correlation], white), dtype=np.float64)
 
 
 def _names(count: int) -> list[str]:
     return [*(f"train_{number}" for number in range(1, count)), "holdout"]
-
-
-def _truth_base(true: Nominal, sigma: float) -> dict[str, float]:
-    base = true.base(sigma)
-    return base | {"sigma": sigma}
 
 
 def _rms(parts: Sequence[FloatArray]) -> float:

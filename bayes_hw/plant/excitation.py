@@ -108,9 +108,6 @@ def acceptance_run(rng: np.random.Generator, rate: float, samples: int) -> Float
     return np.concatenate([square, slow, NOISE_RMS * _multisine(rng, rate, rest, min(3.0, 0.4 * rate), 0.5)])
 
 
-TRAINING: tuple[Excitation, ...] = (modulated_sweep, steps_and_triangles, pink_multisine)
-"""One record of each, as in a campaign that wants to see everything."""
-
 FAMILIES: Mapping[str, Excitation] = {
     function.__name__: function
     for function in (

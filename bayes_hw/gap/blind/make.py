@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ class MakeTask:
     index: int
     kind: str
     labels: tuple[str, ...] | None
+    changes: Mapping[str, Any]
     folder: str
 
 
@@ -40,19 +41,28 @@ def make_set(
     kind: str = "hard",
     *,
     labels: Sequence[Sequence[str]] | None = None,
+    changes: Mapping[str, Any] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> str:
     """Write `number` cases and their sealed truth; the SHA-256 of the seal.
 
-    `labels` gives the faults of the cases in turn (repeated as often as needed) instead of drawing them. Same
-    arguments, same bytes, however many workers. Raises InputError when the folder holds a set already, or for
+    `labels` gives the faults of the cases in turn (repeated as often as needed) instead of drawing them;
+    `changes` replaces fields of the kind, such as {"durations_s": (60.0,)}. Same arguments, same bytes,
+    however many workers. Raises InputError when the folder holds a set already, or for
     a kind or label that does not exist.
     """
     _check(folder, number, kind, labels)
     tasks = [
         asdict(
-            MakeTask(seed, i, kind, None if labels is None else tuple(labels[i % len(labels)]), str(folder))
+            MakeTask(
+                seed=seed,
+                index=i,
+                kind=kind,
+                labels=None if labels is None else tuple(labels[i % len(labels)]),
+                changes=dict(changes or {}),
+                folder=str(folder),
+            )
         )
         for i in range(number)
     ]
@@ -69,6 +79,7 @@ def make_set(
             "number": number,
             "seed": seed,
             "kind": kind,
+            "changes": dict(changes or {}),
         },
     )
     return seal
@@ -76,10 +87,9 @@ def make_set(
 
 def run_make_task(task: dict[str, Any]) -> int:
     """Make one case in a worker; its index."""
-    labels = task["labels"]
-    case = make_case(
-        task["seed"], task["index"], KINDS[task["kind"]], None if labels is None else list(labels)
-    )
+    kind = replace(KINDS[task["kind"]], **task["changes"])
+    labels = None if task["labels"] is None else list(task["labels"])
+    case = make_case(task["seed"], task["index"], kind, labels)
     folder, name = Path(task["folder"]), case_name(task["index"])
     write_case(case, folder / CASES / name)
     for file, content in truth_files(case, name).items():
