@@ -99,13 +99,14 @@ def slews_and_tracking(rng: np.random.Generator, rate: float, samples: int) -> F
 
 
 def acceptance_run(rng: np.random.Generator, rate: float, samples: int) -> FloatArray:
-    """A square wave for 30 s (a quarter of short records), a slow sine as long, then a multisine."""
-    quarter = round(min(30.0, samples / rate / 4) * rate)
+    """A square wave for 30 s, a slow sine for 30 s (at most half the record each), then a multisine."""
+    part = round(min(30.0, samples / rate / 2) * rate)
     t = _time(rate, samples)
-    square = 0.35 * np.sign(np.sin(2 * np.pi * t[:quarter] / 7.0))
-    slow = 0.9 * np.sin(2 * np.pi * t[:quarter] / 11.0)
-    rest = samples - 2 * quarter
-    return np.concatenate([square, slow, NOISE_RMS * _multisine(rng, rate, rest, min(3.0, 0.4 * rate), 0.5)])
+    square = 0.35 * np.sign(np.sin(2 * np.pi * t[:part] / 7.0))
+    slow = 0.9 * np.sin(2 * np.pi * t[:part] / 11.0)
+    rest = max(samples - 2 * part, 0)
+    noise = _multisine(rng, rate, rest, min(3.0, 0.4 * rate), 0.5) if rest > rate else np.zeros(rest)
+    return np.concatenate([square, slow, NOISE_RMS * noise])[:samples]
 
 
 FAMILIES: Mapping[str, Excitation] = {

@@ -56,14 +56,14 @@ def write_verdict(out: Path, content: dict[str, Any], before: np.ndarray, after:
         )
 
 
-def always_nothing(case: Path, out: Path, seed: int) -> None:  # noqa: ARG001
+def always_nothing(case: Path, out: Path, seed: int, **options: str) -> None:  # noqa: ARG001
     """Says that there is no gap, and predicts with the given simulator."""
     model = HammersteinWiener.read(case / "model.json")
     y = model.simulate(Record.read(case / "holdout.csv").u).y
     write_verdict(out, verdict([]), y, y)
 
 
-def by_the_files(case: Path, out: Path, seed: int) -> None:
+def by_the_files(case: Path, out: Path, seed: int, **options: str) -> None:  # noqa: ARG001
     """Names an effect drawn from the bytes of the hold-out and the seed; notes which files it could see."""
     shown = sorted(path.name for path in case.parent.rglob("*") if path.is_file())
     rng = np.random.default_rng([seed, len((case / "holdout.csv").read_bytes())])
