@@ -49,11 +49,18 @@ class Nominal:
         """y without noise, from rest."""
         delayed = np.concatenate([np.zeros(self.delay_samples), command])[: len(command)]
         v = np.clip(delayed, self.lower, self.upper)
-        sections = signal.zpk2sos(list(self.zeros), list(self.poles()), self.gain)
-        padding = len(self.poles()) - len(self.zeros)
-        w = np.asarray(signal.sosfilt(sections, np.concatenate([np.zeros(padding), v])), dtype=np.float64)
-        w = w[: len(command)]
+        excess = len(self.fixed_poles) + 2 * len(self.modes) - len(self.zeros)
+        shifted = np.concatenate([np.zeros(excess), v])[: len(command)]
+        w = np.asarray(signal.sosfilt(self._sections(), shifted), dtype=np.float64)
         return np.maximum(w - self.half_width, 0.0) + np.minimum(w + self.half_width, 0.0)
+
+    def _sections(self) -> FloatArray:
+        """G without its excess of poles over zeros, in powers of 1/z, shape (sections, 6)."""
+        numerators, denominators = _quadratics(self.zeros), _quadratics(self.poles())
+        idle = np.tile([1.0, 0.0, 0.0], (len(denominators) - len(numerators), 1))
+        sections = np.hstack([np.concatenate([numerators, idle]), denominators])
+        sections[0, :3] *= self.gain
+        return sections
 
     def vector(self) -> FloatArray:
         """The base parameters: limits, half width, gain, then frequency and damping of every mode."""
@@ -155,6 +162,16 @@ def _bounds(start: FloatArray) -> tuple[FloatArray, FloatArray]:
     lowest[4::2], highest[4::2] = 0.9 * start[4::2], 1.1 * start[4::2]
     lowest[5::2], highest[5::2] = start[5::2] / 4, np.minimum(4 * start[5::2], LARGEST_DAMPING)
     return lowest, highest
+
+
+def _quadratics(roots: ComplexArray) -> FloatArray:
+    """Coefficients of (1 - a/z)(1 - b/z) for conjugate pairs and for real roots two by two, shape (n, 3)."""
+    upper = roots[roots.imag > 0]
+    real = roots[roots.imag == 0].real
+    real = np.concatenate([real, np.zeros(len(real) % 2)]).reshape(-1, 2)
+    pairs = np.column_stack([np.ones(len(upper)), -2 * upper.real, np.abs(upper) ** 2])
+    couples = np.column_stack([np.ones(len(real)), -real.sum(axis=1), real.prod(axis=1)])
+    return np.concatenate([pairs, couples])
 
 
 def _pole(frequency_hz: float, damping_ratio: float, sample_rate_hz: float) -> complex:
