@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from serial import SerialExecutor
 
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
@@ -20,6 +21,7 @@ from bayes_hw.gap.blind.score import score_evidence
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
+HERE = SerialExecutor()
 LABELS = [["encoder_quantization"], [], ["wind", "outliers"]]
 FILES = ["case.json", "holdout.csv", "model.json", "train_1.csv", "train_2.csv", "train_3.csv"]
 
@@ -27,7 +29,7 @@ FILES = ["case.json", "holdout.csv", "model.json", "train_1.csv", "train_2.csv",
 @pytest.fixture(scope="module")
 def blind_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("blind") / "set"
-    make_set(folder, 3, 5, "easy", labels=LABELS)
+    make_set(folder, 3, 5, "easy", labels=LABELS, executor=HERE)
     return folder
 
 
@@ -60,15 +62,17 @@ def test_truth_says_what_the_records_carry(blind_set: Path) -> None:
 
 
 def test_same_seed_same_bytes_and_another_seed_other_ones(blind_set: Path, tmp_path: Path) -> None:
-    make_set(tmp_path / "again", 1, 5, "easy", labels=LABELS[:1])
-    assert make_set(tmp_path / "a", 1, 5, labels=[[]]) != make_set(tmp_path / "b", 1, 6, labels=[[]])
-    assert read_seal(tmp_path / "a")["sha256"] == make_set(tmp_path / "c", 1, 5, labels=[[]])
+    make_set(tmp_path / "again", 1, 5, "easy", labels=LABELS[:1], executor=HERE)
+    assert make_set(tmp_path / "a", 1, 5, labels=[[]], executor=HERE) != make_set(
+        tmp_path / "b", 1, 6, labels=[[]], executor=HERE
+    )
+    assert read_seal(tmp_path / "a")["sha256"] == make_set(tmp_path / "c", 1, 5, labels=[[]], executor=HERE)
     first, second = blind_set / "cases" / "case_0000", tmp_path / "again" / "cases" / "case_0000"
     assert folder_digest(first) == folder_digest(second)
 
 
 def test_diagnosis_sees_its_case_alone(blind_set: Path, tmp_path: Path) -> None:
-    run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files")
+    run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)
     for number in range(3):
         verdict = json.loads((tmp_path / f"case_{number:04d}" / "verdict.json").read_text())
         assert verdict["seen"] == FILES
@@ -76,19 +80,19 @@ def test_diagnosis_sees_its_case_alone(blind_set: Path, tmp_path: Path) -> None:
 
 def test_stopped_run_goes_on_to_the_same_verdicts(blind_set: Path, tmp_path: Path) -> None:
     """With one finished case removed only that one is diagnosed again."""
-    digest = run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files")
+    digest = run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)
     kept = tmp_path / "case_0000" / "verdict.json"
     stamp = kept.stat().st_mtime_ns
     (tmp_path / "finished" / "task_000002.json").unlink()
     shutil.rmtree(tmp_path / "case_0002")
-    assert run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files") == digest
+    assert run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE) == digest
     assert kept.stat().st_mtime_ns == stamp
     with pytest.raises(InputError, match="belongs to another run"):
-        run_set(blind_set, tmp_path, seed=2, diagnosis="stand_in:by_the_files")
+        run_set(blind_set, tmp_path, seed=2, diagnosis="stand_in:by_the_files", executor=HERE)
 
 
 def test_failed_diagnosis_counts_as_wrong(blind_set: Path, tmp_path: Path) -> None:
-    run_set(blind_set, tmp_path, diagnosis="stand_in:fails")
+    run_set(blind_set, tmp_path, diagnosis="stand_in:fails", executor=HERE)
     assert failures(tmp_path) == {"case_0000": "ValueError: cannot fit"}
     score = score_evidence(read_evidence(blind_set, tmp_path), np.random.default_rng(1))
     assert score.failed == 1
@@ -106,9 +110,9 @@ def test_run_refuses_an_open_truth(copied: Path, tmp_path: Path, where: str) -> 
 def test_run_refuses_a_truth_that_is_not_the_sealed_one(copied: Path, tmp_path: Path) -> None:
     shutil.copy(copied / "truth.zip", copied / "cases" / "truth.zip")
     with pytest.raises(InputError, match="the truth lies open"):
-        run_set(copied, tmp_path / "out", diagnosis="stand_in:fails")
+        run_set(copied, tmp_path / "out", diagnosis="stand_in:fails", executor=HERE)
     with pytest.raises(InputError, match="not the truth"):
-        run_set(copied / "truth.zip", tmp_path / "out", diagnosis="stand_in:fails")
+        run_set(copied / "truth.zip", tmp_path / "out", diagnosis="stand_in:fails", executor=HERE)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +126,7 @@ def test_run_refuses_a_truth_that_is_not_the_sealed_one(copied: Path, tmp_path: 
 )
 def test_score_refuses_what_was_changed(copied: Path, tmp_path: Path, changed: str, message: str) -> None:
     out = tmp_path / "out"
-    run_set(copied, out, diagnosis="stand_in:by_the_files")
+    run_set(copied, out, diagnosis="stand_in:by_the_files", executor=HERE)
     read_evidence(copied, out, seal=read_seal(copied)["sha256"])
     with pytest.raises(InputError, match="not that of --seal"):
         read_evidence(copied, out, seal="0" * 64)
@@ -134,7 +138,7 @@ def test_score_refuses_what_was_changed(copied: Path, tmp_path: Path, changed: s
 
 def test_forged_seal_is_found_by_the_run(copied: Path, tmp_path: Path) -> None:
     """A truth replaced together with seal.json after the run is not the one that the run saw sealed."""
-    run_set(copied, tmp_path / "out", diagnosis="stand_in:by_the_files")
+    run_set(copied, tmp_path / "out", diagnosis="stand_in:by_the_files", executor=HERE)
     truth, seal = copied / "truth.zip", copied / "seal.json"
     truth.write_bytes(truth.read_bytes() + b" ")
     content = read_seal(copied) | {"sha256": hashlib.sha256(truth.read_bytes()).hexdigest()}
@@ -170,8 +174,10 @@ def test_practice_layout(blind_set: Path, tmp_path: Path) -> None:
     for name, content in read_truth(blind_set / "truth.zip").items():
         (practice / "truth" / name).write_text(content)
     with pytest.raises(InputError, match="the truth lies open"):
-        run_set(practice, tmp_path / "out", diagnosis="stand_in:always_nothing")
-    run_set(practice, tmp_path / "out", diagnosis="stand_in:always_nothing", truth_is_open=True)
+        run_set(practice, tmp_path / "out", diagnosis="stand_in:always_nothing", executor=HERE)
+    run_set(
+        practice, tmp_path / "out", diagnosis="stand_in:always_nothing", truth_is_open=True, executor=HERE
+    )
     score = score_evidence(read_evidence(practice, tmp_path / "out", practice=True), np.random.default_rng(1))
     assert (score.cases, score.failed) == (3, 0)
     assert score.headline["no false alarm"].hits == 1
@@ -179,8 +185,8 @@ def test_practice_layout(blind_set: Path, tmp_path: Path) -> None:
 
 def test_unknown_effects_and_diagnoses_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="gremlins"):
-        make_set(tmp_path / "set", 1, 1, labels=[["gremlins"]])
+        make_set(tmp_path / "set", 1, 1, labels=[["gremlins"]], executor=HERE)
     (tmp_path / "cases" / "case_0000").mkdir(parents=True)
     (tmp_path / "cases" / "case_0000" / "case.json").write_text("{}")
     with pytest.raises(InputError, match="nowhere"):
-        run_set(tmp_path, tmp_path / "out", diagnosis="nowhere:diagnose")
+        run_set(tmp_path, tmp_path / "out", diagnosis="nowhere:diagnose", executor=HERE)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import json
-import os
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 
 import pytest
+from serial import SerialExecutor
 
 STUDIES = Path(__file__).resolve().parents[3] / "studies"
 
@@ -16,22 +17,14 @@ STUDIES = Path(__file__).resolve().parents[3] / "studies"
 @pytest.mark.parametrize(
     ("name", "key"), [("08_blind_check", "easy"), ("09_power", "by_effect"), ("10_leave_one_out", "entries")]
 )
-def test_quick_run(name: str, key: str, tmp_path: Path) -> None:
+def test_quick_run(name: str, key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Results and both reports are written, and the working folder is gone."""
-    arguments = ["--quick", "--quiet", "--jobs", "1", "--out", str(tmp_path)]
-    done = subprocess.run(
-        [sys.executable, STUDIES / f"{name}.py", *arguments, "--diagnosis", "stand_in:always_nothing"],
-        capture_output=True,
-        text=True,
-        timeout=280,
-        env=os.environ
-        | {
-            "PYTHONPATH": os.pathsep.join(sys.path),
-            "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1",
-        },
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
+    monkeypatch.syspath_prepend(str(STUDIES))
+    study = importlib.import_module("study")
+    monkeypatch.setattr(study, "make_executor", lambda *_: SerialExecutor())
+    arguments = ["--quick", "--quiet", "--out", str(tmp_path), "--diagnosis", "stand_in:always_nothing"]
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
+    runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["study"] == name
     assert results[key]
