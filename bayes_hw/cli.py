@@ -185,6 +185,8 @@ def interruption_advice(parsed: argparse.Namespace) -> str:
     """What to do after Ctrl-C."""
     if any(parsed.checkpoint.rglob("plan.h5")):
         return f"the finished steps are in {parsed.checkpoint}; the same command with --resume goes on"
+    if getattr(parsed, "goes_on", False):
+        return "what is finished is kept; the same command goes on from there"
     return "nothing was written; run the command again"
 
 

@@ -34,8 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LABEL[+LABEL]",
         help="faults of the cases in turn instead of drawing them: labels, pairs as A+B, other, none",
     )
-    add_output(make, "folder for cases/, truth.zip and seal.json")
+    add_output(make, "folder for cases/, truth.zip and seal.json; one that was stopped is finished")
     add_common(make)
+    make.set_defaults(goes_on=True)
 
     run_step = steps.add_parser("run", help="diagnose the cases of a set without its truth")
     run_step.add_argument("set", metavar="DIR", help="the --out folder of make, or a folder of case folders")
@@ -49,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     run_step.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
     add_output(run_step, "folder for the verdicts; a run that was stopped goes on from there")
     add_common(run_step)
+    run_step.set_defaults(goes_on=True)
 
     score = steps.add_parser("score", help="open the truth and score the verdicts")
     score.add_argument("set", metavar="DIR", help="the --out folder of make")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Mapping, Sequence
@@ -11,15 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from bayes_hw import __version__
 from bayes_hw.errors import InputError
-from bayes_hw.executor import Executor, LocalExecutor
+from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.folders import CASES, SEAL, TRUTH, case_name, folder_digest, write_seal, write_truth
 from bayes_hw.plant.case import BlindCase, BlindRecord, make_case
 from bayes_hw.plant.kinds import KINDS, LABELS
 from bayes_hw.progress import Progress
 
-STAGING = ".truth"
+STAGING, UNFINISHED = ".truth", ".unfinished"
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,8 @@ def make_set(
 
     `labels` gives the faults of the cases in turn (repeated as often as needed) instead of drawing them;
     `changes` replaces fields of the kind, such as {"durations_s": (60.0,)}. Same arguments, same bytes,
-    however many workers. Raises InputError when the folder holds a set already, or for
-    a kind or label that does not exist.
+    however many workers; one that was stopped goes on. Raises InputError when the folder holds a set already,
+    or for a kind or label that does not exist.
     """
     _check(folder, number, kind, labels)
     tasks = [
@@ -66,11 +68,19 @@ def make_set(
         )
         for i in range(number)
     ]
-    (executor or LocalExecutor()).map(run_make_task, tasks, progress=progress, label="making blind cases")
+    identity = json.dumps([__version__, tasks], sort_keys=True)
+    (executor or LocalExecutor()).map(
+        run_make_task,
+        tasks,
+        progress=progress,
+        label="making blind cases",
+        kept=ResultFolder(folder / UNFINISHED, hashlib.sha256(identity.encode()).hexdigest()),
+    )
     staging = folder / STAGING
     files = {path.name: path.read_text(encoding="utf-8") for path in sorted(staging.iterdir())}
     seal = write_truth(folder / TRUTH, files)
     shutil.rmtree(staging)
+    shutil.rmtree(folder / UNFINISHED)
     write_seal(
         folder,
         {
@@ -137,7 +147,7 @@ def _check(folder: Path, number: int, kind: str, labels: Sequence[Sequence[str]]
         raise InputError(f"--n {number}: must be one or more")
     if kind not in KINDS:
         raise InputError(f"--kind {kind}: unknown; use one of {', '.join(KINDS)}")
-    if (folder / SEAL).exists() or (folder / CASES).exists():
+    if (folder / SEAL).exists() or ((folder / CASES).exists() and not (folder / UNFINISHED).exists()):
         raise InputError(f"{folder}: holds a blind set already; give another --out")
     for label in {label for group in labels or () for label in group}:
         if label not in (*LABELS, "other"):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+from collections.abc import Generator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from serial import SerialExecutor
 
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
+from bayes_hw.executor import Outcome, TaskFunction, run_task
 from bayes_hw.gap.blind.evidence import read_evidence
 from bayes_hw.gap.blind.folders import folder_digest, read_seal, read_truth
 from bayes_hw.gap.blind.make import make_set
@@ -69,6 +72,29 @@ def test_same_seed_same_bytes_and_another_seed_other_ones(blind_set: Path, tmp_p
     assert read_seal(tmp_path / "a")["sha256"] == make_set(tmp_path / "c", 1, 5, labels=[[]], executor=HERE)
     first, second = blind_set / "cases" / "case_0000", tmp_path / "again" / "cases" / "case_0000"
     assert folder_digest(first) == folder_digest(second)
+
+
+class StoppedExecutor(SerialExecutor):
+    """Stops, as by Ctrl-C, before the second task."""
+
+    def _completed(
+        self, function: TaskFunction, pending: Mapping[int, Any]
+    ) -> Generator[tuple[int, Outcome], None, None]:
+        first = next(iter(pending))
+        yield first, run_task(function, pending[first])
+        raise KeyboardInterrupt
+
+
+def test_stopped_make_is_finished_to_the_same_bytes(tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    with pytest.raises(KeyboardInterrupt):
+        make_set(folder, 2, 5, "easy", labels=[[], []], executor=StoppedExecutor())
+    assert not (folder / "seal.json").exists()
+    finished = make_set(folder, 2, 5, "easy", labels=[[], []], executor=HERE)
+    assert sorted(path.name for path in folder.iterdir()) == ["cases", "seal.json", "truth.zip"]
+    assert finished == make_set(tmp_path / "whole", 2, 5, "easy", labels=[[], []], executor=HERE)
+    with pytest.raises(InputError, match="holds a blind set already"):
+        make_set(folder, 2, 5, "easy", executor=HERE)
 
 
 def test_diagnosis_sees_its_case_alone(blind_set: Path, tmp_path: Path) -> None:
