@@ -89,9 +89,9 @@ def _table(rows: Sequence[LeftOut]) -> Table:
         tuple(
             (
                 row.label,
-                share_text(row.other),
+                f"{row.other.hits} of {row.other.trials}",
                 share_text(row.acceptable),
-                share_text(row.block),
+                f"{row.block.hits} of {row.block.trials}",
                 _percent(row.closed_without),
                 _percent(row.closed_with),
             )

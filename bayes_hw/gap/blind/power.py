@@ -51,13 +51,17 @@ def smallest_gap(gaps: Sequence[float], right: Sequence[bool], rng: np.random.Ge
 def _fit(x: FloatArray, y: FloatArray) -> FloatArray:
     """a and log b at the largest posterior density."""
 
-    def cost(parameters: FloatArray) -> float:
-        z = parameters[0] + np.exp(parameters[1]) * x
-        likelihood = np.sum(np.logaddexp(0, z) - y * z)
-        return float(likelihood + 0.5 * np.sum((parameters / PRIOR_SD) ** 2))
+    def cost(parameters: FloatArray) -> tuple[float, FloatArray]:
+        slope = np.exp(parameters[1])
+        z = parameters[0] + slope * x
+        error = special.expit(z) - y
+        value = np.sum(np.logaddexp(0, z) - y * z) + 0.5 * np.sum((parameters / PRIOR_SD) ** 2)
+        gradient = np.array([error.sum(), (error * x).sum() * slope]) + parameters / PRIOR_SD**2
+        return float(value), gradient
 
     bounds = [(-30.0, 30.0), (-3.0, 3.0)]
-    return np.asarray(optimize.minimize(cost, np.array([0.0, 1.0]), bounds=bounds).x, dtype=np.float64)
+    found = optimize.minimize(cost, np.array([0.0, 1.0]), jac=True, bounds=bounds, method="L-BFGS-B")
+    return np.asarray(found.x, dtype=np.float64)
 
 
 def _threshold(parameters: FloatArray) -> float:
