@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.score import GOALS, Score
@@ -80,6 +82,23 @@ def _share_table(groups: dict[str, Share], first: str, caption: str) -> Table:
     )
 
 
+def _figure_table(groups: Mapping[str, Mapping[str, Share]], first: str) -> Table:
+    names = list(next(iter(groups.values()), {}))
+    return Table(
+        (first, *names),
+        tuple((group, *(_short(figures[name]) for name in names)) for group, figures in groups.items()),
+        f"Single effects by {first}: per cent and, in brackets, the 95 % binomial interval.",
+        tuple(range(1, len(names) + 1)),
+    )
+
+
+def _short(entry: Share) -> str:
+    if not entry.trials:
+        return "none"
+    low, high = entry.interval
+    return f"{100 * entry.value:.0f} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
 def _counts_section(score: Score) -> Section:
     return Section(
         "What was named",
@@ -91,6 +110,8 @@ def _counts_section(score: Score) -> Section:
             ),
             confusion_matrix(score.confusion),
             shares(score.by_strength, "By size of the smallest gap in the case, over the noise"),
+            _figure_table(score.figures_by_effect, "effect"),
+            _figure_table(score.figures_by_strength, "smallest gap / noise"),
             shares(score.by_form, "By form of the effect, single and off-catalogue"),
         ),
     )

@@ -79,8 +79,9 @@ class CaseLine:
 class Score:
     """How a set was diagnosed; every share with its trials.
 
-    `headline` holds the figures that a goal can be set for, `by_effect` and `by_form` singles named right,
-    `by_strength` everything with a gap named right, `base` the coverage of 94 % intervals.
+    `headline` holds the figures that a goal can be set for; `by_effect` and `by_form` singles named right,
+    `by_strength` everything with a gap named right; `figures_by_effect` and `figures_by_strength` the other
+    figures of single effects; `base` the coverage of 94 % intervals.
     """
 
     cases: int
@@ -90,6 +91,8 @@ class Score:
     by_effect: Mapping[str, Share]
     by_form: Mapping[str, Share]
     by_strength: Mapping[str, Share]
+    figures_by_effect: Mapping[str, Mapping[str, Share]]
+    figures_by_strength: Mapping[str, Mapping[str, Share]]
     brier: float
     brier_of_frequencies: float
     reliability: tuple[ReliabilityBin, ...]
@@ -119,6 +122,8 @@ def score_evidence(evidence: Evidence, rng: np.random.Generator) -> Score:
         by_effect=_grouped(pairs, lambda t: t.effects[0] if t.kind == "single" else None),
         by_form=_grouped(pairs, lambda t: t.detail[0] if t.kind in ("single", "other") else None),
         by_strength=_grouped(pairs, lambda t: strength_bin(t) if t.effects else None),
+        figures_by_effect=_figures(pairs, lambda t: t.effects[0]),
+        figures_by_strength=_figures(pairs, strength_bin),
         brier=brier(truths, verdicts),
         brier_of_frequencies=brier(truths, [_frequencies(truths)] * len(truths)),
         reliability=tuple(reliability(stated, true)),
@@ -197,6 +202,8 @@ def score_to_dict(score: Score, evidence: Evidence) -> dict[str, object]:
         "by_effect": {name: value.to_dict() for name, value in score.by_effect.items()},
         "by_form": {name: value.to_dict() for name, value in score.by_form.items()},
         "by_strength": {name: value.to_dict() for name, value in score.by_strength.items()},
+        "figures_by_effect": _nested(score.figures_by_effect),
+        "figures_by_strength": _nested(score.figures_by_strength),
         "brier": _finite(score.brier),
         "brier_of_frequencies": _finite(score.brier_of_frequencies),
         "reliability": [_bin(entry) for entry in score.reliability],
@@ -241,6 +248,32 @@ def _grouped(
         if name is not None:
             outcomes.setdefault(name, []).append(named_right(truth, verdict))
     return {name: share(outcomes[name]) for name in sorted(outcomes)}
+
+
+def _figures(
+    pairs: Sequence[tuple[CaseTruth, CaseVerdict]], group: Callable[[CaseTruth], str]
+) -> dict[str, dict[str, Share]]:
+    """Named right, most probable, block, closure and base intervals of single effects, by group."""
+    groups: dict[str, list[tuple[CaseTruth, CaseVerdict]]] = {}
+    for truth, verdict in pairs:
+        if truth.kind == "single":
+            groups.setdefault(group(truth), []).append((truth, verdict))
+    return {
+        name: {
+            "named right": share(named_right(t, v) for t, v in groups[name]),
+            "most probable": share(most_probable(v) == t.effects[0] for t, v in groups[name]),
+            "block right": share(block_right(t, v) for t, v in groups[name]),
+            "closure interval holds": share(c.held for c in _closures(groups[name])),
+            "base intervals hold": share(h for t, v in groups[name] for h in base_held(t, v).values()),
+        }
+        for name in sorted(groups)
+    }
+
+
+def _nested(groups: Mapping[str, Mapping[str, Share]]) -> dict[str, object]:
+    return {
+        name: {key: value.to_dict() for key, value in figures.items()} for name, figures in groups.items()
+    }
 
 
 def _base_coverage(pairs: Sequence[tuple[CaseTruth, CaseVerdict]]) -> dict[str, Share]:

@@ -64,6 +64,15 @@ def test_groups_closure_and_failures() -> None:
         "0 to 1": (1, 1),
         "2 to 3": (1, 4),
     }
+    winds = score.figures_by_effect["wind"]
+    assert {name: (s.hits, s.trials) for name, s in winds.items()} == {
+        "named right": (1, 2),
+        "most probable": (1, 2),
+        "block right": (1, 2),
+        "closure interval holds": (1, 1),
+        "base intervals hold": (0, 0),
+    }
+    assert list(score.figures_by_strength) == ["0 to 1", "2 to 3"]
     assert score.failed == 1
     (closure,) = score.closures
     assert closure.true == pytest.approx(0.75)
