@@ -140,7 +140,7 @@ def _sized_effect(
                 _run(axis, u, (*identity, i), [(effect, strength)]).measured() for i, u in enumerate(commands)
             ]
 
-        strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target)
+        strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target, effect.largest)
         if 0.95 * smallest <= gap <= 1.05 * largest:
             return effect, strength, gap
     raise UnreachableGapError(f"no {label} of the wanted size (seed {identity[0]}, case {identity[1]})")

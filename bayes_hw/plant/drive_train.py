@@ -7,7 +7,7 @@ Angles are those of the axis in deg, inertias relative to the load's, torques in
     J_s dw_s/dt = S + tau_s,                             S = k_s E + c_s dE/dt,  E = q_l - q_s
 
 (Gawronski, Modeling and Control of Antennas and Telescopes, doi 10.1007/978-0-387-78793-0, chapters 2 and 3).
-An optional appendage, another mass on a spring at load or motor, is the mode that a simulator may lack.
+An optional appendage, another mass on a spring at load or structure, is the mode that a simulator may lack.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ INPUTS = 5
 
 @dataclass(frozen=True)
 class Appendage:
-    """A mass on a spring: inertia (of the load's), own frequency in Hz, damping ratio, at load or motor."""
+    """A mass on a spring at load or structure: inertia (of the load's), own frequency in Hz, damping ratio."""
 
     inertia: float
     frequency_hz: float
     damping_ratio: float
-    at_motor: bool = False
+    at_structure: bool = False
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class DriveTrain:
         )
         if self.appendage is not None:
             extra = self.appendage
-            host = (MOTOR_SPEED, motor) if extra.at_motor else (LOAD_SPEED, 1.0)
+            host = (STRUCTURE_SPEED, structure) if extra.at_structure else (LOAD_SPEED, 1.0)
             _attach(a, (EXTRA, EXTRA_SPEED), host, extra.inertia, extra.frequency_hz, extra.damping_ratio)
         return a, b
 

@@ -10,22 +10,26 @@ TOLERANCE = 0.04
 MOST_EVALUATIONS = 12
 ENOUGH, GOOD_ENOUGH = 6, 0.15
 LARGEST_STEP = 10.0
-RANGE = (1e-4, 1e5)
+SMALLEST, LARGEST = 1e-4, 1e5
 
 
-def strength_for_gap(gap: Callable[[float], float], target: float) -> tuple[float, float]:
+def strength_for_gap(
+    gap: Callable[[float], float], target: float, largest: float = LARGEST
+) -> tuple[float, float]:
     """(strength, gap there), the gap within 4 % (15 % after six trials) of the target where one is found.
 
-    A secant search in logarithms, kept inside the bracket once there is one, as gaps grow about in proportion
-    to the strength. Where the gap jumps over the target or saturates below it, the closest of those tried is
-    returned; a strength whose response is not finite counts as too strong.
+    A secant search in logarithms between 1e-4 and `largest`, kept inside the bracket once there is one, as
+    gaps grow about in proportion to the strength. Where the gap jumps over the target or stays below it, the
+    closest of those tried is returned; a strength whose response is not finite counts as too strong.
     """
-    low, high = np.log(RANGE[0]), np.log(RANGE[1])
+    low, high = np.log(SMALLEST), np.log(largest)
     below: tuple[float, float] | None = None
     above: tuple[float, float] | None = None
     best = (np.inf, 0.0, 0.0)
-    x = 0.0
+    x = min(0.0, float(high))
+    tried: set[float] = set()
     for number in range(1, MOST_EVALUATIONS + 1):
+        tried.add(x)
         size = gap(float(np.exp(x)))
         error = np.log(size / target) if np.isfinite(size) and size > 0 else (-20.0 if size == 0 else 20.0)
         if abs(error) < best[0]:
@@ -36,8 +40,8 @@ def strength_for_gap(gap: Callable[[float], float], target: float) -> tuple[floa
             below = (x, error)
         else:
             above = (x, error)
-        x = _next(x, error, below, above)
-        if not low <= x <= high:
+        x = float(np.clip(_next(x, error, below, above), low, high))
+        if x in tried:
             break
     return best[1], best[2]
 

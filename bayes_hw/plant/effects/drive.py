@@ -11,6 +11,10 @@ from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_unifor
 from bayes_hw.plant.integrator import Friction, Wave
 from bayes_hw.plant.run import Run
 
+TORQUE_SHARE = 0.1
+LARGEST_TORQUES = 8.0
+"""Friction and ripple stay below this many times the gear's torque (root mean square)."""
+
 FRICTION_KINDS = (
     "coulomb_motor",
     "stribeck_motor",
@@ -41,11 +45,15 @@ class DryFriction(Effect):
     def draw(cls, rng: np.random.Generator, scales: Scales) -> DryFriction:
         return cls(
             str(rng.choice(FRICTION_KINDS, p=FRICTION_SHARES)),
-            0.1 * scales.torque,
+            TORQUE_SHARE * scales.torque,
             float(rng.uniform(1.2, 1.7)),
             log_uniform(rng, 0.005, 0.05) * scales.speed,
             float(rng.uniform(8, 25)),
         )
+
+    @property
+    def largest(self) -> float:
+        return LARGEST_TORQUES / TORQUE_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         shape, body = self.detail.split("_")
@@ -104,11 +112,15 @@ class TorqueRipple(Effect):
     def draw(cls, rng: np.random.Generator, scales: Scales) -> TorqueRipple:
         return cls(
             str(rng.choice(["cogging_motor", "gear_mesh", "rail_load"], p=[0.4, 0.25, 0.35])),
-            0.1 * scales.torque,
+            TORQUE_SHARE * scales.torque,
             log_uniform(rng, 0.06, 0.6) * scales.travel,
             float(rng.uniform(0, 2 * np.pi)),
             float(rng.choice([0.0, rng.uniform(0.1, 0.4)])),
         )
+
+    @property
+    def largest(self) -> float:
+        return LARGEST_TORQUES / TORQUE_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         wave = Wave(strength * self.torque, 2 * np.pi / self.period_deg, self.phase, self.second)

@@ -9,6 +9,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 
 from bayes_hw.plant.run import Run
+from bayes_hw.plant.strength import LARGEST
 
 Parameters: TypeAlias = dict[str, float | str]
 
@@ -49,6 +50,11 @@ class Effect(ABC):
     @abstractmethod
     def act(self, run: Run, strength: float) -> None:
         """Change the run."""
+
+    @property
+    def largest(self) -> float:
+        """The largest strength that makes sense."""
+        return LARGEST
 
     @abstractmethod
     def parameters(self, strength: float) -> Parameters:

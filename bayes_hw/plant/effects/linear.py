@@ -12,7 +12,9 @@ from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_unifor
 from bayes_hw.plant.run import Run
 
 CLEAR_OF_MODES = 0.12
-LARGEST_EXTRA_DELAY = 3.5
+LONGEST_EXTRA_DELAY_S = 0.2
+MASS_RATIO = 0.02
+LARGEST_MASS_RATIO = 1.0
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,10 @@ class TransportDelay(Effect):
     def draw(cls, rng: np.random.Generator, scales: Scales) -> TransportDelay:  # noqa: ARG003
         return cls("delay", scales.sample_rate_hz)
 
+    @property
+    def largest(self) -> float:
+        return LONGEST_EXTRA_DELAY_S * self.sample_rate_hz
+
     def act(self, run: Run, strength: float) -> None:
         run.extra_delay_s += strength / self.sample_rate_hz
 
@@ -36,7 +42,7 @@ class TransportDelay(Effect):
 
 @dataclass(frozen=True)
 class UnmodelledMode(Effect):
-    """A mass on a spring at the load (feed legs, a subreflector) or at the motor (its mount)."""
+    """A mass on a spring at the load (a counterweight) or at the structure (feed legs, a subreflector)."""
 
     label: ClassVar[str] = "unmodelled_mode"
     detail: str
@@ -50,12 +56,18 @@ class UnmodelledMode(Effect):
             hz = log_uniform(rng, 0.45 * low, min(1.8 * high, 0.4 * scales.sample_rate_hz))
             if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
                 break
-        return cls(str(rng.choice(["at_load", "at_motor"], p=[0.8, 0.2])), hz, log_uniform(rng, 0.005, 0.03))
+        return cls(
+            str(rng.choice(["at_load", "at_structure"], p=[0.7, 0.3])), hz, log_uniform(rng, 0.005, 0.03)
+        )
+
+    @property
+    def largest(self) -> float:
+        return LARGEST_MASS_RATIO / MASS_RATIO
 
     def act(self, run: Run, strength: float) -> None:
-        at_motor = self.detail == "at_motor"
-        host = run.drive.motor_inertia if at_motor else 1.0
-        appendage = Appendage(0.02 * strength * host, self.hz, self.damping_ratio, at_motor)
+        at_structure = self.detail == "at_structure"
+        host = run.drive.structure_inertia if at_structure else 1.0
+        appendage = Appendage(MASS_RATIO * strength * host, self.hz, self.damping_ratio, at_structure)
         run.drive = replace(run.drive, appendage=appendage)
 
     def parameters(self, strength: float) -> Parameters:
@@ -63,7 +75,7 @@ class UnmodelledMode(Effect):
             "kind": self.detail,
             "hz": self.hz,
             "damping_ratio": self.damping_ratio,
-            "mass_ratio": 0.02 * strength,
+            "mass_ratio": MASS_RATIO * strength,
         }
 
 

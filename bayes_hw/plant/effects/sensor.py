@@ -13,7 +13,9 @@ from bayes_hw.plant.run import Run
 
 DRIFT_STREAM, TIMING_STREAM, OUTLIER_STREAM = 111, 112, 113
 LARGEST_HELD_SHARE = 0.6
-LARGEST_JITTER_S = 0.45
+LARGEST_JITTER = 0.45
+UNIT_SIZE = 0.05
+"""Share of samples held, or standard deviation of their instants in samples, at strength 1."""
 
 
 @dataclass(frozen=True)
@@ -115,9 +117,12 @@ class TimingJitter(Effect):
         kinds = ["held_samples", "held_readings", "jitter"]
         return cls(str(rng.choice(kinds, p=[0.45, 0.15, 0.4])), scales.sample_rate_hz)
 
+    @property
+    def largest(self) -> float:
+        return (LARGEST_JITTER if self.detail == "jitter" else LARGEST_HELD_SHARE) / UNIT_SIZE
+
     def _size(self, strength: float) -> float:
-        size = 0.05 * strength
-        return min(size, LARGEST_JITTER_S if self.detail == "jitter" else LARGEST_HELD_SHARE)
+        return UNIT_SIZE * min(strength, self.largest)
 
     def act(self, run: Run, strength: float) -> None:
         rng = run.rng(TIMING_STREAM)
