@@ -31,7 +31,7 @@ INPUTS = 5
 
 @dataclass(frozen=True)
 class Appendage:
-    """A mass on a spring at load or structure: inertia (of the load's), own frequency in Hz, damping ratio."""
+    """A mass on a spring: inertia (the load's is 1), own frequency in Hz, damping ratio, and its host."""
 
     inertia: float
     frequency_hz: float
