@@ -9,18 +9,23 @@ was stopped goes on.
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 
 import numpy as np
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.evidence import Evidence
-from bayes_hw.gap.blind.score import score_evidence, score_to_dict
+from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from bayes_hw.report.blind_report import blind_report, share_text
 
 NUMBERS = {"easy": 140, "hard": 160, "wide": 100}
 QUICK_NUMBERS = {"easy": 2}
+BASELINES = {
+    "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",
+    "black box": "bayes_hw.gap.blind.black_box:black_box",
+}
 
 
 def main() -> None:
@@ -30,12 +35,17 @@ def main() -> None:
     scores = {kind: score_evidence(part, np.random.default_rng(study.seed)) for kind, part in parts.items()}
     together = joined(list(parts.values()))
     score = score_evidence(together, np.random.default_rng(study.seed))
-    study.write_document(blind_report(score, together, study.origin()))
+    baselines = {name: baseline_score(study, numbers, function) for name, function in BASELINES.items()}
+    study.write_document(blind_report(score, together, study.origin(), baselines))
     results = {kind: score_to_dict(scores[kind], part) for kind, part in parts.items()}
     study.write_results(
         {
             "calibration_seeds": [CALIBRATION_SEEDS.start, CALIBRATION_SEEDS.stop],
             "report_seeds": [seed_of(study, kind) for kind in parts],
+            "baselines": {
+                name: {figure: value.to_dict() for figure, value in one.headline.items()}
+                for name, one in baselines.items()
+            },
             **results,
         }
     )
@@ -53,14 +63,20 @@ def seed_of(study: Study, kind: str) -> int:
     return seed
 
 
-def evidence_of(study: Study, kind: str, count: int) -> Evidence:
-    """The finished check of one kind."""
+def baseline_score(study: Study, numbers: Mapping[str, int], function: str) -> Score:
+    """How a plain diagnosis does on all of the cases."""
+    parts = [evidence_of(study, kind, count, function) for kind, count in numbers.items()]
+    return score_evidence(joined(parts), np.random.default_rng(study.seed))
+
+
+def evidence_of(study: Study, kind: str, count: int, diagnosis: str = "") -> Evidence:
+    """The finished check of one kind, of the study's diagnosis unless another is given."""
     return check_blind(
         study.out / "work" / kind,
         count,
         seed_of(study, kind),
         kind,
-        diagnosis=study.diagnosis,
+        diagnosis=diagnosis or study.diagnosis,
         executor=study.executor(),
         progress=study.progress,
     )

@@ -15,8 +15,16 @@ from bayes_hw.report.rounding import format_duration, format_number, format_perc
 SINGLE = "single effects named right"
 
 
-def blind_report(score: Score, evidence: Evidence, provenance: Provenance) -> Report:
-    """The report whose first page answers: can its answers be trusted?"""
+def blind_report(
+    score: Score,
+    evidence: Evidence,
+    provenance: Provenance,
+    baselines: Mapping[str, Score] | None = None,
+) -> Report:
+    """The report whose first page answers: can its answers be trusted?
+
+    `baselines` are other diagnoses' scores on the same cases, by name.
+    """
     return Report(
         title="Blind check of the diagnosis",
         subtitle=f"{score.cases} cases whose effect was withheld; {evidence.diagnosis}",
@@ -35,6 +43,7 @@ def blind_report(score: Score, evidence: Evidence, provenance: Provenance) -> Re
             _counts_section(score),
             _probability_section(score),
             _closure_section(score),
+            *_baseline_sections(score, baselines or {}),
             _check_section(score),
             _cases_section(score),
             Section("Provenance", (KeyValues(_origin(evidence, provenance)),)),
@@ -139,6 +148,35 @@ def _closure_section(score: Score) -> Section:
         ),
     )
     return Section("How far the gap shrinks, and the base parameters", blocks)
+
+
+def _baseline_sections(score: Score, baselines: Mapping[str, Score]) -> tuple[Section, ...]:
+    if not baselines:
+        return ()
+    scores = {"this diagnosis": score, **baselines}
+    shown = [name for name in score.headline if score.headline[name].trials]
+    rows = [
+        (name, *(_short(one.headline[name]) for one in scores.values()))
+        for name in shown
+        if "interval" not in name
+    ]
+    rows.append(("Brier score", *(format_number(one.brier) for one in scores.values())))
+    rows.append(("gap closed, median", *(_median_closed(one) for one in scores.values())))
+    table = Table(
+        ("figure", *scores),
+        tuple(rows),
+        "Per cent and, in brackets, the 95 % binomial interval. The last row is the true closed fraction of "
+        "the hold-out over the cases where something was added.",
+        tuple(range(1, len(scores) + 1)),
+    )
+    return (Section("Baselines on the same cases", (table,)),)
+
+
+def _median_closed(score: Score) -> str:
+    closed = sorted(closure.true for closure in score.closures)
+    if not closed:
+        return "none"
+    return f"{format_percent(closed[len(closed) // 2])} of {len(closed)}"
 
 
 def _check_section(score: Score) -> Section:

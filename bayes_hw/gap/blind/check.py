@@ -29,10 +29,10 @@ def check_blind(
     executor: Executor,
     progress: Progress,
 ) -> Evidence:
-    """Make the set in FOLDER/set unless it is there, diagnose it into FOLDER/verdicts, and open the truth.
+    """Make the set in FOLDER/set unless it is there, diagnose it, and open the truth.
 
-    With `options` the verdicts go to a folder named after them. A check that was stopped goes on. Raises
-    InputError when FOLDER/set is another set than this one.
+    The folder of the verdicts is named after the diagnosis and its options. A check that was stopped goes on.
+    Raises InputError when FOLDER/set is another set than this one.
     """
     where = folder / "set"
     if not (where / SEAL).exists():
@@ -43,7 +43,8 @@ def check_blind(
     wanted = json.loads(json.dumps([number, seed, kind, dict(changes or {})]))
     if [seal["number"], seal["seed"], seal["kind"], seal["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
-    name = "_".join(["verdicts", *(f"{key}_{value}" for key, value in (options or {}).items())])
+    function = diagnosis.rpartition(":")[2]
+    name = "_".join(["verdicts", function, *(f"{key}_{value}" for key, value in (options or {}).items())])
     run_set(
         where, folder / name, seed, diagnosis=diagnosis, options=options, executor=executor, progress=progress
     )
