@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import design, diagnose
+from bayes_hw.commands import blind, design, diagnose
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
@@ -42,7 +42,7 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 """
 
 
-MODULES: tuple[Any, ...] = (diagnose, design)
+MODULES: tuple[Any, ...] = (blind, design, diagnose)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
@@ -185,6 +185,8 @@ def interruption_advice(parsed: argparse.Namespace) -> str:
     """What to do after Ctrl-C."""
     if any(parsed.checkpoint.rglob("plan.h5")):
         return f"the finished steps are in {parsed.checkpoint}; the same command with --resume goes on"
+    if getattr(parsed, "goes_on", False):
+        return "what is finished is kept; the same command goes on from there"
     return "nothing was written; run the command again"
 
 
