@@ -40,12 +40,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     residuals = _bridged(explanation)
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     sigma = float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)))
-    found = [
-        _line(residuals, white),
-        _spectrum(residuals, explanation),
-        _step(residuals),
-    ]
-    found.append(_function(explanation, white, inputs))
+    found = [_line(residuals, white), _step(residuals)]
+    if "encoder_quantization" not in explanation.labels:
+        found += [_spectrum(residuals, explanation), _function(explanation, white, inputs)]
     return sorted(
         (Leftover(kind, gain, np.sqrt(max(size, 0.0)) / max(sigma, 1e-300)) for kind, gain, size in found),
         key=lambda left: -left.gain,
