@@ -80,7 +80,7 @@ class CubicStiffness(Effect):
     test_values = (5e4,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 3 * self._usual(scale)),)
+        return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 30 * self._usual(scale)),)
 
     def _usual(self, scale: AxisScale) -> float:
         torsion = scale.output_speed / np.sqrt(sum(scale.stiffness))
