@@ -18,7 +18,7 @@ SHORTEST = 200
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The nominal model and its records; the outputs of `holdout` serve to score a finished prediction only."""
+    """The nominal model and its records; outputs of `holdout` serve to score a finished prediction only."""
 
     name: str
     model: HammersteinWiener
@@ -27,7 +27,7 @@ class Case:
 
     @classmethod
     def read(cls, folder: Path) -> Case:
-        """Read case.json and what it names, relative to `folder`. Raises InputError where something is wrong."""
+        """Read case.json and what it names, relative to `folder`. Raises InputError on anything wrong."""
         path = folder / "case.json"
         try:
             data = json.loads(path.read_text(encoding="utf-8"))

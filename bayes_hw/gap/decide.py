@@ -1,7 +1,8 @@
 """From evidences to an answer: which effects are said to be present, and how probable each is.
 
 Evidences of models that are all a little wrong polarise, so they are tempered; the temperature and the
-thresholds are fitted on simulated cases whose effect is known (`calibration.json`), never on the case at hand.
+thresholds are fitted on simulated cases whose effect is known (`calibration.json`), never on the case at
+hand.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ NONE, OTHER = "none", "other"
 
 @dataclass(frozen=True)
 class Calibration:
-    """Constants fitted on simulated cases: see the names in `calibration.json` and the study of the blind check.
+    """Constants fitted on simulated cases: see `calibration.json` and the study of the blind check.
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
@@ -148,7 +149,6 @@ def probability_of_other(left: Sequence[Leftover], calibration: Calibration) -> 
 
 
 def decide(
-    attribution: Attribution,
     explanation: Explanation,
     scores: Mapping[tuple[str, ...], float],
     left: Sequence[Leftover],

@@ -37,7 +37,7 @@ CONFUSABLE_EVIDENCE = 6.0
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Everything a report needs: the case, all fits, the decision, predictions of the first record held out."""
+    """Everything a report needs: the case, fits, decision, predictions of the first record held out."""
 
     case: Case
     attribution: Attribution
@@ -82,7 +82,7 @@ def diagnose(
         attribution = attributor.run()
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
-        decision = decide(attribution, best, scores, leftovers(best, inputs), labels, calibration)
+        decision = decide(best, scores, leftovers(best, inputs), labels, calibration)
         final = attribution.base if decision.answer == ("other",) else best
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
@@ -204,13 +204,16 @@ def _confusable(decision: Decision, scores: dict[tuple[str, ...], float]) -> lis
 def _next_experiment(decision: Decision, confusable: Sequence[tuple[str, str]]) -> str | None:
     """The experiment that would separate what the records leave open."""
     if decision.answer == ("other",):
-        return "repeat one of the records unchanged: what repeats belongs to the axis, what does not to its surroundings"
+        return (
+            "repeat one of the records unchanged: what repeats belongs to the axis, what does not to its "
+            "surroundings"
+        )
     if not confusable:
         return None
     one, other = confusable[0]
     return (
-        f"{one} and {other}: slow reversals of small amplitude, then the same at twice the amplitude and from "
-        "another position"
+        f"{one} and {other}: slow reversals of small amplitude, then the same at twice the amplitude and "
+        "from another position"
     )
 
 

@@ -6,11 +6,11 @@ acceleration, with v the limited command and theta_m, theta, theta_s the angles 
 
     theta_m'' = kp (v - theta_m') + ki (integral of v - theta_m) - km tau + torque_motor
     theta''   = kl tau - bl theta' - ks (psi + cs psi') + torque_load
-    theta_s'' = kss (psi + cs psi'),        tau = phi + c phi',   phi = theta_m - theta,   psi = theta - theta_s
+    theta_s'' = kss (psi + cs psi'),       tau = phi + c phi',   phi = theta_m - theta,  psi = theta - theta_s
     w         = gain theta
     (angles and torques below are in units of w, that is, times gain)
 
-(two-inertia drives: Schuetz and Thyen, doi 10.1002/9783527691807; PI velocity loop with integrating position).
+(two-inertia drives: Schuetz and Thyen, doi 10.1002/9783527691807; PI velocity loop, integrating position).
 The effects that act as torques need the paths from a torque to w and from the command to the motor's
 speed. Both have the poles of G, and at a pole the ratio of two paths is a ratio of polynomials, so that G
 itself stays exactly as given and the drive train supplies ratios only.
@@ -67,7 +67,7 @@ class ContinuousPoles(NamedTuple):
 
 
 class TorqueSystem(NamedTuple):
-    """States that torques drive: poles (n,), input gains (2, n), output gains (4, n); upper poles of pairs."""
+    """States that torques drive: poles (n,), input gains (2, n), output gains (4, n); pairs by upper pole."""
 
     poles: ComplexArray
     inputs: ComplexArray
@@ -119,7 +119,8 @@ class UnknownTrain:
 class DriveTrain:
     """The drive train of the module's docstring; `logs` holds log(kp, ki, km, kl, ks, kss, c, cs, bl, gain).
 
-    Shape (10,), or (10, n, 1) for n drive trains at once; units 1/s for kp, bl, 1/s^2 for ki and the stiffnesses, s for c and cs.
+    Shape (10,), or (10, n, 1) for n drive trains at once; units 1/s for kp, bl,
+    1/s^2 for ki and the stiffnesses, s for c and cs.
     """
 
     logs: FloatArray
@@ -223,10 +224,11 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     """The drive train with the frequency response of `system`, or None where there is none near.
 
     Least squares of the log response from 0.02 Hz to the folding frequency, from usual proportions of a
-    drive or from a drive train `near`. G whose modes are a little off is no drive train exactly, and the stiffnesses it shows least would
-    then take up its errors: the misfit that remains is their noise, against which the usual proportions hold
-    them. An exact G has no misfit and is realised exactly. The number of steps is fixed, so that the result
-    is a smooth function of G. It needs an integrator, two modes and two more real poles.
+    drive or from a drive train `near`. G whose modes are a little off is no drive train exactly, and the
+    stiffnesses it shows least would then take up its errors: the misfit that remains is their noise, against
+    which the usual proportions hold them. An exact G has no misfit and is realised exactly. The number of
+    steps is fixed, so that the result is a smooth function of G. It needs an integrator, two modes and two
+    more real poles.
     """
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None

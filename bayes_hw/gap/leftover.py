@@ -2,8 +2,8 @@
 
 Encoder noise is taken to be first-order and Gaussian. Beside the best explanation, four descriptions that
 name no cause are tried on its residuals: a line (a sine of constant frequency in time), a step (a change
-point), a spectrum that first-order noise does not have, and a free function of command, position and velocity.
-Each gives the share of the residual's variance that it takes and the gain in log-likelihood.
+point), a spectrum that first-order noise does not have, and a free function of command, position and
+velocity. Each gives the share of the residual's variance that it takes and the gain in log-likelihood.
 """
 
 from __future__ import annotations

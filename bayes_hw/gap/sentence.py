@@ -14,14 +14,17 @@ def sentence(diagnosis: Diagnosis) -> str:
     size = (max(gap.rmse_before**2 - gap.noise_floor**2, 0.0)) ** 0.5 / gap.noise_floor
     if not verdict.answer:
         sure = verdict.probability["none"]
-        return f"No structural gap: the re-estimated model and coloured noise explain the records ({_percent(sure)} sure)."
+        return (
+            "No structural gap: the re-estimated model and coloured noise explain the records "
+            f"({_percent(sure)} sure)."
+        )
     if verdict.answer == ("other",):
         left = diagnosis.decision.leftovers[0]
         best = diagnosis.decision.explanation.name
         return (
             f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
-            f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) a {left.kind} of "
-            f"{left.size:.2g} of what is left stays."
+            f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) "
+            f"a {left.kind} of {left.size:.2g} of what is left stays."
         )
     effects = diagnosis.decision.explanation.fit.hypothesis.effects
     parts = []
@@ -32,7 +35,8 @@ def sentence(diagnosis: Diagnosis) -> str:
     low, high = gap.closed_hdi94
     return (
         f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); adding it removes "
-        f"{100 * gap.closed:.0f} % [{100 * low:.0f}, {100 * high:.0f}] of the reducible error on the record held out."
+        f"{100 * gap.closed:.0f} % [{100 * low:.0f}, {100 * high:.0f}] of the reducible "
+        "error on the record held out."
     )
 
 

@@ -57,7 +57,7 @@ def predicted(
 
 
 def untracked_variance(explanation: Explanation, predictions: Sequence[FloatArray]) -> float:
-    """Variance (output units squared) of a stochastic effect that belongs to the motion but no one can track."""
+    """Variance (output units squared) of a stochastic effect in the motion, which no one can track."""
     stochastic = explanation.stochastic
     if stochastic is None:
         return 0.0

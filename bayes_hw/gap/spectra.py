@@ -63,7 +63,7 @@ def whittle(spectrum: Spectrum, model: FloatArray) -> float:
 def autoregression_of_spectrum(
     power: FloatArray, residuals: Sequence[FloatArray], glitches: Sequence[BoolArray]
 ) -> Autoregression:
-    """The long autoregression with a power spectrum given on a full grid 0 ... rate / 2, and its likelihood."""
+    """The long autoregression of a power spectrum given on a full grid 0 ... rate / 2, and its likelihood."""
     covariance = np.fft.irfft(power)[: LONG_ORDER + 1]
     covariance[0] *= 1 + 1e-9
     coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
@@ -78,7 +78,7 @@ def autoregression_of_spectrum(
 
 
 def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]
-    """Parameters that maximise Whittle's likelihood of `model(frequency, parameters)`, from several starts."""
+    """Parameters of `model(frequency, parameters)` of most Whittle likelihood, from several starts."""
     best = None
     for start in starts:
         found = minimize(  # type: ignore[call-overload]

@@ -95,7 +95,7 @@ def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
 def fit_autoregression(
     residuals: Sequence[FloatArray], glitches: Sequence[BoolArray], order: int
 ) -> Autoregression:
-    """Autoregressive noise of `order` fitted to the residuals (samples,), glitches bridged and not counted."""
+    """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted."""
     bridged = [bridge(e[:, None], gaps)[:, 0] for e, gaps in zip(residuals, glitches, strict=True)]
     estimate = estimate_noise(bridged, order)
     model = Autoregression(estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches)

@@ -26,7 +26,7 @@ class _Friction(Effect):
     block: ClassVar[Block] = "drive"
 
     def usual(self, scale: AxisScale) -> float:
-        """The torque whose wind-up of the velocity loop shows as one sigma: sigma times the loop's stiffness."""
+        """The torque whose wind-up of the velocity loop shows as one sigma: sigma times loop stiffness."""
         return scale.sigma * 4 * scale.stiffness[0]
 
     def smoothing(self, scale: AxisScale) -> float:
@@ -37,8 +37,8 @@ class _Friction(Effect):
 class CoulombFrictionAtMotor(_Friction):
     """torque = -F sign(motor speed), smoothed below a small speed, inside the velocity loop.
 
-    Coulomb's law (Armstrong-Helouvry et al., doi 10.1016/0005-1098(94)90209-7). The loop's integrator winds up
-    at every reversal, which looks like play at the motor; backlash at the output does not.
+    Coulomb's law (Armstrong-Helouvry et al., doi 10.1016/0005-1098(94)90209-7). The loop's integrator winds
+    up at every reversal, which looks like play at the motor; backlash at the output does not.
     """
 
     form: ClassVar[str] = "Coulomb, motor"
@@ -60,7 +60,7 @@ class CoulombFrictionAtMotor(_Friction):
 class StribeckFrictionAtMotor(_Friction):
     """torque = -F (1 + a exp(-(speed / speed_s)^2)) sign(motor speed): friction that falls with speed.
 
-    Stribeck's curve (doi 10.1016/0005-1098(94)90209-7). Not to be believed where the axis hardly moves slowly.
+    Stribeck's curve (doi 10.1016/0005-1098(94)90209-7). Not to be believed where the axis is seldom slow.
     """
 
     form: ClassVar[str] = "Stribeck, motor"
@@ -175,7 +175,7 @@ class DynamicBacklash(Effect):
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("backlash.half_gap", scale.units.output, 2 * scale.sigma, 1.5),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
         settings[S.GAP] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -16,7 +16,7 @@ from bayes_hw.model.parameters import Parameter
 
 
 class RateLimit(Effect):
-    """|dc/dt| <= rate: the drive ramps its command (slew-rate limit; Astroem and Murray, Feedback Systems, 11.4).
+    """|dc/dt| <= rate: the drive ramps its command (slew rate; Astroem and Murray, Feedback Systems, 11.4).
 
     Not to be believed where the command never jumps by more than rate / sample rate.
     """

@@ -37,10 +37,10 @@ class TransportDelay(Effect):
 
 
 class UnmodelledMode(Effect):
-    """A resonator on the load: torque mu s^2 (2 zeta omega s + omega^2) / (s^2 + 2 zeta omega s + omega^2) theta.
+    """A resonator on the load: mu s^2 (2 zeta omega s + omega^2) theta / (s^2 + 2 zeta omega s + omega^2).
 
-    A structural mode that the model lacks, as a tuned mass (Den Hartog, Mechanical Vibrations, 3.2). Not to be
-    believed above half the sample rate.
+    A torque; the structural mode that the model lacks acts as a tuned mass (Den Hartog, Mechanical
+    Vibrations, 3.2). Not to be believed above half the sample rate.
     """
 
     label: ClassVar[str] = "unmodelled_mode"
@@ -86,7 +86,7 @@ class CubicStiffness(Effect):
         torsion = scale.output_speed / np.sqrt(sum(scale.stiffness))
         return float(1 / torsion**2)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
         settings[S.CUBIC] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

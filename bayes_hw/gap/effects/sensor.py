@@ -47,7 +47,7 @@ class EncoderEccentricity(PeriodicEffect):
 
 
 class GainAsymmetry(Effect):
-    """ratio w where w > 0: the output gains of the two directions differ, c2 / c3 = ratio (eq. 4 of the paper).
+    """ratio w where w > 0: the output gains of the directions differ, c2 / c3 = ratio (eq. 4 of the paper).
 
     The paper sets c2 = c3, which is an assumption. Not to be believed where w keeps one sign.
     """
