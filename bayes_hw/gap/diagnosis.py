@@ -167,8 +167,8 @@ def _finished(
         verdict,
         before_held[0],
         after_held[0],
-        after_held[0] - half,
-        after_held[0] + half,
+        shown_held[0] - half,
+        shown_held[0] + half,
     )
 
 

@@ -87,7 +87,8 @@ def closure(
 ) -> Closure:
     """The closed fraction with parameters and the finite record both counted.
 
-    `before`, `after` and `draws` are angles of the axis, `shown` what the encoder is expected to show of `after`.
+    `before`, `after` and `draws` are angles of the axis, `shown` what the encoder is expected to show of
+    `after`.
 
     Each of `draws` (predictions at a posterior draw) is taken for the truth in turn: the squared errors of
     `before` and `after` against it, plus what is left on the record beyond the noise, whose own scatter over
