@@ -1,0 +1,178 @@
+"""The posterior with gains and thresholds set free: its ridge, and the same in a normalized chart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identifiability.freed_gains import (
+    ALL_FREED,
+    ASYMMETRIES,
+    GAIN,
+    GAIN_NEGATIVE,
+    GAIN_POSITIVE,
+    HALF_WIDTH_NEGATIVE,
+    HALF_WIDTH_POSITIVE,
+    LOWER,
+    SLOPE,
+    UPPER,
+    FreedGains,
+)
+from bayes_hw.identifiability.scaling_group import Exponents, exponent_vector
+from bayes_hw.identify.output_error import fit_output_error, prior_scale
+from bayes_hw.infer.inference import Inference
+from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.sampler import SamplerSettings, sample
+from bayes_hw.infer.starting_point import StartingPoint, covariance_with_prior, loosen_flat_directions
+from bayes_hw.model.parameters import Parameter, as_values
+from bayes_hw.model.priors import LogNormal
+from bayes_hw.progress import Progress
+from bayes_hw.record import Record
+from bayes_hw.threads import one_blas_thread
+
+CHART: dict[str, Exponents] = {
+    LOWER: {LOWER: 1.0, SLOPE: -1.0},
+    UPPER: {UPPER: 1.0, SLOPE: -1.0},
+    HALF_WIDTH_POSITIVE: {HALF_WIDTH_POSITIVE: 1.0, GAIN_POSITIVE: 1.0},
+    GAIN: {SLOPE: 1.0, GAIN: 1.0, GAIN_POSITIVE: 1.0},
+    GAIN_NEGATIVE: {GAIN_NEGATIVE: 1.0, GAIN_POSITIVE: -1.0},
+    HALF_WIDTH_NEGATIVE: {HALF_WIDTH_NEGATIVE: 1.0, GAIN_POSITIVE: 1.0},
+}
+"""The parameters of the chart c1 = c2 = 1 as invariants of the freed ones."""
+
+
+class ChartPosterior(LogPosterior):
+    """The log-posterior in the chart c1 = c2 = 1 under the prior that the freed parameters imply there.
+
+    Independent log-normal priors of the freed parameters make the logarithms of the invariants jointly
+    normal: A mean, A covariance A^T with A the exponents of CHART. That density takes the place of the
+    chart's own independent priors, so that posteriors of invariants must equal those of the freed run.
+    """
+
+    def __init__(
+        self,
+        axis: FreedGains,
+        noise: tuple[Parameter, ...],
+        records: Sequence[Record],
+        freed: FreedGains,
+    ) -> None:
+        super().__init__(axis, noise, records)
+        self._rows = np.array([axis.names.index(name) for name in CHART])
+        exponents = np.stack([exponent_vector(CHART[name], freed.names) for name in CHART])
+        mean, variance = _log_normal_moments(freed.parameters)
+        self._implied_mean = exponents @ mean
+        self._implied_precision = np.linalg.inv((exponents * variance) @ exponents.T)
+        own_mean, own_variance = _log_normal_moments(axis.parameters)
+        self._own_mean, self._own_variance = own_mean[self._rows], own_variance[self._rows]
+
+    def __call__(self, coordinates: FloatArray) -> FloatArray:
+        logs = coordinates[:, self._rows]
+        from_implied, from_own = logs - self._implied_mean, logs - self._own_mean
+        implied = -0.5 * np.einsum("wi,ij,wj->w", from_implied, self._implied_precision, from_implied)
+        own = -0.5 * np.sum(from_own**2 / self._own_variance, axis=1)
+        return super().__call__(coordinates) + implied - own
+
+
+def sample_freed(
+    inference: Inference,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    *,
+    settings: SamplerSettings | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> tuple[Posterior, Posterior]:
+    """The posterior with everything in ALL_FREED free, and that in the chart c1 = c2 = 1 under the same prior.
+
+    Both start from `inference`, whose noise parameters they share; the second keeps c3 and the negative
+    threshold free, so that the two differ by the normalization alone.
+    """
+    given = inference.posterior.axis
+    scale, starts = given.output_scale, given.start_positions
+    freed = FreedGains(given.model, ALL_FREED, output_scale=scale, start_positions=starts)
+    chart = FreedGains(given.model, ASYMMETRIES, output_scale=scale, start_positions=starts)
+    noise = inference.start.noise_parameters
+    freed_rng, chart_rng = rng.spawn(2)
+    found = []
+    for axis, axis_rng in ((freed, freed_rng), (chart, chart_rng)):
+
+        def target(axis: FreedGains = axis) -> LogPosterior:
+            if axis is freed:
+                return LogPosterior(axis, noise, records)
+            return ChartPosterior(axis, noise, records, freed)
+
+        found.append(_sampled(target, axis, inference.start, records, axis_rng, settings, jobs, progress))
+    return found[0], found[1]
+
+
+def _sampled(  # type: ignore[no-untyped-def]
+    make_target,
+    axis: FreedGains,
+    origin: StartingPoint,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    settings: SamplerSettings | None,
+    jobs: int,
+    progress: Progress | None,
+) -> Posterior:
+    target: LogPosterior = make_target()
+    with one_blas_thread():
+        coordinates, covariance = _start(target, axis, origin, records)
+        sampling = sample(
+            make_target, coordinates, covariance, rng, settings=settings, jobs=jobs, progress=progress
+        )
+    return Posterior(
+        axis=axis,
+        noise_parameters=target.noise,
+        values=target.values(sampling.chain),
+        log_probability=sampling.log_probability,
+        point_estimate=target.values(coordinates),
+        converged=sampling.convergence.converged,
+        problems=sampling.convergence.problems,
+        seconds=sampling.seconds,
+        convergence=sampling.convergence,
+    )
+
+
+def _start(
+    target: LogPosterior, axis: FreedGains, origin: StartingPoint, records: Sequence[Record]
+) -> tuple[FloatArray, FloatArray]:
+    """Mode and covariance in coordinates, from the estimate with equal gains."""
+    noise = origin.noise
+    n_origin = len(origin.coordinates) - len(origin.noise_parameters)
+    names = origin_names(axis)[:n_origin]
+    values = as_values(axis.parameters[:n_origin], origin.coordinates[:n_origin])
+    fit = fit_output_error(
+        axis,
+        records,
+        axis.embedded(values, names),
+        autoregression=noise.autoregression,
+        sigma=noise.innovation_sigma,
+        prior=True,
+    )
+    _, prior_sd = prior_scale(axis)
+    n_axis, n_noise = len(axis.parameters), len(origin.noise_parameters)
+    covariance = np.zeros((n_axis + n_noise,) * 2)
+    covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
+    covariance[n_axis:, n_axis:] = origin.covariance[n_origin:, n_origin:]
+    coordinates = np.concatenate([fit.coordinates, origin.coordinates[n_origin:]])
+    loosen_flat_directions(target, coordinates, covariance, prior_sd)
+    return coordinates, covariance
+
+
+def origin_names(axis: FreedGains) -> tuple[str, ...]:
+    """The names of the parameters that the axis has without its freed gains: they stand first."""
+    return tuple(name for name in axis.names if name not in axis.freed)
+
+
+def _log_normal_moments(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance of log |value|; NaN where the prior is not log-normal."""
+    pairs = [
+        (np.log(abs(p.prior.median)), p.prior.log_sd**2) if isinstance(p.prior, LogNormal) else (np.nan, np.nan)
+        for p in parameters
+    ]
+    mean, variance = np.array(pairs).T
+    return mean, variance
