@@ -60,7 +60,9 @@ class FreedGains(AxisParameters):
         super().__init__(model, "dominant", output_scale=output_scale, start_positions=start_positions)
         unknown = [name for name in freed if name not in ALL_FREED]
         if unknown:
-            raise InputError(f"{unknown[0]}: is not a gain that can be freed; choose from {', '.join(ALL_FREED)}")
+            raise InputError(
+                f"{unknown[0]}: is not a gain that can be freed; choose from {', '.join(ALL_FREED)}"
+            )
         self.freed = tuple(name for name in ALL_FREED if name in freed)
         gains = model.normalization
         threshold = self.parameters[self._row[HALF_WIDTH_POSITIVE]].nominal
@@ -118,6 +120,23 @@ class FreedGains(AxisParameters):
     def _values_of(self, name: str, values: FloatArray, otherwise: FloatArray) -> FloatArray:
         row = self._row.get(name)
         return otherwise if row is None else values[row]
+
+
+def with_unit_slopes(model: HammersteinWiener) -> HammersteinWiener:
+    """The same axis with c1 = c2 = 1: its limits, gain and thresholds in the units of u and y."""
+    gains = model.normalization
+    limits, zone, linear = model.saturation, model.dead_zone, model.linear
+    return replace(
+        model,
+        saturation=replace(limits, lower=limits.lower / gains.c1, upper=limits.upper / gains.c1, gain=1.0),
+        linear=replace(linear, gain=linear.gain * gains.c1 * gains.c2),
+        dead_zone=replace(
+            zone,
+            half_width=zone.half_width * gains.c2,
+            gain_positive=1.0,
+            gain_negative=gains.c3 / gains.c2,
+        ),
+    )
 
 
 def _with_weak_prior(parameter: Parameter) -> Parameter:

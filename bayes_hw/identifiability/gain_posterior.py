@@ -85,7 +85,7 @@ def sample_freed(
     jobs: int = 1,
     progress: Progress | None = None,
 ) -> tuple[Posterior, Posterior]:
-    """The posterior with everything in ALL_FREED free, and that in the chart c1 = c2 = 1 under the same prior.
+    """The posterior with all of ALL_FREED free, and that in the chart c1 = c2 = 1 under the same prior.
 
     Both start from `inference`, whose noise parameters they share; the second keeps c3 and the negative
     threshold free, so that the two differ by the normalization alone.
@@ -171,7 +171,9 @@ def origin_names(axis: FreedGains) -> tuple[str, ...]:
 def _log_normal_moments(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Mean and variance of log |value|; NaN where the prior is not log-normal."""
     pairs = [
-        (np.log(abs(p.prior.median)), p.prior.log_sd**2) if isinstance(p.prior, LogNormal) else (np.nan, np.nan)
+        (np.log(abs(p.prior.median)), p.prior.log_sd**2)
+        if isinstance(p.prior, LogNormal)
+        else (np.nan, np.nan)
         for p in parameters
     ]
     mean, variance = np.array(pairs).T

@@ -70,9 +70,7 @@ def exponent_vector(exponents: Exponents, names: Sequence[str]) -> FloatArray:
 
 
 def generators(names: Sequence[str]) -> FloatArray:
-    """The two tangent directions of the group in log coordinates of `names`, shape (parameters, 2).
-
-    """
+    """The two tangent directions of the group in log coordinates of `names`, shape (parameters, 2)."""
     return np.stack([exponent_vector(generator, names) for generator in GENERATORS], axis=1)
 
 

@@ -150,7 +150,9 @@ def analyse_structure(
     reach = float(np.max(np.abs(model.simulate(u).w)))
     wide = replace(model, dead_zone=replace(model.dead_zone, half_width=REACH_SHARE * reach))
     axis = FreedGains(wide, freed)
-    record = Record("rich command", np.arange(len(u)) / model.sample_rate_hz, u, u, model.sample_rate_hz, model.units)
+    record = Record(
+        "rich command", np.arange(len(u)) / model.sample_rate_hz, u, u, model.sample_rate_hz, model.units
+    )
     group = acting_generators(axis.names)
     rows: list[tuple[FloatArray, int, float, float, float]] = []
     share = np.zeros(len(axis.names))
@@ -162,7 +164,9 @@ def analyse_structure(
         if found is None or found.kink > LARGEST_KINK:
             redrawn += 1
             if redrawn > MOST_REDRAWN * points:
-                raise InputError(f"{model.name}: no parameters near it show every regime; check its gain and units")
+                raise InputError(
+                    f"{model.name}: no parameters near it show every regime; check its gain and units"
+                )
             continue
         _, singular, directions = np.linalg.svd(found.matrix, full_matrices=False)
         relative = singular / singular[0]
