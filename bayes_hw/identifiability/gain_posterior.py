@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -108,8 +108,8 @@ def sample_freed(
     return found[0], found[1]
 
 
-def _sampled(  # type: ignore[no-untyped-def]
-    make_target,
+def _sampled(
+    make_target: Callable[[], LogPosterior],
     axis: FreedGains,
     origin: StartingPoint,
     records: Sequence[Record],
@@ -118,7 +118,7 @@ def _sampled(  # type: ignore[no-untyped-def]
     jobs: int,
     progress: Progress | None,
 ) -> Posterior:
-    target: LogPosterior = make_target()
+    target = make_target()
     with one_blas_thread():
         coordinates, covariance = _start(target, axis, origin, records)
         sampling = sample(

@@ -55,9 +55,10 @@ class Profile:
 
     `values` (points,), `log_likelihood` (points,) relative to the largest, `nuisance` (points, parameters)
     all parameters' values along the profile, `at_bound` for every point the names of those at a bound.
-    `lower` and `upper` say what happens to either side: "falls" past THRESHOLD; "falls at a bound" does so only while
-    another parameter is at its bound; "open" does not within REACH prior standard deviations of the prior's
-    median; "zero" is the open lower side of a half width whose upper side falls: no dead zone is as likely.
+    `lower` and `upper` say what happens to either side: "falls" past THRESHOLD; "falls at a bound" does so
+    only while another parameter is at its bound; "open" does not within REACH prior standard deviations of
+    the prior's median; "zero" is the open lower side of a half width whose upper side falls: no dead zone is
+    as likely.
     """
 
     name: str

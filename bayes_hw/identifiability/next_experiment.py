@@ -1,0 +1,285 @@
+"""The next experiment: the command expected to tell most, within what the axis may do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.csv_output import write_csv
+from bayes_hw.errors import InputError
+from bayes_hw.files import write_text_atomically
+from bayes_hw.identifiability.excitation_families import Circumstances, Family, families
+from bayes_hw.identifiability.information_gain import (
+    Belief,
+    ExpectedGain,
+    PredictedWidths,
+    expected_gain,
+    predicted_widths,
+)
+from bayes_hw.identifiability.motion_limits import MotionLimits, kept_within
+from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.progress import Progress
+from bayes_hw.record import Record
+
+SCHEMA = "bayes-hw/experiment/1"
+Score: TypeAlias = Callable[[FloatArray], float]
+"""What a command (samples,) is worth; the larger the better."""
+
+SEARCH_DRAWS = 12
+FINAL_DRAWS = 64
+STROKE_DRAWS = 32
+DURATION_S = 120.0
+EVALUATIONS = 96
+"""Commands scored in each family unless told otherwise."""
+
+SHRINKING = (1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2, 0.1, 0.05)
+"""Factors by which a command that would leave the stroke is made smaller."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """The best command of one family: its settings, samples, and by which factor the stroke made it smaller.
+
+    `gain` is None where a score of the caller's own decided, which `score` then holds.
+    """
+
+    family: str
+    label: str
+    settings: dict[str, float]
+    shrunk_by: float
+    u: FloatArray
+    score: float
+    gain: ExpectedGain | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of experiment.json."""
+        content = {
+            "family": self.family,
+            "settings": self.settings,
+            "shrunk_by": self.shrunk_by,
+            "score": self.score,
+        }
+        if self.gain is not None:
+            content |= {
+                "expected_gain_nats": self.gain.nats,
+                "standard_error_nats": self.gain.standard_error,
+            }
+        return content
+
+
+@dataclass(frozen=True)
+class PredictedInterval:
+    """The 94 % highest-density interval of one parameter now, and what the experiment is expected to leave.
+
+    `width` is the geometric mean over the belief's draws, `width_range` holds 80 % of them: how far it depends
+    on what the truth is.
+    """
+
+    name: str
+    unit: str
+    now: tuple[float, float]
+    median: float
+    width: float
+    width_range: tuple[float, float]
+
+    @property
+    def after(self) -> tuple[float, float]:
+        """The predicted interval, about today's median."""
+        return self.median - self.width / 2, self.median + self.width / 2
+
+    @property
+    def width_now(self) -> float:
+        return self.now[1] - self.now[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of experiment.json."""
+        return {
+            "unit": self.unit,
+            "hdi94_now": list(self.now),
+            "interval94_after": list(self.after),
+            "width_now": self.width_now,
+            "width_after": self.width,
+            "width_after_80_percent": list(self.width_range),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Candidates in order of their worth, the best first; `repeated` is the first record's command again.
+
+    `about` names the parameters that the gain is about.
+    """
+
+    about: tuple[str, ...]
+    circumstances: Circumstances
+    candidates: tuple[Candidate, ...]
+    repeated: Candidate | None
+    intervals: tuple[PredictedInterval, ...]
+
+    @property
+    def winner(self) -> Candidate:
+        return self.candidates[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of experiment.json."""
+        limits = self.circumstances.limits
+        return {
+            "schema": SCHEMA,
+            "about": list(self.about),
+            "method": "Laplace approximation, mean over draws of the posterior",
+            "sample_rate_hz": self.circumstances.sample_rate_hz,
+            "duration_s": self.circumstances.duration_s,
+            "limits": {
+                "velocity": limits.velocity,
+                "acceleration": limits.acceleration,
+                "stroke": [limits.lowest, limits.highest],
+            },
+            "winner": self.winner.to_dict(),
+            "candidates": [candidate.to_dict() for candidate in self.candidates],
+            "repeated": None if self.repeated is None else self.repeated.to_dict(),
+            "parameters": {interval.name: interval.to_dict() for interval in self.intervals},
+        }
+
+    def write(self, folder: Path) -> None:
+        """command.csv with columns t,u, ready to play, and experiment.json."""
+        u = self.winner.u
+        write_csv(
+            folder / "command.csv", {"t": np.arange(len(u)) / self.circumstances.sample_rate_hz, "u": u}
+        )
+        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        write_text_atomically(folder / "experiment.json", text + "\n")
+
+
+class Stroke:
+    """Makes commands that the limits allow, and that no believed axis answers beyond its stroke."""
+
+    def __init__(self, belief: Belief, limits: MotionLimits) -> None:
+        self.axis, self.limits = belief.axis, limits
+        self.values = belief.values[:STROKE_DRAWS].T
+
+    def fitted(self, u: FloatArray) -> tuple[FloatArray, float] | None:
+        """The command within the limits and the factor it was made smaller by; None where none fits."""
+        rate = self.axis.model.sample_rate_hz
+        for factor in SHRINKING:
+            allowed = kept_within(factor * u, self.limits, rate)
+            record = Record("trial", np.arange(len(u)) / rate, allowed, allowed, rate, self.axis.model.units)
+            if self.limits.hold(simulated_outputs(self.axis, self.values, [record])[0]):
+                return allowed, factor
+        return None
+
+
+def search(
+    family: Family, stroke: Stroke, score: Score, rng: np.random.Generator, evaluations: int = EVALUATIONS
+) -> Candidate | None:
+    """The best command of one family by differential evolution over its settings; None where none fits."""
+    count = len(family.settings)
+    population = max(2, -(-16 // count))
+    generations = max(0, evaluations // (population * count) - 1)
+    found: dict[bytes, tuple[float, Candidate | None]] = {}
+
+    def cost(shares: FloatArray) -> float:
+        key = shares.tobytes()
+        if key not in found:
+            settings = family.values(np.clip(shares, 0.0, 1.0))
+            fitted = stroke.fitted(family.make(settings))
+            if fitted is None:
+                found[key] = (-np.inf, None)
+            else:
+                u, factor = fitted
+                value = score(u)
+                candidate = Candidate(family.name, family.label, settings, factor, u, value)
+                found[key] = (value if np.isfinite(value) else -np.inf, candidate)
+        value = found[key][0]
+        return -value if np.isfinite(value) else 1e6
+
+    differential_evolution(
+        cost,
+        [(0.0, 1.0)] * count,
+        maxiter=generations,
+        popsize=population,
+        init="sobol",
+        polish=False,
+        tol=0.0,
+        rng=rng,
+    )
+    return max(found.values(), key=lambda entry: entry[0])[1]
+
+
+def design_experiment(
+    posterior: Posterior,
+    circumstances: Circumstances,
+    rng: np.random.Generator,
+    *,
+    about: Sequence[str] = (),
+    repeated_command: FloatArray | None = None,
+    evaluations: int = EVALUATIONS,
+    progress: Progress | None = None,
+) -> Design:
+    """The command of largest expected information gain about the parameters `about` (all when empty).
+
+    Each family is searched with few draws of the posterior, the same for all; the best of every family are
+    then compared with FINAL_DRAWS others. `repeated_command` is scored beside them.
+    """
+    progress = progress or Progress(quiet=True)
+    final_rng, search_rng, *family_rngs = rng.spawn(2 + 8)
+    belief = Belief.of(posterior, FINAL_DRAWS, final_rng)
+    searched = Belief.of(posterior, SEARCH_DRAWS, search_rng)
+    rows = belief.rows(about)
+    stroke = Stroke(belief, circumstances.limits)
+    chosen = families(circumstances, posterior.axis.model.units.input)
+    candidates = []
+    with progress.task("families of commands", len(chosen)) as task:
+        for done, (family, family_rng) in enumerate(zip(chosen, family_rngs, strict=False), start=1):
+            best = search(
+                family, stroke, lambda u: expected_gain(searched, u, rows).nats, family_rng, evaluations
+            )
+            if best is not None:
+                candidates.append(_with_gain(best, belief, rows))
+            task.reach(done, family.label)
+    candidates.sort(key=lambda candidate: -candidate.score)
+    if not candidates:
+        raise InputError("stroke: no command of any family keeps the axis within it; widen --stroke")
+    winner = candidates[0]
+    assert winner.gain is not None
+    repeated = None
+    if repeated_command is not None:
+        same = Candidate("repeat", "first record's command again", {}, 1.0, repeated_command, 0.0)
+        repeated = _with_gain(same, belief, rows)
+    return Design(
+        about=tuple(belief.axis.names[row] for row in rows),
+        circumstances=circumstances,
+        candidates=tuple(candidates),
+        repeated=repeated,
+        intervals=_intervals(posterior, predicted_widths(belief, winner.gain.covariances)),
+    )
+
+
+def _with_gain(candidate: Candidate, belief: Belief, rows: Sequence[int]) -> Candidate:
+    gain = expected_gain(belief, candidate.u, rows)
+    return replace(candidate, score=gain.nats, gain=gain)
+
+
+def _intervals(posterior: Posterior, after: PredictedWidths) -> tuple[PredictedInterval, ...]:
+    found = []
+    for i, name in enumerate(after.names):
+        if name in posterior.names and not name.startswith("start"):
+            summary = posterior.summaries[name]
+            found.append(
+                PredictedInterval(
+                    name,
+                    summary.unit,
+                    summary.hdi94,
+                    summary.median,
+                    float(after.width[i]),
+                    (float(after.low[i]), float(after.high[i])),
+                )
+            )
+    return tuple(found)
