@@ -64,6 +64,12 @@ class Setting:
             return self.low * (self.high / self.low) ** share
         return self.low + share * (self.high - self.low)
 
+    def share(self, value: float) -> float:
+        """The inverse of `value`."""
+        if self.logarithmic:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
 
 @dataclass(frozen=True)
 class Family:
@@ -77,6 +83,10 @@ class Family:
     def values(self, shares: FloatArray) -> dict[str, float]:
         """Settings at shares (settings,) of their ranges."""
         return {s.name: s.value(float(share)) for s, share in zip(self.settings, shares, strict=True)}
+
+    def shares(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The shares of their ranges at which the settings have these values."""
+        return {s.name: s.share(values[s.name]) for s in self.settings}
 
 
 def families(circumstances: Circumstances, input_unit: str) -> tuple[Family, ...]:
@@ -98,7 +108,7 @@ def families(circumstances: Circumstances, input_unit: str) -> tuple[Family, ...
         Family(
             "amplitude_modulated_sweep",
             "amplitude-modulated sweep",
-            (amplitude, stop, offset, modulation, Setting("depth", "", 0.3, 1.0, logarithmic=False)),
+            (amplitude, stop, offset, modulation, Setting("depth", "", 0.0, 1.0, logarithmic=False)),
             partial(_amplitude_modulated, c),
         ),
         Family(

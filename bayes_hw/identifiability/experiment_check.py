@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identifiability.information_gain import Belief
+from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.calibration import stationary_autoregression
@@ -25,10 +25,10 @@ TOLERANCE = 0.2
 
 @dataclass(frozen=True, eq=False)
 class WidthCheck:
-    """Obtained widths of 94 % intervals, `obtained` (replicates, parameters), beside the predicted ones.
+    """Obtained widths of 94 % intervals beside those predicted, both (replicates, parameters).
 
-    Every replicate takes another draw of the posterior for the truth. `ratio` is the geometric mean of the
-    obtained widths over the predicted one, a number a parameter.
+    Every replicate takes another draw of the posterior for the truth, and what is predicted is the width for
+    that truth. `ratio` (parameters,) is the geometric mean over the replicates of obtained over predicted.
     """
 
     names: tuple[str, ...]
@@ -38,7 +38,7 @@ class WidthCheck:
 
     @property
     def ratio(self) -> FloatArray:
-        return np.asarray(np.exp(np.mean(np.log(self.obtained), axis=0)) / self.predicted)
+        return np.asarray(np.exp(np.mean(np.log(self.obtained / self.predicted), axis=0)))
 
     @property
     def largest_error(self) -> float:
@@ -59,7 +59,7 @@ class WidthCheck:
             "converged": list(self.converged),
             "parameters": {
                 name: {
-                    "predicted_width": float(self.predicted[i]),
+                    "predicted_widths": self.predicted[:, i].tolist(),
                     "obtained_widths": self.obtained[:, i].tolist(),
                     "ratio": float(self.ratio[i]),
                 }
@@ -105,7 +105,8 @@ def check_design(
             obtained.append([high - low for low, high in widths])
             converged.append(again.converged)
             task.reach(number + 1)
-    predicted = np.array([interval.width for interval in design.intervals])
+    after = expected_gain(belief, design.winner.u, belief.rows(names)).covariances
+    predicted = predicted_widths(belief, after)[:, belief.rows(names)]
     return WidthCheck(names, predicted, np.array(obtained), tuple(converged))
 
 

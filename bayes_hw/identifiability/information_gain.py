@@ -40,9 +40,9 @@ LEAST_VARIANCE = 1e-12
 class Belief:
     """Draws of what is known before the experiment.
 
-    `axis` is that of the new record alone; `values` (draws, parameters), `covariance` (parameters, parameters)
-    of all posterior draws in coordinates; `sigma` (draws,) and `partial` (order, draws) are the noise's marginal
-    standard deviation and partial autocorrelations in every draw.
+    `axis` is that of the new record alone; `values` (draws, parameters), `covariance` (parameters,
+    parameters) of all posterior draws in coordinates; `sigma` (draws,) and `partial` (order, draws) are the
+    noise's marginal standard deviation and partial autocorrelations in every draw.
     """
 
     axis: AxisParameters
@@ -137,31 +137,15 @@ def updated_covariances(covariance: FloatArray, information: FloatArray) -> Floa
     return np.asarray(factor @ np.linalg.inv(inner) @ factor.T)
 
 
-@dataclass(frozen=True, eq=False)
-class PredictedWidths:
-    """Widths of the 94 % intervals that an experiment is expected to leave, arrays (parameters,), in units of
-    the values: the geometric mean over the draws, and the range that holds 80 % of them."""
-
-    names: tuple[str, ...]
-    width: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-
-def predicted_widths(belief: Belief, covariances: FloatArray) -> PredictedWidths:
-    """Widths in values of intervals that are central in coordinates."""
+def predicted_widths(belief: Belief, covariances: FloatArray) -> FloatArray:
+    """Widths (draws, parameters) in values of the 94 % intervals, central in coordinates, that an experiment
+    would leave if each draw of the belief were the truth."""
     reach = float(special.ndtri(0.5 + INTERVAL_PROBABILITY / 2))
     parameters = belief.axis.parameters
     centre = as_coordinates(parameters, belief.values.T)
     sd = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2)).T
     low, high = (as_values(parameters, centre + side * reach * sd) for side in (-1, 1))
-    widths = np.abs(high - low)
-    return PredictedWidths(
-        belief.axis.names,
-        np.exp(np.mean(np.log(widths), axis=1)),
-        np.quantile(widths, 0.1, axis=1),
-        np.quantile(widths, 0.9, axis=1),
-    )
+    return np.abs(high - low).T
 
 
 def _start_variance(parameter: Parameter) -> float:

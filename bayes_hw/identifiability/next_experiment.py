@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution, minimize
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
@@ -19,7 +19,6 @@ from bayes_hw.identifiability.excitation_families import Circumstances, Family, 
 from bayes_hw.identifiability.information_gain import (
     Belief,
     ExpectedGain,
-    PredictedWidths,
     expected_gain,
     predicted_widths,
 )
@@ -37,8 +36,11 @@ SEARCH_DRAWS = 12
 FINAL_DRAWS = 64
 STROKE_DRAWS = 32
 DURATION_S = 120.0
-EVALUATIONS = 96
+EVALUATIONS = 240
 """Commands scored in each family unless told otherwise."""
+
+GLOBAL_SHARE = 0.6
+"""Share of them spent on the whole range of the settings, the rest near the best found."""
 
 SHRINKING = (1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2, 0.1, 0.05)
 """Factors by which a command that would leave the stroke is made smaller."""
@@ -79,8 +81,8 @@ class Candidate:
 class PredictedInterval:
     """The 94 % highest-density interval of one parameter now, and what the experiment is expected to leave.
 
-    `width` is the geometric mean over the belief's draws, `width_range` holds 80 % of them: how far it depends
-    on what the truth is.
+    `width` is the geometric mean over the belief's draws, `width_range` holds 80 % of them: how far it
+    depends on what the truth is.
     """
 
     name: str
@@ -177,12 +179,24 @@ class Stroke:
 
 
 def search(
-    family: Family, stroke: Stroke, score: Score, rng: np.random.Generator, evaluations: int = EVALUATIONS
+    family: Family,
+    stroke: Stroke,
+    score: Score,
+    rng: np.random.Generator,
+    evaluations: int = EVALUATIONS,
+    hint: Mapping[str, float] | None = None,
 ) -> Candidate | None:
-    """The best command of one family by differential evolution over its settings; None where none fits."""
+    """The best command of one family over its settings; None where none fits the stroke.
+
+    Differential evolution, then a simplex from the best. `hint` gives shares of the settings' ranges to begin
+    with, those not named at their low ends: so that a sweep with modulation is never worse than a plain one.
+    """
     count = len(family.settings)
-    population = max(2, -(-16 // count))
-    generations = max(0, evaluations // (population * count) - 1)
+    members = 2 ** int(np.ceil(np.log2(max(8, 3 * count))))
+    generations = max(0, round(GLOBAL_SHARE * evaluations / members) - 1)
+    begin = None
+    if hint:
+        begin = np.array([hint.get(setting.name, 0.0) for setting in family.settings])
     found: dict[bytes, tuple[float, Candidate | None]] = {}
 
     def cost(shares: FloatArray) -> float:
@@ -200,15 +214,24 @@ def search(
         value = found[key][0]
         return -value if np.isfinite(value) else 1e6
 
-    differential_evolution(
+    bounds = Bounds(np.zeros(count), np.ones(count))
+    whole = differential_evolution(
         cost,
-        [(0.0, 1.0)] * count,
+        bounds,
         maxiter=generations,
-        popsize=population,
+        popsize=-(-members // count),
         init="sobol",
         polish=False,
         tol=0.0,
         rng=rng,
+        x0=begin,
+    )
+    minimize(
+        cost,
+        whole.x,
+        method="Nelder-Mead",
+        bounds=bounds,
+        options={"maxfev": max(1, evaluations - len(found)), "xatol": 1e-3, "fatol": 1e-3},
     )
     return max(found.values(), key=lambda entry: entry[0])[1]
 
@@ -235,14 +258,18 @@ def design_experiment(
     rows = belief.rows(about)
     stroke = Stroke(belief, circumstances.limits)
     chosen = families(circumstances, posterior.axis.model.units.input)
+
+    def score(u: FloatArray) -> float:
+        return expected_gain(searched, u, rows).nats
+
     candidates = []
+    hint: dict[str, float] = {}
     with progress.task("families of commands", len(chosen)) as task:
         for done, (family, family_rng) in enumerate(zip(chosen, family_rngs, strict=False), start=1):
-            best = search(
-                family, stroke, lambda u: expected_gain(searched, u, rows).nats, family_rng, evaluations
-            )
+            best = search(family, stroke, score, family_rng, evaluations, hint)
             if best is not None:
                 candidates.append(_with_gain(best, belief, rows))
+                hint = hint or family.shares(best.settings)
             task.reach(done, family.label)
     candidates.sort(key=lambda candidate: -candidate.score)
     if not candidates:
@@ -258,7 +285,7 @@ def design_experiment(
         circumstances=circumstances,
         candidates=tuple(candidates),
         repeated=repeated,
-        intervals=_intervals(posterior, predicted_widths(belief, winner.gain.covariances)),
+        intervals=_intervals(posterior, belief, predicted_widths(belief, winner.gain.covariances)),
     )
 
 
@@ -267,10 +294,13 @@ def _with_gain(candidate: Candidate, belief: Belief, rows: Sequence[int]) -> Can
     return replace(candidate, score=gain.nats, gain=gain)
 
 
-def _intervals(posterior: Posterior, after: PredictedWidths) -> tuple[PredictedInterval, ...]:
+def _intervals(posterior: Posterior, belief: Belief, widths: FloatArray) -> tuple[PredictedInterval, ...]:
+    """Intervals of the axis's parameters now and after, from `widths` (draws, parameters)."""
+    low, high = np.quantile(widths, [0.1, 0.9], axis=0)
+    mean = np.exp(np.mean(np.log(widths), axis=0))
     found = []
-    for i, name in enumerate(after.names):
-        if name in posterior.names and not name.startswith("start"):
+    for i, name in enumerate(belief.axis.names):
+        if not name.startswith("start"):
             summary = posterior.summaries[name]
             found.append(
                 PredictedInterval(
@@ -278,8 +308,8 @@ def _intervals(posterior: Posterior, after: PredictedWidths) -> tuple[PredictedI
                     summary.unit,
                     summary.hdi94,
                     summary.median,
-                    float(after.width[i]),
-                    (float(after.low[i]), float(after.high[i])),
+                    float(mean[i]),
+                    (float(low[i]), float(high[i])),
                 )
             )
     return tuple(found)

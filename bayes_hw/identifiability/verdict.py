@@ -22,8 +22,8 @@ RULES = (
     f"exactly flat: at least {FLAT_SHARE:g} of the parameter's direction lies in the null space of the"
     " structure",
     f"prior-dominated: contraction below {PRIOR_DOMINATED_BELOW:g}, or the profile log-likelihood does not"
-    f" fall by {THRESHOLD:g} on one side within {REACH:g} prior standard deviations, or falls there only because"
-    " another parameter stands at its bound",
+    f" fall by {THRESHOLD:g} on one side within {REACH:g} prior standard deviations, or falls there only"
+    " because another parameter stands at its bound",
     f"weakly identified: contraction below {STRONG_CONTRACTION:g}, or sensitivity to the prior of"
     f" {SENSITIVE:g} or more, or a half width that may as well be zero",
     "identified: everything else",
