@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
+from bayes_hw.commands import design_experiment, identifiability
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
@@ -41,7 +42,7 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 """
 
 
-MODULES: tuple[Any, ...] = ()
+MODULES: tuple[Any, ...] = (identifiability, design_experiment)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"

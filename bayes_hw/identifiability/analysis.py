@@ -180,8 +180,8 @@ def _spectra(
     noise = inference.start.noise
     runs = (
         ("all gains free", freed),
-        ("c1 = c2 = 1", chart),
-        ("paper: c1 = c2 = c3 = 1, equal thresholds", inference.posterior),
+        ("c₁ = c₂ = 1", chart),
+        ("paper: c₁ = c₂ = c₃ = 1, δ₋ = δ₊", inference.posterior),
     )
     return tuple(
         information_spectrum(

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.csv_output import write_csv
+from bayes_hw.files import write_text_atomically
 from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
 from bayes_hw.identify.output_error import simulated_outputs
@@ -108,6 +112,14 @@ def check_design(
     after = expected_gain(belief, design.winner.u, belief.rows(names)).covariances
     predicted = predicted_widths(belief, after)[:, belief.rows(names)]
     return WidthCheck(names, predicted, np.array(obtained), tuple(converged))
+
+
+def write_design(folder: Path, design: Design, check: WidthCheck | None = None) -> None:
+    """command.csv with columns t,u, ready to play, and experiment.json with the check where there is one."""
+    u = design.winner.u
+    write_csv(folder / "command.csv", {"t": np.arange(len(u)) / design.circumstances.sample_rate_hz, "u": u})
+    content = design.to_dict() | ({} if check is None else {"check": check.to_dict()})
+    write_text_atomically(folder / "experiment.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def _simulated(design: Design, belief: Belief, draw: int, rng: np.random.Generator) -> Record:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.record import Record
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,30 @@ class MotionLimits:
         steps = np.abs(np.diff(u, prepend=0.0, append=0.0)) * sample_rate_hz
         slack = 1 + 1e-9
         return bool(np.max(np.abs(u)) <= self.velocity * slack and np.max(steps) <= self.acceleration * slack)
+
+
+def limits_for(
+    records: Sequence[Record],
+    velocity: float | None = None,
+    acceleration: float | None = None,
+    stroke: Sequence[float] | None = None,
+) -> MotionLimits:
+    """The limits as given, and what is not given as large as the records show that the axis has done before.
+
+    Raises InputError when one is neither given nor can be read off records.
+    """
+    if not records and (velocity is None or acceleration is None or stroke is None):
+        raise InputError(
+            "--velocity, --acceleration and --stroke: give all three; the posterior holds no records to take"
+            " them from"
+        )
+    if velocity is None:
+        velocity = max(float(np.max(np.abs(record.u))) for record in records)
+    if acceleration is None:
+        acceleration = max(float(np.max(np.abs(np.diff(r.u)))) * r.sample_rate_hz for r in records)
+    if stroke is None:
+        stroke = min(float(r.y.min()) for r in records), max(float(r.y.max()) for r in records)
+    return MotionLimits(velocity, acceleration, stroke[0], stroke[1])
 
 
 def kept_within(u: FloatArray, limits: MotionLimits, sample_rate_hz: float) -> FloatArray:

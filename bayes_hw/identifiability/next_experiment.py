@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
 from bayes_hw.identifiability.excitation_families import Circumstances, Family, families
 from bayes_hw.identifiability.information_gain import (
     Belief,
@@ -117,7 +113,8 @@ class PredictedInterval:
 class Design:
     """Candidates in order of their worth, the best first; `repeated` is the first record's command again.
 
-    `about` names the parameters that the gain is about.
+    `about` names the parameters that the gain is about; `outputs` (draws, samples) is what draws of the
+    posterior answer the winner with.
     """
 
     about: tuple[str, ...]
@@ -125,6 +122,7 @@ class Design:
     candidates: tuple[Candidate, ...]
     repeated: Candidate | None
     intervals: tuple[PredictedInterval, ...]
+    outputs: FloatArray
 
     @property
     def winner(self) -> Candidate:
@@ -150,15 +148,6 @@ class Design:
             "parameters": {interval.name: interval.to_dict() for interval in self.intervals},
         }
 
-    def write(self, folder: Path) -> None:
-        """command.csv with columns t,u, ready to play, and experiment.json."""
-        u = self.winner.u
-        write_csv(
-            folder / "command.csv", {"t": np.arange(len(u)) / self.circumstances.sample_rate_hz, "u": u}
-        )
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-        write_text_atomically(folder / "experiment.json", text + "\n")
-
 
 class Stroke:
     """Makes commands that the limits allow, and that no believed axis answers beyond its stroke."""
@@ -167,13 +156,17 @@ class Stroke:
         self.axis, self.limits = belief.axis, limits
         self.values = belief.values[:STROKE_DRAWS].T
 
+    def outputs(self, u: FloatArray) -> FloatArray:
+        """y (draws, samples) of the believed axes for the command u (samples,)."""
+        rate = self.axis.model.sample_rate_hz
+        record = Record("trial", np.arange(len(u)) / rate, u, u, rate, self.axis.model.units)
+        return simulated_outputs(self.axis, self.values, [record])[0]
+
     def fitted(self, u: FloatArray) -> tuple[FloatArray, float] | None:
         """The command within the limits and the factor it was made smaller by; None where none fits."""
-        rate = self.axis.model.sample_rate_hz
         for factor in SHRINKING:
-            allowed = kept_within(factor * u, self.limits, rate)
-            record = Record("trial", np.arange(len(u)) / rate, allowed, allowed, rate, self.axis.model.units)
-            if self.limits.hold(simulated_outputs(self.axis, self.values, [record])[0]):
+            allowed = kept_within(factor * u, self.limits, self.axis.model.sample_rate_hz)
+            if self.limits.hold(self.outputs(allowed)):
                 return allowed, factor
         return None
 
@@ -286,6 +279,7 @@ def design_experiment(
         candidates=tuple(candidates),
         repeated=repeated,
         intervals=_intervals(posterior, belief, predicted_widths(belief, winner.gain.covariances)),
+        outputs=stroke.outputs(winner.u),
     )
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report.document import Figure
 from bayes_hw.report.drawing import drawable, drawing_settings, finished, new_canvas, plain_log_ticks, wrapped
-from bayes_hw.report.palette import GREEN, INK, MUTED, POSTERIOR, PRIOR, VERMILLION
-from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.palette import GREEN, INK, MUTED, ORANGE, POSTERIOR, PRIOR, VERMILLION
+from bayes_hw.report.rounding import format_percent
 
 CLOUD_DRAWS = 1_500
 HISTOGRAM_BINS = 40
@@ -52,55 +52,53 @@ def ridge(panels: Sequence[RidgePanel]) -> Figure:
             for sds in (1.0, 2.0):
                 x = panel.prior_mean[0] + sds * panel.prior_sd[0] * np.cos(angle)
                 y = panel.prior_mean[1] + sds * panel.prior_sd[1] * np.sin(angle)
-                axes.plot(x, y, color=PRIOR, linestyle="--", linewidth=0.8)
+                axes.plot(10**x, 10**y, color=PRIOR, linestyle="--", linewidth=0.8)
+            axes.plot(*(10**panel.orbit.T), color=ORANGE, linewidth=5.0, alpha=0.45, solid_capstyle="butt")
             kept = slice(None, None, max(1, len(panel.x) // CLOUD_DRAWS))
             axes.plot(
-                panel.x[kept],
-                panel.y[kept],
+                10 ** panel.x[kept],
+                10 ** panel.y[kept],
                 ".",
                 color=POSTERIOR,
-                markersize=2.0,
-                alpha=0.5,
+                markersize=1.8,
+                alpha=0.6,
                 markeredgewidth=0,
                 rasterized=True,
             )
-            axes.plot(*panel.orbit.T, color=VERMILLION, linewidth=1.0)
-            _limits(axes, panel)
-            _powers_of_ten(axes)
+            _logarithmic(axes, panel)
             axes.set(xlabel=panel.x_label, ylabel=panel.y_label)
             axes.set_title(f"known: {panel.known}", weight="normal")
         canvas.legend(
             handles=[
                 Line2D([], [], color=PRIOR, linestyle="--", label="prior, 1 and 2 sd"),
                 Line2D([], [], color=POSTERIOR, marker=".", linestyle="", label="posterior, all gains free"),
-                Line2D([], [], color=VERMILLION, label="orbit: same output everywhere"),
+                Line2D([], [], color=ORANGE, alpha=0.45, linewidth=5, label="orbit: same output everywhere"),
             ],
             loc="outside upper center",
             ncols=3,
         )
         return finished(
             canvas,
-            "The ridge of the posterior with all gains free, on logarithmic axes. Every point of the orange "
-            "line gives the same output to the last digit: it is the orbit of the scaling group v → a v, "
-            "w → b w through the middle of the draws. Along it only the priors (dashed) place the draws; "
-            "across it the records do, more narrowly than the line is wide where the draws cannot be seen "
-            "beside it.",
+            "The ridge of the posterior with all gains free, on logarithmic axes. Every point of the pale "
+            "line gives the same output to rounding: it is the orbit of the scaling group v → a v, w → b w "
+            "through the middle of the draws. Along it only the priors (dashed) place the draws; across it "
+            "the records do, mostly more narrowly than a dot is wide.",
             f"{len(panels)} scatter plots of draws that lie along straight lines.",
         )
 
 
-def _limits(axes: Axes, panel: RidgePanel) -> None:
-    for place, draws, index in (("x", panel.x, 0), ("y", panel.y, 1)):
-        reach = max(2.2 * panel.prior_sd[index], 1.1 * float(np.max(np.abs(draws - panel.prior_mean[index]))))
-        ends = (panel.prior_mean[index] - reach, panel.prior_mean[index] + reach)
-        axes.set_xlim(ends) if place == "x" else axes.set_ylim(ends)
-
-
-def _powers_of_ten(axes: Axes) -> None:
-    """Label axes in log10 with the values themselves."""
+def _logarithmic(axes: Axes, panel: RidgePanel) -> None:
+    """Logarithmic axes that hold two prior standard deviations and every draw, labelled 1, 2, 5, 10, ..."""
+    axes.set(xscale="log", yscale="log")
+    ends = []
+    for draws, mean, sd in zip((panel.x, panel.y), panel.prior_mean, panel.prior_sd, strict=True):
+        reach = max(2.2 * float(sd), 1.1 * float(np.max(np.abs(draws - mean))))
+        ends.append((10 ** (mean - reach), 10 ** (mean + reach)))
+    axes.set(xlim=ends[0], ylim=ends[1])
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5))
-        axis.set_major_formatter(lambda value, _: format_number(10.0**value, 2))
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_locator(NullLocator())
 
 
 @dataclass(frozen=True)

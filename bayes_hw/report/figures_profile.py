@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -129,10 +128,9 @@ def nuisance_paths(panels: Sequence[ProfilePanel]) -> Figure:
 
 
 def _label(axes: Axes, panel: ProfilePanel) -> None:
-    axes.set_xlabel(wrapped(with_unit(panel.label, panel.unit), 24), size=8)
-    low, high = float(np.min(panel.values)), float(np.max(panel.values))
-    narrow = high - low < 0.02 * max(abs(low), abs(high))
-    axes.xaxis.set_major_locator(MaxNLocator(2 if narrow else 3))
+    axes.set_xlabel(wrapped(with_unit(panel.label, panel.unit), 20), size=8)
+    axes.xaxis.set_major_locator(MaxNLocator(2))
+    axes.tick_params(labelsize=7.5)
 
 
 def _style(index: int) -> str:

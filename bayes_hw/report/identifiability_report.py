@@ -141,8 +141,8 @@ def _verdict_section(result: Identifiability) -> Section:
             _number(v.contraction),
             v.lower_side or "",
             v.upper_side or "",
-            _number(v.prior_sensitivity),
-            _number(v.likelihood_sensitivity),
+            _number(v.prior_sensitivity, 2),
+            _number(v.likelihood_sensitivity, 2),
         )
         for v in result.verdicts
     )
@@ -260,8 +260,8 @@ def _words(verdict: ParameterVerdict) -> str:
     return parameter_name(verdict.name).words
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else format_number(value, 3)
+def _number(value: float | None, digits: int = 3) -> str:
+    return "" if value is None else format_number(value, digits)
 
 
 def _root(root: complex) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.identifiability.analysis import Identifiability
 from bayes_hw.identifiability.asymmetry import PRIOR_LOG_SDS, REFERENCE_LOG_SD, SUBSTANTIAL
 from bayes_hw.identifiability.freed_gains import (
@@ -36,7 +36,7 @@ from bayes_hw.report.figures_identifiability import (
 )
 from bayes_hw.report.figures_profile import ProfilePanel, nuisance_paths, profiles
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import format_estimate, format_interval, format_number
+from bayes_hw.report.rounding import MINUS, format_estimate, format_interval, format_number
 
 SETTING_WORDS = {
     "c1 = 1": "c₁ = 1",
@@ -101,7 +101,7 @@ def _gain_panel(result: Identifiability) -> RidgePanel:
 def _axis_label(result: Identifiability, name: str) -> str:
     parameter = result.freed.axis.parameters[result.freed.axis.names.index(name)]
     sign = "−" if parameter.nominal < 0 else ""
-    words = f"{sign}{parameter_name(name).symbol}"
+    words = f"{sign}{_symbol(name)}"
     return f"{words} ({parameter.unit})" if parameter.unit else words
 
 
@@ -129,9 +129,9 @@ def structure_section(result: Identifiability) -> Section:
                 f"At {len(s.flat)} points drawn about the model, {len(s.names)} parameters were moved one "
                 "by one and the output differentiated, on a command that reaches both limits and crosses "
                 "the dead zone. A singular value of that sensitivity matrix counts as flat below "
-                f"{FLAT_BELOW:g} of the largest, and the next one must be {SMALLEST_GAP:g} times as large "
-                f"as the largest flat one. Found: {sorted(set(s.flat.tolist()))} flat directions, {agrees} "
-                f"as the scaling group has dimensions ({s.expected}); smallest gap "
+                f"{format_number(FLAT_BELOW, 1)} of the largest, and the next one must be {SMALLEST_GAP:g} "
+                f"times as large as the largest flat one. Found: {_counts(s.flat)} flat directions, "
+                f"{agrees} as the scaling group has dimensions ({s.expected}); smallest gap "
                 f"{format_number(float(s.gap.min()), 2)}, largest principal angle between the null space "
                 f"and the group {format_number(float(s.angle.max()), 2)} rad. Finite steps along the group, "
                 "by factors of several, changed the output by at most "
@@ -160,10 +160,14 @@ def structure_section(result: Identifiability) -> Section:
     )
 
 
+def _counts(flat: IntArray) -> str:
+    return " or ".join(str(count) for count in sorted(set(flat.tolist())))
+
+
 def ridge_section(result: Identifiability) -> Section:
     """Contraction, and the invariants in both runs."""
     rows = [
-        ContractionRow(parameter_name(c.name).symbol, c.contraction, c.by_pooling)
+        ContractionRow(_symbol(c.name), c.contraction, c.by_pooling)
         for c in (*result.raw_contractions, *result.invariant_contractions)
     ]
     table = tuple(
@@ -171,8 +175,8 @@ def ridge_section(result: Identifiability) -> Section:
             parameter_name(row.invariant.name).symbol,
             format_estimate(row.freed.mean, row.freed.sd, row.freed.unit),
             format_estimate(row.chart.mean, row.chart.sd, row.chart.unit),
-            f"{row.mean_score:+.1f}",
-            f"{row.sd_score:+.1f}",
+            _signed(row.mean_score),
+            _signed(row.sd_score),
         )
         for row in result.agreement.rows
     )
@@ -197,7 +201,7 @@ def ridge_section(result: Identifiability) -> Section:
                 ),
                 tuple(
                     (
-                        parameter_name(c.name).symbol,
+                        _symbol(c.name),
                         format_number(c.prior_log_sd, 2),
                         format_number(c.posterior_log_sd, 2),
                         f"{c.contraction:.4f}",
@@ -275,7 +279,16 @@ def assumption_section(result: Identifiability) -> Section:
 
 
 def _factor(value: tuple[float, float]) -> str:
-    return f"{value[0]:+.2f} ± {value[1]:.2f}".replace("-", "−")
+    return f"{_signed(value[0], 2)} ± {value[1]:.2f}"
+
+
+def _signed(value: float, decimals: int = 1) -> str:
+    return f"{value:+.{decimals}f}".replace("-", MINUS)
+
+
+def _symbol(name: str) -> str:
+    """The symbol of a parameter beside a negative threshold of its own."""
+    return "δ₊" if name == HALF_WIDTH_POSITIVE else parameter_name(name).symbol
 
 
 def spectrum_section(result: Identifiability) -> Section:
@@ -285,7 +298,7 @@ def spectrum_section(result: Identifiability) -> Section:
         (
             spectrum.label,
             format_number(float(spectrum.eigenvalues[i]), 2),
-            ", ".join(f"{parameter_name(name).symbol} {part:+.2f}" for name, part in spectrum.components(i)),
+            ", ".join(f"{_symbol(name)} {_signed(part, 2)}" for name, part in spectrum.components(i)),
         )
         for spectrum in result.spectra
         for i in range(len(spectrum.eigenvalues))
