@@ -93,7 +93,7 @@ def run(parsed: argparse.Namespace) -> None:
         Circumstances(model.sample_rate_hz, parsed.duration, limits, model.saturation, parsed.seed),
         rng,
         about=parsed.about,
-        repeated_command=records[0].u if records else None,
+        records=records,
         evaluations=parsed.evaluations,
         progress=progress,
     )

@@ -61,9 +61,7 @@ def run(parsed: argparse.Namespace) -> None:
     if not result.converged:
         warn("NOT CONVERGED: see identifiability.json")
     if not result.agreement.agrees:
-        warn(
-            f"invariants with and without the gains free differ: {result.agreement.largest:.1f} standard errors"
-        )
+        warn(f"invariants with and without the gains free differ by {result.agreement.largest:.1f} errors")
     if parsed.quiet:
         return
     for verdict in result.verdicts:

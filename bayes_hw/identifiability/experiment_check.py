@@ -90,7 +90,7 @@ def check_design(
     """
     progress = progress or Progress(quiet=True)
     belief_rng, noise_rng, infer_rng = rng.spawn(3)
-    belief = Belief.of(posterior, replicates, belief_rng)
+    belief = Belief.of(posterior, replicates, belief_rng, records)
     names = tuple(interval.name for interval in design.intervals)
     obtained, converged = [], []
     with progress.task("simulated experiments", replicates) as task:

@@ -235,19 +235,20 @@ def design_experiment(
     rng: np.random.Generator,
     *,
     about: Sequence[str] = (),
-    repeated_command: FloatArray | None = None,
+    records: Sequence[Record] = (),
     evaluations: int = EVALUATIONS,
     progress: Progress | None = None,
 ) -> Design:
     """The command of largest expected information gain about the parameters `about` (all when empty).
 
     Each family is searched with few draws of the posterior, the same for all; the best of every family are
-    then compared with FINAL_DRAWS others. `repeated_command` is scored beside them.
+    then compared with FINAL_DRAWS others. `records` are those that the posterior was sampled with; the first
+    one's command is scored beside the others.
     """
     progress = progress or Progress(quiet=True)
     final_rng, search_rng, *family_rngs = rng.spawn(2 + 8)
-    belief = Belief.of(posterior, FINAL_DRAWS, final_rng)
-    searched = Belief.of(posterior, SEARCH_DRAWS, search_rng)
+    belief = Belief.of(posterior, FINAL_DRAWS, final_rng, records)
+    searched = Belief.of(posterior, SEARCH_DRAWS, search_rng, records)
     rows = belief.rows(about)
     stroke = Stroke(belief, circumstances.limits)
     chosen = families(circumstances, posterior.axis.model.units.input)
@@ -270,8 +271,8 @@ def design_experiment(
     winner = candidates[0]
     assert winner.gain is not None
     repeated = None
-    if repeated_command is not None:
-        same = Candidate("repeat", "first record's command again", {}, 1.0, repeated_command, 0.0)
+    if records:
+        same = Candidate("repeat", "first record's command again", {}, 1.0, records[0].u, 0.0)
         repeated = _with_gain(same, belief, rows)
     return Design(
         about=tuple(belief.axis.names[row] for row in rows),

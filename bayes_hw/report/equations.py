@@ -74,10 +74,10 @@ SCALING_GROUP = Formula(
 """The scaling group of the gains."""
 
 INFORMATION_GAIN = Formula(
-    "U = 1/2 EE_theta [log det C_psi - log det C_psi (theta)], quad C(theta) = (C^(-1) + F(theta))^(-1)",
-    "the expected gain U is half the expectation over theta of the log-determinant of the covariance of psi "
-    "before less that after, where the covariance after is the inverse of the inverse covariance before plus "
-    "the Fisher information at theta",
+    "U = 1/2 (log det C_psi - EE_theta log det C_psi (theta)), quad C(theta) = (P(theta) + F(theta))^(-1)",
+    "the expected gain U is half the log-determinant of the covariance of psi before, less half the "
+    "expectation over theta of that after, which is the inverse of what was known near theta plus the "
+    "Fisher information of the experiment there",
 )
 """The Laplace approximation of the expected information gain."""
 

@@ -295,8 +295,9 @@ def _method_section(design: Design) -> Section:
     blocks: list[Block] = [
         Equation(
             equations.INFORMATION_GAIN,
-            "ψ are the parameters asked about; C is the covariance of the posterior's draws and F(θ) the "
-            "Fisher information of the experiment, in coordinates where priors are nearly normal.",
+            "ψ are the parameters asked about; C is the covariance of the posterior's draws, P(θ) the "
+            "precision that prior and earlier records give near the draw θ, and F(θ) the Fisher "
+            "information of the experiment, in coordinates where priors are nearly normal.",
         ),
         Paragraph("ψ: " + ", ".join(parameter_name(name).words for name in design.about) + "."),
         Bullets(
