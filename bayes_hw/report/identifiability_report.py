@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 
 from bayes_hw.identifiability.analysis import Identifiability
 from bayes_hw.identifiability.asymmetry import REFERENCE_LOG_SD
@@ -29,7 +30,7 @@ from bayes_hw.report.identifiability_sections import (
     structure_section,
 )
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import format_number
+from bayes_hw.report.rounding import MINUS, format_estimate, format_interval, format_number
 
 STATES: dict[str, State] = {
     "identified": "good",
@@ -39,8 +40,13 @@ STATES: dict[str, State] = {
 }
 
 
-def identifiability_report(result: Identifiability, provenance: Provenance) -> Report:
-    """The report whose first page answers: which numbers come from the records, which from us?"""
+def identifiability_report(
+    result: Identifiability, provenance: Provenance, others: Mapping[str, Identifiability] | None = None
+) -> Report:
+    """The report whose first page answers: which numbers come from the records, which from us?
+
+    `others` are analyses to set beside it, under their names.
+    """
     return Report(
         title=f"{result.title}: what the records can tell",
         subtitle="Identifiability of a Hammerstein-Wiener servo axis",
@@ -56,6 +62,7 @@ def identifiability_report(result: Identifiability, provenance: Provenance) -> R
             profile_section(result),
             _cancellation_section(result),
             _convergence_section(result),
+            *((_comparison_section(result, others),) if others else ()),
             _limits_section(),
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
@@ -237,6 +244,46 @@ def _convergence_section(result: Identifiability) -> Section:
         if run.problems
     ]
     return Section("Convergence", tuple(blocks))
+
+
+def _comparison_section(result: Identifiability, others: Mapping[str, Identifiability]) -> Section:
+    every = {result.title: result, **others}
+    names = list(dict.fromkeys(v.name for each in every.values() for v in each.verdicts))
+    verdicts = [{v.name: v.verdict for v in each.verdicts} for each in every.values()]
+    tests = tuple(
+        (
+            title,
+            parameter_name(test.name).symbol,
+            format_estimate(test.ratio.mean, test.ratio.sd),
+            format_interval(*test.ratio.hdi94),
+            f"{test.log10_bayes_factor[REFERENCE_LOG_SD][0]:+.1f}".replace("-", MINUS),
+            test.decision + (" *" if test.extrapolated else ""),
+            "yes" if each.agreement.agrees else "no",
+        )
+        for title, each in every.items()
+        for test in each.assumptions
+    )
+    return Section(
+        "Beside other records",
+        (
+            Table(
+                ("parameter", *every),
+                tuple(
+                    (parameter_name(name).words, *(found.get(name, "") for found in verdicts))
+                    for name in names
+                ),
+                "Verdicts on other records, by the same rules.",
+            ),
+            Table(
+                ("records", "ratio", "posterior", "94 % HDI", "log₁₀ BF", "equality", "invariants agree"),
+                tests,
+                "The two assumptions on each, and whether the invariants of the run with all gains free "
+                "agree with those of the normalized run. Bayes factors for a prior of log sd "
+                f"{REFERENCE_LOG_SD:g}; * from a normal fit to draws that do not reach one.",
+                (2, 3, 4),
+            ),
+        ),
+    )
 
 
 def _limits_section() -> Section:
