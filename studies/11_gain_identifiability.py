@@ -1,8 +1,8 @@
 """What do the paper's settings c1 = c2 = c3 = 1 and +-delta cost? Four twins of the Nanshan 26 m axis.
 
 The gains are set free on the twin of study 02, where the paper's settings are true; on one whose dead zone
-has unequal slopes and thresholds; on records that never reach a limit; and on records that start away from zero,
-at an unknown state, and never come near the dead zone. Writes report.html, report.pdf, results.json.
+has unequal slopes and thresholds; on records that never reach a limit; and on records that start away from
+zero, at an unknown state, and never come near the dead zone. Writes report.html, report.pdf, results.json.
 """
 
 from __future__ import annotations

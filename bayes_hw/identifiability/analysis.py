@@ -16,7 +16,7 @@ from bayes_hw.files import write_text_atomically
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
 from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes
-from bayes_hw.identifiability.gain_posterior import sample_freed
+from bayes_hw.identifiability.gain_posterior import FreedRuns, implied_log_sd, sample_freed
 from bayes_hw.identifiability.invariance import Agreement, Contraction, compare_invariants, contractions
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
 from bayes_hw.identifiability.profile import Profile, profile_likelihoods
@@ -28,7 +28,6 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.priors import LogNormal
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 
@@ -126,27 +125,25 @@ def analyse_identifiability(
     inference = infer(model, records, infer_rng, start=start, settings=settings, jobs=jobs, progress=progress)
     with progress.stage("flat directions"):
         structure = analyse_structure(model, structure_rng, points=points)
-    freed, chart = sample_freed(
-        inference, records, freed_rng, settings=settings, jobs=jobs, progress=progress
-    )
+    runs = sample_freed(inference, records, freed_rng, settings=settings, jobs=jobs, progress=progress)
     with progress.stage("profile likelihoods and spectra"):
-        profiles = _profiles(inference, chart, records)
-        spectra = _spectra(inference, freed, chart, records)
-    raw, kept = contractions(freed)
+        profiles = _profiles(inference, runs, records)
+        spectra = _spectra(inference, runs, records)
+    raw, kept = contractions(runs.freed)
     return Identifiability(
         title=title,
         records=tuple(records),
         inference=inference,
         structure=structure,
-        freed=freed,
-        chart=chart,
-        agreement=compare_invariants(freed, chart),
+        freed=runs.freed,
+        chart=runs.chart,
+        agreement=compare_invariants(runs.freed, runs.chart),
         raw_contractions=raw,
         invariant_contractions=kept,
-        assumptions=check_assumptions(freed),
+        assumptions=check_assumptions(runs.freed),
         spectra=spectra,
         profiles=profiles,
-        verdicts=_verdicts(inference, chart, profiles, records),
+        verdicts=_verdicts(inference, runs, profiles, records),
         flat=flat_verdicts(
             structure.names, dict(zip(structure.names, structure.flat_share.tolist(), strict=True))
         ),
@@ -158,11 +155,13 @@ def _axis_values(posterior: Posterior) -> FloatArray:
     return posterior.point_estimate[: len(posterior.axis.parameters)]
 
 
-def _profiles(inference: Inference, chart: Posterior, records: Sequence[Record]) -> tuple[Profile, ...]:
+def _profiles(inference: Inference, runs: FreedRuns, records: Sequence[Record]) -> tuple[Profile, ...]:
     """Those of the paper's parameters, and of c3 and the negative threshold in the chart c1 = c2 = 1."""
-    noise = inference.start.noise
     found: list[Profile] = []
-    for posterior, names in ((inference.posterior, None), (chart, ASYMMETRIES)):
+    for posterior, noise, names in (
+        (inference.posterior, inference.start.noise, None),
+        (runs.chart, runs.noise, ASYMMETRIES),
+    ):
         found += profile_likelihoods(
             posterior.axis,
             _axis_values(posterior),
@@ -174,25 +173,22 @@ def _profiles(inference: Inference, chart: Posterior, records: Sequence[Record])
     return tuple(found)
 
 
-def _spectra(
-    inference: Inference, freed: Posterior, chart: Posterior, records: Sequence[Record]
-) -> tuple[Spectrum, ...]:
-    noise = inference.start.noise
-    runs = (
-        ("all gains free", freed),
-        ("c₁ = c₂ = 1", chart),
-        ("paper: c₁ = c₂ = c₃ = 1, δ₋ = δ₊", inference.posterior),
+def _spectra(inference: Inference, runs: FreedRuns, records: Sequence[Record]) -> tuple[Spectrum, ...]:
+    chosen = (
+        ("all gains free", runs.freed, runs.noise),
+        ("c₁ = c₂ = 1", runs.chart, runs.noise),
+        ("paper: c₁ = c₂ = c₃ = 1, δ₋ = δ₊", inference.posterior, inference.start.noise),
     )
     return tuple(
         information_spectrum(
             label, run.axis, _axis_values(run), records, noise.autoregression, noise.innovation_sigma
         )
-        for label, run in runs
+        for label, run, noise in chosen
     )
 
 
 def _verdicts(
-    inference: Inference, chart: Posterior, profiles: Sequence[Profile], records: Sequence[Record]
+    inference: Inference, runs: FreedRuns, profiles: Sequence[Profile], records: Sequence[Record]
 ) -> tuple[ParameterVerdict, ...]:
     posterior = inference.posterior
     profile_of = {profile.name: profile for profile in profiles}
@@ -200,10 +196,10 @@ def _verdicts(
     verdicts = [
         verdict_on(name, contraction, profile_of.get(name), scaling.get(name))
         for name, contraction in posterior.contraction.items()
+        if not name.startswith("start")
     ]
     for name in ASYMMETRIES:
-        prior = chart.axis.parameters[chart.names.index(name)].prior
-        assert isinstance(prior, LogNormal)
-        spread = float(np.std(np.log(chart.chains(name))))
-        verdicts.append(verdict_on(name, 1 - (spread / prior.log_sd) ** 2, profile_of[name]))
+        spread = float(np.std(np.log(runs.chart.chains(name))))
+        prior = implied_log_sd(name, runs.freed.axis.parameters)
+        verdicts.append(verdict_on(name, 1 - (spread / prior) ** 2, profile_of[name]))
     return tuple(verdicts)

@@ -112,8 +112,8 @@ def log_posterior_density(draws: FloatArray, point: float) -> float:
     """log of the density of `draws` (draws,) at `point`.
 
     A kernel estimate that starts from a normal fit, f(x) mean[K(x - x_i) / f(x_i)] (Hjort and Glad,
-    doi 10.1214/aos/1176324627), free of bias where the draws are normal; the normal fit alone where fewer than
-    LEAST_TAIL of the draws lie beyond the point.
+    doi 10.1214/aos/1176324627), free of bias where the draws are normal; the normal fit alone where fewer
+    than LEAST_TAIL of the draws lie beyond the point.
     """
     mean, sd = float(np.mean(draws)), float(np.std(draws))
     beyond = min(float(np.mean(draws <= point)), float(np.mean(draws >= point)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,13 +22,21 @@ from bayes_hw.identifiability.freed_gains import (
     FreedGains,
 )
 from bayes_hw.identifiability.scaling_group import Exponents, exponent_vector
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.infer.inference import Inference
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings, sample
-from bayes_hw.infer.starting_point import StartingPoint, covariance_with_prior, loosen_flat_directions
-from bayes_hw.model.parameters import Parameter, as_values
+from bayes_hw.infer.starting_point import (
+    REFITS,
+    covariance_with_prior,
+    loosen_flat_directions,
+    noise_covariance,
+    split_by_record,
+)
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.model.priors import LogNormal
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
@@ -76,6 +85,14 @@ class ChartPosterior(LogPosterior):
         return super().__call__(coordinates) + implied - own
 
 
+class FreedRuns(NamedTuple):
+    """Posteriors with all of ALL_FREED free and in the chart c1 = c2 = 1, and the noise both start from."""
+
+    freed: Posterior
+    chart: Posterior
+    noise: NoiseEstimate
+
+
 def sample_freed(
     inference: Inference,
     records: Sequence[Record],
@@ -84,35 +101,61 @@ def sample_freed(
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
-) -> tuple[Posterior, Posterior]:
+) -> FreedRuns:
     """The posterior with all of ALL_FREED free, and that in the chart c1 = c2 = 1 under the same prior.
 
-    Both start from `inference`, whose noise parameters they share; the second keeps c3 and the negative
-    threshold free, so that the two differ by the normalization alone.
+    The second keeps c3 and the negative threshold free, so that the two differ by the normalization alone.
+    Both start from the estimate of `inference`; their noise parameters are centred on what the chart's own
+    least-squares fit leaves, since unequal gains would otherwise pass for noise.
     """
     given = inference.posterior.axis
     scale, starts = given.output_scale, given.start_positions
     freed = FreedGains(given.model, ALL_FREED, output_scale=scale, start_positions=starts)
     chart = FreedGains(given.model, ASYMMETRIES, output_scale=scale, start_positions=starts)
-    noise = inference.start.noise_parameters
+    estimate = as_values(given.parameters, inference.start.coordinates[: len(given.parameters)])
+    values, noise = _chart_fit(chart, chart.embedded(estimate, given.names), records, inference.start.noise)
+    sampled_noise = noise_parameters(noise, given.model.units.output)
     freed_rng, chart_rng = rng.spawn(2)
-    found = []
-    for axis, axis_rng in ((freed, freed_rng), (chart, chart_rng)):
 
-        def target(axis: FreedGains = axis) -> LogPosterior:
-            if axis is freed:
-                return LogPosterior(axis, noise, records)
-            return ChartPosterior(axis, noise, records, freed)
+    def freed_target() -> LogPosterior:
+        return LogPosterior(freed, sampled_noise, records)
 
-        found.append(_sampled(target, axis, inference.start, records, axis_rng, settings, jobs, progress))
-    return found[0], found[1]
+    def chart_target() -> LogPosterior:
+        return ChartPosterior(chart, sampled_noise, records, freed)
+
+    found = [
+        _sampled(make_target, axis.embedded(values, chart.names), noise, axis_rng, settings, jobs, progress)
+        for make_target, axis, axis_rng in (
+            (freed_target, freed, freed_rng),
+            (chart_target, chart, chart_rng),
+        )
+    ]
+    return FreedRuns(found[0], found[1], noise)
+
+
+def _chart_fit(
+    chart: FreedGains, start: FloatArray, records: Sequence[Record], noise: NoiseEstimate
+) -> tuple[FloatArray, NoiseEstimate]:
+    """Least-squares values (parameters,) in the chart and the noise that they leave."""
+    values = start
+    for _ in range(REFITS):
+        fit = fit_output_error(
+            chart,
+            records,
+            values,
+            autoregression=noise.autoregression,
+            sigma=noise.innovation_sigma,
+            prior=True,
+        )
+        values = fit.values
+        noise = estimate_noise(split_by_record(fit.residuals, records))
+    return values, noise
 
 
 def _sampled(
     make_target: Callable[[], LogPosterior],
-    axis: FreedGains,
-    origin: StartingPoint,
-    records: Sequence[Record],
+    start: FloatArray,
+    noise: NoiseEstimate,
     rng: np.random.Generator,
     settings: SamplerSettings | None,
     jobs: int,
@@ -120,12 +163,12 @@ def _sampled(
 ) -> Posterior:
     target = make_target()
     with one_blas_thread():
-        coordinates, covariance = _start(target, axis, origin, records)
+        coordinates, covariance = _start(target, start, noise)
         sampling = sample(
             make_target, coordinates, covariance, rng, settings=settings, jobs=jobs, progress=progress
         )
     return Posterior(
-        axis=axis,
+        axis=target.axis,
         noise_parameters=target.noise,
         values=target.values(sampling.chain),
         log_probability=sampling.log_probability,
@@ -137,43 +180,40 @@ def _sampled(
     )
 
 
-def _start(
-    target: LogPosterior, axis: FreedGains, origin: StartingPoint, records: Sequence[Record]
-) -> tuple[FloatArray, FloatArray]:
-    """Mode and covariance in coordinates, from the estimate with equal gains."""
-    noise = origin.noise
-    n_origin = len(origin.coordinates) - len(origin.noise_parameters)
-    names = origin_names(axis)[:n_origin]
-    values = as_values(axis.parameters[:n_origin], origin.coordinates[:n_origin])
+def _start(target: LogPosterior, start: FloatArray, noise: NoiseEstimate) -> tuple[FloatArray, FloatArray]:
+    """Mode and covariance in coordinates, from values (parameters,) near the mode."""
+    axis, records = target.axis, target.records
     fit = fit_output_error(
         axis,
         records,
-        axis.embedded(values, names),
+        start,
         autoregression=noise.autoregression,
         sigma=noise.innovation_sigma,
         prior=True,
     )
     _, prior_sd = prior_scale(axis)
-    n_axis, n_noise = len(axis.parameters), len(origin.noise_parameters)
-    covariance = np.zeros((n_axis + n_noise,) * 2)
+    n_axis, samples = len(axis.parameters), sum(len(record) for record in records)
+    covariance = np.zeros((target.dimension,) * 2)
     covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = origin.covariance[n_origin:, n_origin:]
-    coordinates = np.concatenate([fit.coordinates, origin.coordinates[n_origin:]])
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, samples)
+    noise_nominal = np.array([parameter.nominal for parameter in target.noise])
+    coordinates = np.concatenate([fit.coordinates, as_coordinates(target.noise, noise_nominal)])
     loosen_flat_directions(target, coordinates, covariance, prior_sd)
     return coordinates, covariance
 
 
-def origin_names(axis: FreedGains) -> tuple[str, ...]:
-    """The names of the parameters that the axis has without its freed gains: they stand first."""
-    return tuple(name for name in axis.names if name not in axis.freed)
+def implied_log_sd(name: str, freed: Sequence[Parameter]) -> float:
+    """Standard deviation of the logarithm of one of CHART under the priors of the freed parameters."""
+    _, variance = _log_normal_moments(freed)
+    return float(np.sqrt(exponent_vector(CHART[name], [p.name for p in freed]) ** 2 @ variance))
 
 
 def _log_normal_moments(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
-    """Mean and variance of log |value|; NaN where the prior is not log-normal."""
+    """Mean and variance of log |value|; zero where the prior is not log-normal, which no exponent meets."""
     pairs = [
-        (np.log(abs(p.prior.median)), p.prior.log_sd**2)
+        (float(np.log(abs(p.prior.median))), p.prior.log_sd**2)
         if isinstance(p.prior, LogNormal)
-        else (np.nan, np.nan)
+        else (0.0, 0.0)
         for p in parameters
     ]
     mean, variance = np.array(pairs).T

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -37,6 +37,11 @@ REACH = 3.0
 
 BOUND = 6.0
 AT_BOUND = 1e-3
+PUSHING = 0.05
+"""A parameter at its bound is held back by it when the log-likelihood would gain more than this a prior
+standard deviation beyond; one that changes nothing may stand there as well as anywhere."""
+
+PULL = 1e-3
 POINTS_A_SIDE = 14
 FIRST_STEP = 0.5
 AIM = DEEPEST / 7
@@ -108,6 +113,15 @@ class Profile:
         }
 
 
+class _Point(NamedTuple):
+    """Coordinates (parameters,), the log-likelihood up to a constant, and the parameters that their bounds
+    hold back there."""
+
+    coordinates: FloatArray
+    log_likelihood: float
+    at_bound: tuple[str, ...]
+
+
 class _Misfit:
     """Half the whitened sum of squares as a least-squares problem in the coordinates that are not held."""
 
@@ -134,8 +148,11 @@ class _Misfit:
         ]
         return np.nan_to_num(np.concatenate(parts, axis=1), nan=1e6, posinf=1e6, neginf=-1e6)
 
-    def minimised(self, start: FloatArray, held: int | None) -> tuple[FloatArray, float]:
-        """Coordinates with all but `held` re-estimated from `start`, and the log-likelihood there."""
+    def minimised(self, start: FloatArray, held: int | None) -> _Point:
+        """The point with all but `held` re-estimated from `start`.
+
+        A pull towards the start, far too weak to count, keeps parameters that change nothing in place.
+        """
         free = [i for i in range(len(start)) if i != held]
         scale = self.prior_sd[free]
 
@@ -145,22 +162,26 @@ class _Misfit:
             return coordinates
 
         def residual(x: FloatArray) -> FloatArray:
-            return self.residuals(at(x[:, None]))[0]
+            return np.concatenate([self.residuals(at(x[:, None]))[0], PULL * (x - begin)])
 
         def jacobian(x: FloatArray) -> FloatArray:
             step = DIFFERENCE_STEP / scale
             trials = np.concatenate([x[:, None] + np.diag(step), x[:, None] - np.diag(step)], axis=1)
             rows = self.residuals(at(trials))
-            return ((rows[: len(x)] - rows[len(x) :]) / (2 * step[:, None])).T
+            slopes = ((rows[: len(x)] - rows[len(x) :]) / (2 * step[:, None])).T
+            return np.concatenate([slopes, PULL * np.eye(len(x))])
 
         low, high = self.lowest[free] / scale, self.highest[free] / scale
-        inside = np.clip(start[free] / scale, low + 1e-9, high - 1e-9)
+        begin = np.clip(start[free] / scale, low + 1e-9, high - 1e-9)
         found = least_squares(
-            residual, inside, jac=jacobian, bounds=(low, high), x_scale="jac", max_nfev=EVALUATIONS, ftol=1e-7
+            residual, begin, jac=jacobian, bounds=(low, high), x_scale="jac", max_nfev=EVALUATIONS, ftol=1e-7
         )
         coordinates = start.copy()
         coordinates[free] = found.x * scale
-        return coordinates, -float(found.cost)
+        close = (found.x < low + AT_BOUND) | (found.x > high - AT_BOUND)
+        pushed = close & (np.abs(found.grad) > PUSHING)
+        names = tuple(self.axis.names[i] for i, held_back in zip(free, pushed, strict=True) if held_back)
+        return _Point(coordinates, self.log_likelihood(coordinates), names)
 
     def log_likelihood(self, coordinates: FloatArray) -> float:
         """Log-likelihood of one point (parameters,), up to a constant."""
@@ -172,11 +193,6 @@ class _Misfit:
         values = as_values(self.axis.parameters, coordinates[:, None])
         information = fisher_information(self.axis, values, self.records, *noise)[0]
         return np.sqrt(np.diag(covariance_with_prior(information, self.prior_sd)))
-
-    def at_bound(self, coordinates: FloatArray, held: int) -> tuple[str, ...]:
-        reach = AT_BOUND * self.prior_sd
-        close = (coordinates < self.lowest + reach) | (coordinates > self.highest - reach)
-        return tuple(name for i, name in enumerate(self.axis.names) if close[i] and i != held)
 
 
 def profile_likelihoods(
@@ -194,81 +210,79 @@ def profile_likelihoods(
     """
     misfit = _Misfit(axis, records, autoregression, innovation_sigma)
     chosen = [name for name in axis.names if not name.startswith("start")] if names is None else names
-    best, top = misfit.minimised(as_coordinates(axis.parameters, start), None)
+    best = misfit.minimised(as_coordinates(axis.parameters, start), None)
     for _ in range(1 + MOST_RESTARTS):
-        widths = misfit.widths(best)
+        widths = misfit.widths(best.coordinates)
         sides_of = {
-            row: [_follow(misfit, best, top, row, side, FIRST_STEP * widths[row]) for side in (-1, 1)]
+            row: [_follow(misfit, best, row, side, FIRST_STEP * widths[row]) for side in (-1, 1)]
             for row in (axis.names.index(name) for name in chosen)
         }
         found = [point for sides in sides_of.values() for side in sides for point in side]
-        better, reached = max(found, key=lambda point: point[1])
-        if reached < top + CLEARLY_BETTER:
+        better = max(found, key=lambda point: point.log_likelihood)
+        if better.log_likelihood < best.log_likelihood + CLEARLY_BETTER:
             break
-        best, top = misfit.minimised(better, None)
-    top = max(top, reached)
-    return tuple(_profile(misfit, best, top, row, sides) for row, sides in sides_of.items())
+        best = misfit.minimised(better.coordinates, None)
+    top = max(best.log_likelihood, better.log_likelihood)
+    return tuple(_profile(axis, best, top, row, sides) for row, sides in sides_of.items())
 
 
-_Point = tuple[FloatArray, float]
-
-
-def _follow(
-    misfit: _Misfit, best: FloatArray, top: float, row: int, side: int, first_step: float
-) -> list[_Point]:
+def _follow(misfit: _Misfit, best: _Point, row: int, side: int, first_step: float) -> list[_Point]:
     """Points outward from the estimate; the steps aim at equal falls of the log-likelihood."""
-    end = max(side * (misfit.median[row] - best[row]) + REACH * misfit.prior_sd[row], misfit.prior_sd[row])
-    step, distance, level = first_step, 0.0, top
-    current, points = best, list[_Point]()
+    origin, top = best.coordinates[row], best.log_likelihood
+    end = max(side * (misfit.median[row] - origin) + REACH * misfit.prior_sd[row], misfit.prior_sd[row])
+    step, distance, current = first_step, 0.0, best
+    points: list[_Point] = []
     refinements = 0
     while len(points) < POINTS_A_SIDE and distance < end * (1 - 1e-9):
         further = min(distance + step, end)
-        trial = current.copy()
-        trial[row] = best[row] + side * further
-        found, reached = misfit.minimised(trial, row)
-        if top - reached > DEEPEST and level - reached > DEEPEST / 2 and refinements < MOST_REFINEMENTS:
+        trial = current.coordinates.copy()
+        trial[row] = origin + side * further
+        found = misfit.minimised(trial, row)
+        fall = current.log_likelihood - found.log_likelihood
+        deep = top - found.log_likelihood > DEEPEST
+        if deep and fall > DEEPEST / 2 and refinements < MOST_REFINEMENTS:
             refinements += 1
             step = (further - distance) / 3
             continue
-        points.append((found, reached))
-        if top - reached > DEEPEST:
+        points.append(found)
+        if deep:
             break
-        fall = level - reached
         step *= LARGEST_GROWTH if fall <= 0 else float(np.clip(AIM / fall, 0.5, LARGEST_GROWTH))
-        current, level, distance = found, reached, further
+        current, distance = found, further
     return points
 
 
-def _profile(misfit: _Misfit, best: FloatArray, top: float, row: int, sides: list[list[_Point]]) -> Profile:
-    parameters = misfit.axis.parameters
-    points = [*reversed(sides[0]), (best, misfit.log_likelihood(best)), *sides[1]]
-    nuisance = as_values(parameters, np.stack([coordinates for coordinates, _ in points], axis=1)).T
-    level = np.array([reached for _, reached in points]) - top
-    held = [misfit.at_bound(coordinates, row) for coordinates, _ in points]
-    towards = [_side(misfit, top, row, side) for side in sides]
+def _profile(axis: AxisParameters, best: _Point, top: float, row: int, sides: list[list[_Point]]) -> Profile:
+    parameter = axis.parameters[row]
+    points = [*reversed(sides[0]), best, *sides[1]]
+    coordinates = np.stack([point.coordinates for point in points], axis=1)
+    nuisance = as_values(axis.parameters, coordinates).T
+    level = np.array([point.log_likelihood for point in points]) - top
+    held = [point.at_bound for point in points]
+    towards = [_side(top, side) for side in sides]
     estimate = float(nuisance[len(sides[0]), row])
-    if towards[0] == "open" and towards[1] != "open" and "half_width" in parameters[row].name:
+    if towards[0] == "open" and towards[1] != "open" and "half_width" in parameter.name:
         towards[0] = "zero"
     if nuisance[0, row] > nuisance[-1, row]:
         nuisance, level, held, towards = nuisance[::-1], level[::-1], held[::-1], towards[::-1]
     return Profile(
-        name=parameters[row].name,
-        unit=parameters[row].unit,
+        name=parameter.name,
+        unit=parameter.unit,
         estimate=estimate,
         values=nuisance[:, row].copy(),
         log_likelihood=level,
         nuisance=nuisance,
-        names=misfit.axis.names,
+        names=axis.names,
         at_bound=tuple(held),
         lower=towards[0],
         upper=towards[1],
     )
 
 
-def _side(misfit: _Misfit, top: float, row: int, points: list[_Point]) -> Side:
-    for coordinates, reached in points:
-        if top - reached > THRESHOLD:
-            return "falls at a bound" if misfit.at_bound(coordinates, row) else "falls"
+def _side(top: float, points: list[_Point]) -> Side:
+    for point in points:
+        if top - point.log_likelihood > THRESHOLD:
+            return "falls at a bound" if point.at_bound else "falls"
     return "open"
 
 

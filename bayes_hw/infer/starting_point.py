@@ -65,7 +65,7 @@ def starting_point(
     n_axis, samples = len(axis.parameters), len(fit.residuals)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, samples)
     coordinates = np.concatenate([fit.coordinates, noise_coordinates])
     loosen_flat_directions(LogPosterior(axis, sampled, records), coordinates, covariance, prior_sd)
     return StartingPoint(coordinates, covariance, noise, sampled, starts)
@@ -114,7 +114,7 @@ def covariance_with_prior(information: FloatArray, prior_sd: FloatArray) -> Floa
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
 
 
-def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
+def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
     autocorrelations kappa, (1 + p, 1 + p).
 

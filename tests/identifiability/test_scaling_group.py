@@ -35,7 +35,9 @@ def test_the_group_changes_no_output(
     np.testing.assert_allclose(after, before, atol=1e-12)
 
 
-def test_moving_one_parameter_along_alone_does(small_axis: HammersteinWiener, swinging_record: Record) -> None:
+def test_moving_one_parameter_along_alone_does(
+    small_axis: HammersteinWiener, swinging_record: Record
+) -> None:
     """The check above can fail: leaving c3 behind changes the output."""
     axis = FreedGains(small_axis)
     moved = transformed(axis.nominal, axis.names, 1.0, 2.0)
@@ -61,7 +63,8 @@ def test_monomials_keep_signs(small_axis: HammersteinWiener) -> None:
 
 
 @pytest.mark.parametrize(
-    ("freed", "dimension"), [(ALL_FREED, 2), ((SLOPE,), 1), (ASYMMETRIES, 0), ((SLOPE, GAIN_POSITIVE), 1), ((), 0)]
+    ("freed", "dimension"),
+    [(ALL_FREED, 2), ((SLOPE,), 1), (ASYMMETRIES, 0), ((SLOPE, GAIN_POSITIVE), 1), ((), 0)],
 )
 def test_holding_gains_breaks_symmetries(
     small_axis: HammersteinWiener, freed: tuple[str, ...], dimension: int

@@ -12,9 +12,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 
-def test_output_is_its_own_slope_in_the_log_gain(
-    small_axis: HammersteinWiener, small_record: Record
-) -> None:
+def test_output_is_its_own_slope_in_the_log_gain(small_axis: HammersteinWiener, small_record: Record) -> None:
     """d y / d log g = w outside the dead zone and zero inside; the same of delta is -sign(w) delta there."""
     axis = AxisParameters(small_axis)
     w = small_axis.simulate(small_record.u).w

@@ -1,4 +1,4 @@
-"""The flat directions found numerically are those of the scaling group, at every point and for every subset."""
+"""The flat directions found numerically are those of the scaling group, at every point and every subset."""
 
 from __future__ import annotations
 
@@ -42,9 +42,7 @@ def test_settings_are_told_apart(small_axis: HammersteinWiener) -> None:
     assert kinds == {"c1 = 1": True, "c2 = 1": True, "c3 = c2": False, "delta- = delta+": False}
 
 
-def test_a_wrong_group_is_found_out(
-    small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wrong_group_is_found_out(small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch) -> None:
     """The angle sees a generator that forgets one parameter."""
     right = structure.acting_generators
 
