@@ -113,7 +113,7 @@ def sample_freed(
     freed = FreedGains(given.model, ALL_FREED, output_scale=scale, start_positions=starts)
     chart = FreedGains(given.model, ASYMMETRIES, output_scale=scale, start_positions=starts)
     estimate = as_values(given.parameters, inference.start.coordinates[: len(given.parameters)])
-    values, noise = _chart_fit(chart, chart.embedded(estimate, given.names), records, inference.start.noise)
+    values, noise = _chart_fit(chart, chart.embedded(estimate, given.names), records)
     sampled_noise = noise_parameters(noise, given.model.units.output)
     freed_rng, chart_rng = rng.spawn(2)
 
@@ -134,10 +134,14 @@ def sample_freed(
 
 
 def _chart_fit(
-    chart: FreedGains, start: FloatArray, records: Sequence[Record], noise: NoiseEstimate
+    chart: FreedGains, start: FloatArray, records: Sequence[Record]
 ) -> tuple[FloatArray, NoiseEstimate]:
-    """Least-squares values (parameters,) in the chart and the noise that they leave."""
-    values = start
+    """Least-squares values (parameters,) in the chart and the noise that they leave.
+
+    Plain residuals first: whitening by the noise of a poorer fit would hide what equal gains could not say.
+    """
+    plain = fit_output_error(chart, records, start)
+    values, noise = plain.values, estimate_noise(split_by_record(plain.residuals, records))
     for _ in range(REFITS):
         fit = fit_output_error(
             chart,

@@ -41,4 +41,4 @@ def _short_pilot() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def swinging_record(small_axis: HammersteinWiener) -> Record:
     """1152 samples that pass both limits and both sides of the dead zone."""
-    return swinging(small_axis, 1)
+    return swinging(small_axis, 3)
