@@ -77,6 +77,8 @@ def run(parsed: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     out, progress = Path(parsed.out), Progress(parsed.quiet)
+    if not parsed.duration > 0:
+        raise InputError(f"--duration {parsed.duration:g}: must be positive")
     for option, value, least in (("--evaluations", parsed.evaluations, 16), ("--check", parsed.check, 0)):
         if value < least:
             raise InputError(f"{option} {value}: must be {least} or more")

@@ -23,6 +23,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 
+DEFAULT_SETTINGS = SamplerSettings()
 TOLERANCE = 0.2
 """Predicted and obtained widths agree within this share."""
 
@@ -89,6 +90,7 @@ def check_design(
     record.
     """
     progress = progress or Progress(quiet=True)
+    settings = settings or DEFAULT_SETTINGS
     belief_rng, noise_rng, infer_rng = rng.spawn(3)
     belief = Belief.of(posterior, replicates, belief_rng, records)
     names = tuple(interval.name for interval in design.intervals)

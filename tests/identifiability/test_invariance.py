@@ -21,10 +21,10 @@ from bayes_hw.record import Record
 SHORT = SamplerSettings(ensembles=4, walkers=32, max_steps=200, target_ess=1000)
 
 
-def sampled(model: HammersteinWiener, record: Record) -> FreedRuns:
+def sampled(model: HammersteinWiener, record: Record, settings: SamplerSettings = SHORT) -> FreedRuns:
     first, second = np.random.default_rng(1).spawn(2)
-    inference = infer(model, [record], first, settings=SHORT)
-    return sample_freed(inference, [record], second, settings=SHORT)
+    inference = infer(model, [record], first, settings=settings)
+    return sample_freed(inference, [record], second, settings=settings)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,8 @@ def test_true_assumptions_are_supported(runs: FreedRuns) -> None:
 
 def test_unequal_slopes_contradict_the_assumption(small_axis: HammersteinWiener) -> None:
     """c3 = 1.15 c2 in the measured axis; the thresholds are equal in output units and so are not."""
-    runs = sampled(small_axis, swinging(small_axis, 2, gain_negative=1.15))
+    shorter = replace(SHORT, ensembles=2, max_steps=75)
+    runs = sampled(small_axis, swinging(small_axis, 2, gain_negative=1.15), shorter)
     slopes, _ = check_assumptions(runs.freed)
     assert slopes.decision == "contradicted"
     assert slopes.ratio.hdi94[0] < 1.15 < slopes.ratio.hdi94[1]

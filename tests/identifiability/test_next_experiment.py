@@ -89,8 +89,9 @@ def test_the_command_is_ready_to_play(design: Design, tmp_path: Path) -> None:
     assert set(content["parameters"]) == {interval.name for interval in design.intervals}
 
 
-def test_too_short_a_stroke_is_refused(posterior: Posterior) -> None:
-    tight = MotionLimits(2.0, 20.0, -1e-9, 1e-9)
+def test_a_stroke_that_no_command_keeps_is_refused(posterior: Posterior) -> None:
+    """The axis starts outside it."""
+    tight = MotionLimits(2.0, 20.0, 0.1, 0.2)
     circumstances = Circumstances(20.0, 40.0, tight, posterior.mean_model().saturation)
     with pytest.raises(InputError, match="widen --stroke"):
         design_experiment(posterior, circumstances, np.random.default_rng(4), evaluations=16)
