@@ -13,6 +13,7 @@ from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.plains import onto_plains
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_values
 from bayes_hw.record import Record
@@ -75,8 +76,12 @@ def loosen_flat_directions(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray
 ) -> None:
     """Move each flat direction half a prior width onto its plain and make it as wide, in place."""
+    rows, coordinates[:] = onto_plains(target, coordinates, covariance, prior_sd, FLAT_LOSS)
     for row, side in flat_directions(target, coordinates, prior_sd):
-        coordinates[row] += 0.5 * side * prior_sd[row]
+        if row not in rows:
+            coordinates[row] += 0.5 * side * prior_sd[row]
+            rows.append(row)
+    for row in rows:
         covariance[row], covariance[:, row] = 0.0, 0.0
         covariance[row, row] = (0.5 * prior_sd[row]) ** 2
 
