@@ -36,13 +36,13 @@ def main() -> None:
     twin = _twin(study, data_rng)
     quiet = _twin(study, data_rng, amplitude=SMALL_AMPLITUDE)
     cases: dict[str, tuple[Sequence[Record], StartCondition]] = {
-        "symmetric twin": (twin.train, "rest"),
-        "asymmetric twin": (asymmetric(twin, data_rng), "rest"),
-        "never at a limit": (quiet.train, "rest"),
-        "never near the dead zone": (displaced(twin, data_rng), "free"),
+        "Symmetric twin": (twin.train, "rest"),
+        "Asymmetric twin": (asymmetric(twin, data_rng), "rest"),
+        "Never at a limit": (quiet.train, "rest"),
+        "Never near the dead zone": (displaced(twin, data_rng), "free"),
     }
     if study.quick:
-        cases = {name: cases[name] for name in ("symmetric twin",)}
+        cases = {name: cases[name] for name in ("Symmetric twin",)}
     settings = SamplerSettings(walkers=64, max_steps=100) if study.quick else SamplerSettings()
     found = {
         name: analyse_identifiability(
@@ -66,7 +66,7 @@ def main() -> None:
     study.write_results(
         {
             "truth": {
-                "asymmetric twin": {"c3/c2": SLOPE_RATIO, "delta+/delta-": 1 / THRESHOLD_RATIO},
+                "Asymmetric twin": {"c3/c2": SLOPE_RATIO, "delta+/delta-": 1 / THRESHOLD_RATIO},
             },
             "cases": {name: _without_profiles(result) for name, result in found.items()},
         }

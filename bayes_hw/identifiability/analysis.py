@@ -177,7 +177,7 @@ def _spectra(inference: Inference, runs: FreedRuns, records: Sequence[Record]) -
     chosen = (
         ("all gains free", runs.freed, runs.noise),
         ("c₁ = c₂ = 1", runs.chart, runs.noise),
-        ("paper: c₁ = c₂ = c₃ = 1, δ₋ = δ₊", inference.posterior, inference.start.noise),
+        ("paper: c₁ = c₂ = c₃ = 1, δ₋\u00a0=\u00a0δ₊", inference.posterior, inference.start.noise),
     )
     return tuple(
         information_spectrum(

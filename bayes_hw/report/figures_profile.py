@@ -130,7 +130,7 @@ def nuisance_paths(panels: Sequence[ProfilePanel]) -> Figure:
 def _label(axes: Axes, panel: ProfilePanel) -> None:
     axes.set_xlabel(wrapped(with_unit(panel.label, panel.unit), 20), size=8)
     axes.xaxis.set_major_locator(MaxNLocator(2))
-    axes.tick_params(labelsize=7.5)
+    axes.tick_params(labelsize=7)
 
 
 def _style(index: int) -> str:
