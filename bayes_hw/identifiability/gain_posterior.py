@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from bayes_hw.infer.inference import Inference
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
-from bayes_hw.infer.sampler import SamplerSettings, sample
+from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import (
     REFITS,
     covariance_with_prior,
@@ -51,6 +51,13 @@ CHART: dict[str, Exponents] = {
     HALF_WIDTH_NEGATIVE: {HALF_WIDTH_NEGATIVE: 1.0, GAIN_POSITIVE: 1.0},
 }
 """The parameters of the chart c1 = c2 = 1 as invariants of the freed ones."""
+
+
+ALONG = (SLOPE, GAIN_POSITIVE)
+"""The freed parameters whose logarithms are coordinates along the orbits."""
+
+ORBIT_LOG_SD = 0.4
+"""Width along the orbits at which sampling starts; priors pooled there leave about as much."""
 
 
 class ChartPosterior(LogPosterior):
@@ -93,6 +100,39 @@ class FreedRuns(NamedTuple):
     noise: NoiseEstimate
 
 
+class AlignedPosterior:
+    """The log-posterior of the freed parameters in coordinates along and across the orbits.
+
+    The parameters of the chart c1 = c2 = 1 (across), log c1 and log c2 (along), then the noise's: a linear
+    map of the logarithms with determinant one. Raw parameters are so tightly correlated on the ridge that
+    precise records would leave their covariance singular in floating point.
+    """
+
+    def __init__(self, posterior: LogPosterior, chart: FreedGains) -> None:
+        self._posterior = posterior
+        self.non_finite = 0
+        freed = posterior.axis.names
+        rows = [exponent_vector(CHART.get(name, {name: 1.0}), freed) for name in chart.names]
+        rows += [exponent_vector({name: 1.0}, freed) for name in ALONG]
+        count = len(freed)
+        self._to_raw = np.eye(posterior.dimension)
+        self._to_raw[:count, :count] = np.linalg.inv(np.stack(rows))
+        self._names = (*chart.names, *ALONG, *(parameter.name for parameter in posterior.noise))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._names
+
+    def raw(self, aligned: FloatArray) -> FloatArray:
+        """Coordinates (..., parameters) of the freed parameters."""
+        return np.asarray(aligned @ self._to_raw.T)
+
+    def __call__(self, coordinates: FloatArray) -> FloatArray:
+        result = self._posterior(self.raw(coordinates))
+        self.non_finite = self._posterior.non_finite
+        return result
+
+
 def sample_freed(
     inference: Inference,
     records: Sequence[Record],
@@ -113,24 +153,67 @@ def sample_freed(
     freed = FreedGains(given.model, ALL_FREED, output_scale=scale, start_positions=starts)
     chart = FreedGains(given.model, ASYMMETRIES, output_scale=scale, start_positions=starts)
     estimate = as_values(given.parameters, inference.start.coordinates[: len(given.parameters)])
-    values, noise = _chart_fit(chart, chart.embedded(estimate, given.names), records)
-    sampled_noise = noise_parameters(noise, given.model.units.output)
     freed_rng, chart_rng = rng.spawn(2)
+    with one_blas_thread():
+        values, noise = _chart_fit(chart, chart.embedded(estimate, given.names), records)
+        sampled_noise = noise_parameters(noise, given.model.units.output)
 
-    def freed_target() -> LogPosterior:
-        return LogPosterior(freed, sampled_noise, records)
+        def freed_target() -> LogPosterior:
+            return LogPosterior(freed, sampled_noise, records)
 
-    def chart_target() -> LogPosterior:
-        return ChartPosterior(chart, sampled_noise, records, freed)
+        def chart_target() -> LogPosterior:
+            return ChartPosterior(chart, sampled_noise, records, freed)
 
-    found = [
-        _sampled(make_target, axis.embedded(values, chart.names), noise, axis_rng, settings, jobs, progress)
-        for make_target, axis, axis_rng in (
-            (freed_target, freed, freed_rng),
-            (chart_target, chart, chart_rng),
+        coordinates, covariance = _start(chart_target(), values, noise)
+        in_chart = sample(
+            chart_target,
+            coordinates,
+            covariance,
+            chart_rng,
+            settings=settings,
+            jobs=jobs,
+            progress=progress,
         )
-    ]
-    return FreedRuns(found[0], found[1], noise)
+        place, count = len(chart.names), len(ALONG)
+        aligned = sample(
+            lambda: AlignedPosterior(freed_target(), chart),
+            np.insert(coordinates, place, np.zeros(count)),
+            _with_orbits(covariance, place, count),
+            freed_rng,
+            settings=settings,
+            jobs=jobs,
+            progress=progress,
+        )
+    raw = AlignedPosterior(freed_target(), chart).raw
+    return FreedRuns(
+        _posterior(
+            freed_target(), raw(aligned.chain), raw(np.insert(coordinates, place, np.zeros(count))), aligned
+        ),
+        _posterior(chart_target(), in_chart.chain, coordinates, in_chart),
+        noise,
+    )
+
+
+def _with_orbits(covariance: FloatArray, place: int, count: int) -> FloatArray:
+    """The chart's covariance with `count` rows at `place` for the coordinates along the orbits."""
+    kept = np.delete(np.arange(len(covariance) + count), np.arange(place, place + count))
+    larger = ORBIT_LOG_SD**2 * np.eye(len(covariance) + count)
+    larger[np.ix_(kept, kept)] = covariance
+    return larger
+
+
+def _posterior(target: LogPosterior, chain: FloatArray, point: FloatArray, sampling: Sampling) -> Posterior:
+    return Posterior(
+        axis=target.axis,
+        noise_parameters=target.noise,
+        values=target.values(chain),
+        log_probability=sampling.log_probability,
+        point_estimate=target.values(point),
+        converged=sampling.convergence.converged,
+        problems=sampling.convergence.problems,
+        seconds=sampling.seconds,
+        convergence=sampling.convergence,
+    )
 
 
 def _chart_fit(
@@ -154,34 +237,6 @@ def _chart_fit(
         values = fit.values
         noise = estimate_noise(split_by_record(fit.residuals, records))
     return values, noise
-
-
-def _sampled(
-    make_target: Callable[[], LogPosterior],
-    start: FloatArray,
-    noise: NoiseEstimate,
-    rng: np.random.Generator,
-    settings: SamplerSettings | None,
-    jobs: int,
-    progress: Progress | None,
-) -> Posterior:
-    target = make_target()
-    with one_blas_thread():
-        coordinates, covariance = _start(target, start, noise)
-        sampling = sample(
-            make_target, coordinates, covariance, rng, settings=settings, jobs=jobs, progress=progress
-        )
-    return Posterior(
-        axis=target.axis,
-        noise_parameters=target.noise,
-        values=target.values(sampling.chain),
-        log_probability=sampling.log_probability,
-        point_estimate=target.values(coordinates),
-        converged=sampling.convergence.converged,
-        problems=sampling.convergence.problems,
-        seconds=sampling.seconds,
-        convergence=sampling.convergence,
-    )
 
 
 def _start(target: LogPosterior, start: FloatArray, noise: NoiseEstimate) -> tuple[FloatArray, FloatArray]:

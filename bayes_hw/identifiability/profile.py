@@ -80,7 +80,7 @@ class Profile:
     def fall(self, above: bool) -> float:
         """The largest fall of the log-likelihood on one side of the estimate."""
         beyond = self.values > self.estimate if above else self.values < self.estimate
-        return float(-np.min(self.log_likelihood[beyond], initial=0.0))
+        return abs(float(np.min(self.log_likelihood[beyond], initial=0.0)))
 
     def bound_partner(self, above: bool) -> str:
         """A parameter that stands at its bound on one side; empty where none does."""

@@ -34,14 +34,14 @@ def onto_plains(
             continue
         moved = current.copy()
         moved[row] += prior_sd[row]
-        moved, information = _followed(target, moved, prior_sd, row)
-        if information * prior_sd[row] ** 2 >= 1:
+        followed = _followed(target, moved, prior_sd, row)
+        if followed is None:
             continue
         width = float(np.sqrt(covariance[row, row]))
         allowed = loss + max(0.0, float(np.log(prior_sd[row] / width)))
-        if _log_likelihood(target, moved) > _log_likelihood(target, current) - allowed:
-            moved[row] -= 0.5 * prior_sd[row]
-            current = moved
+        if _log_likelihood(target, followed) > _log_likelihood(target, current) - allowed:
+            followed[row] -= 0.5 * prior_sd[row]
+            current = followed
             rows.append(row)
     return rows, current
 
@@ -54,15 +54,16 @@ def _log_likelihood(target: LogPosterior, coordinates: FloatArray) -> float:
 
 def _followed(
     target: LogPosterior, coordinates: FloatArray, prior_sd: FloatArray, row: int
-) -> tuple[FloatArray, float]:
-    """Coordinates with all of the axis but `row` moved by Gauss-Newton, and the information about `row`."""
+) -> FloatArray | None:
+    """Coordinates with all of the axis but `row` moved by Gauss-Newton; None where this is no plain: the
+    information about `row` is larger than the prior's, or another parameter would have to move by more than
+    its prior's width."""
     axis, count = target.axis, len(prior_sd)
     noise = as_values(target.noise, coordinates[count:, None])[:, 0]
     autoregression = autoregression_from_partial(noise[1:, None])[:, 0]
     innovation_sigma = noise[0] * np.sqrt(np.prod(1 - noise[1:] ** 2))
     centre = coordinates.copy()
     others = [i for i in range(count) if i != row]
-    information = 0.0
     for _ in range(FOLLOWING_STEPS):
         steps = DIFFERENCE_STEP * np.eye(count)
         at = centre[:count, None]
@@ -77,9 +78,11 @@ def _followed(
         )
         residual = measured[0] / innovation_sigma
         slopes = (measured[count + 1 :] - measured[1 : count + 1]) / (2 * DIFFERENCE_STEP * innovation_sigma)
-        if not np.isfinite(measured).all():
-            return coordinates, np.inf
+        if not np.isfinite(measured).all() or np.linalg.norm(slopes[row]) * prior_sd[row] >= 1:
+            return None
         normal = slopes[others] @ slopes[others].T + np.diag(prior_sd[others] ** -2)
-        centre[others] += np.linalg.solve(normal, slopes[others] @ residual)
-        information = float(slopes[row] @ slopes[row])
-    return centre, information
+        step = np.linalg.solve(normal, slopes[others] @ residual)
+        if np.any(np.abs(step) > prior_sd[others]):
+            return None
+        centre[others] += step
+    return centre
