@@ -16,7 +16,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
-SHORT = SamplerSettings(ensembles=2, walkers=32, max_steps=150, target_ess=300)
+SHORT = SamplerSettings(ensembles=2, walkers=32, max_steps=75, target_ess=200)
 
 
 def analysed(model: HammersteinWiener, record: Record, start: StartCondition = "rest") -> Identifiability:

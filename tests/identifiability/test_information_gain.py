@@ -43,20 +43,20 @@ def test_linear_gaussian_gain_is_exact(about: list[int]) -> None:
 
 
 def test_linear_gaussian_gain_agrees_with_nested_monte_carlo() -> None:
-    """E[log p(y | theta) - log mean_j p(y | theta_j)] with 2,000 outer and 20,000 inner draws."""
+    """E[log p(y | theta) - log mean_j p(y | theta_j)] with 1,000 outer and 5,000 inner draws."""
     covariance, slopes = linear_experiment()
     slopes = 0.5 * slopes
     rng = np.random.default_rng(2)
-    outer = rng.multivariate_normal(np.zeros(3), covariance, 2_000)
-    inner = rng.multivariate_normal(np.zeros(3), covariance, 20_000)
-    y = outer @ slopes.T + rng.standard_normal((2_000, 8))
+    outer = rng.multivariate_normal(np.zeros(3), covariance, 1_000)
+    inner = rng.multivariate_normal(np.zeros(3), covariance, 5_000)
+    y = outer @ slopes.T + rng.standard_normal((1_000, 8))
     own = -0.5 * np.sum((y - outer @ slopes.T) ** 2, axis=1)
     means = inner @ slopes.T
     squares = np.sum(y**2, axis=1)[:, None] + np.sum(means**2, axis=1) - 2 * y @ means.T
     marginal = special.logsumexp(-0.5 * squares, axis=1) - np.log(len(inner))
-    nested, error = np.mean(own - marginal), np.std(own - marginal) / np.sqrt(2_000)
+    nested, error = np.mean(own - marginal), np.std(own - marginal) / np.sqrt(1_000)
     exact = laplace_gain(covariance, np.linalg.inv(covariance)[None], (slopes.T @ slopes)[None], [0, 1, 2])
-    assert exact.nats == pytest.approx(nested, abs=4 * error + 0.01)
+    assert exact.nats == pytest.approx(nested, abs=4 * error + 0.02)
 
 
 def test_badly_scaled_matrices_are_inverted() -> None:
