@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import blind, design, diagnose
+from bayes_hw.commands import blind, design, design_experiment, diagnose, identifiability
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
@@ -42,7 +42,7 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 """
 
 
-MODULES: tuple[Any, ...] = (blind, design, diagnose)
+MODULES: tuple[Any, ...] = (blind, design, design_experiment, diagnose, identifiability)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"

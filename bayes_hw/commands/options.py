@@ -43,8 +43,8 @@ def add_start(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_sampling(parser: argparse.ArgumentParser) -> None:
-    """Settings of the sampler, and --resume."""
+def add_sampling(parser: argparse.ArgumentParser, *, resumable: bool = True) -> None:
+    """Settings of the sampler, and --resume where the command keeps a checkpoint."""
     group = parser.add_argument_group("sampling")
     group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
     group.add_argument(
@@ -54,7 +54,8 @@ def add_sampling(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
     )
-    group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+    if resumable:
+        group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.plains import onto_plains
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_values
 from bayes_hw.record import Record
@@ -64,15 +65,25 @@ def starting_point(
     _, prior_sd = prior_scale(axis)
     n_axis, samples = len(axis.parameters), len(fit.residuals)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
-    covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
+    covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, samples)
     coordinates = np.concatenate([fit.coordinates, noise_coordinates])
-    target = LogPosterior(axis, sampled, records)
+    loosen_flat_directions(LogPosterior(axis, sampled, records), coordinates, covariance, prior_sd)
+    return StartingPoint(coordinates, covariance, noise, sampled, starts)
+
+
+def loosen_flat_directions(
+    target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray
+) -> None:
+    """Move each flat direction half a prior width onto its plain and make it as wide, in place."""
+    rows, coordinates[:] = onto_plains(target, coordinates, covariance, prior_sd, FLAT_LOSS)
     for row, side in flat_directions(target, coordinates, prior_sd):
-        coordinates[row] += 0.5 * side * prior_sd[row]
+        if row not in rows:
+            coordinates[row] += 0.5 * side * prior_sd[row]
+            rows.append(row)
+    for row in rows:
         covariance[row], covariance[:, row] = 0.0, 0.0
         covariance[row, row] = (0.5 * prior_sd[row]) ** 2
-    return StartingPoint(coordinates, covariance, noise, sampled, starts)
 
 
 def flat_directions(
@@ -102,13 +113,13 @@ def split_by_record(residuals: FloatArray, records: Sequence[Record]) -> list[Fl
     return np.split(residuals, ends)
 
 
-def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
+def covariance_with_prior(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
     """Inverse of the information plus the priors' precision, computed in units of the prior widths."""
     scaled = information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd))
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
 
 
-def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
+def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
     autocorrelations kappa, (1 + p, 1 + p).
 
