@@ -130,10 +130,9 @@ class AxisParameters:
         """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
         linear = self.linear_batch(values)
         gains = self.model.normalization
-        ones = np.ones(values.shape[1])
-        static = np.stack(
-            [values[0], values[1], gains.c1 * ones, values[2], gains.c2 * ones, gains.c3 * ones]
-        )
+        static = np.empty((6, values.shape[1]))
+        static[0], static[1], static[3] = values[0], values[1], values[2]
+        static[2], static[4], static[5] = gains.c1, gains.c2, gains.c3
         form = modal_form(linear, static)
         if self.start_positions is None:
             return form
@@ -152,7 +151,7 @@ class AxisParameters:
                 damping = np.minimum(values[row + 1], LARGEST_DAMPING)
                 pair_poles[i] = mode_pole(values[row], damping, rate)
         if self.free == "dominant":
-            zeros = np.repeat(self.model.linear.zeros[:, None], walkers, axis=1)
+            zeros = self.model.linear.zeros[:, None]
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
         real_residues = np.empty_like(real_poles)
         if self._free_real:
