@@ -10,7 +10,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.noise import log_likelihood
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import lagged_residual_sums
-from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
 from bayes_hw.record import Record
 
 
@@ -33,6 +33,7 @@ class LogPosterior:
         self.parameters: tuple[Parameter, ...] = (*axis.parameters, *noise)
         self.order = len(noise) - 1
         self.non_finite = 0
+        self._vector = ParameterVector(self.parameters)
 
     @property
     def dimension(self) -> int:
@@ -54,14 +55,16 @@ class LogPosterior:
         """Log-posterior density (walkers,) of coordinates (walkers, parameters)."""
         columns = np.ascontiguousarray(coordinates.T)
         with np.errstate(all="ignore"):
-            result = log_prior(self.parameters, columns)
-            values = as_values(self.parameters, columns)
+            values = self._vector.values(columns)
+            result = self._vector.log_prior(columns, values)
             possible = np.isfinite(result) & np.all(np.isfinite(values), axis=0)
             possible &= self.axis.in_order(values)
-            result[~possible] = -np.inf
-            if np.any(possible):
-                inside = values[:, possible]
-                result[possible] += self.log_likelihood(inside)
+            if np.all(possible):
+                result += self.log_likelihood(values)
+            else:
+                result[~possible] = -np.inf
+                if np.any(possible):
+                    result[possible] += self.log_likelihood(values[:, possible])
         broken = ~np.isfinite(result) & possible
         self.non_finite += int(np.count_nonzero(broken))
         result[broken] = -np.inf

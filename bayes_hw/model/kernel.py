@@ -10,8 +10,8 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
     y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
     e(k)     = y_measured(k) - y(k)
 
-A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, a
-pole pair or two real poles after the other with coefficients and states in registers; each block is reduced at
+A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, two
+real poles or two pole pairs after the other with coefficients and states in registers; each block is reduced at
 once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals.
 The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v or w of
 the block stand, with its state kept between blocks as those of the modes are.
@@ -154,7 +154,25 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
             store(w, row, load(w, row) + r * state)
             state = load(v, row) + p * state
         store(x, i, state)
-    for m in range(n_pairs):
+    for m in range(0, n_pairs - 1, 2):
+        a1, a2 = load(pairs, A1 * n_pairs + m), load(pairs, A2 * n_pairs + m)
+        b1, b2 = load(pairs, B1 * n_pairs + m), load(pairs, B2 * n_pairs + m)
+        c1, c2 = load(pairs, A1 * n_pairs + m + 1), load(pairs, A2 * n_pairs + m + 1)
+        d1, d2 = load(pairs, B1 * n_pairs + m + 1), load(pairs, B2 * n_pairs + m + 1)
+        newer, older = load(s, NEWER * n_pairs + m), load(s, OLDER * n_pairs + m)
+        second, second_older = load(s, NEWER * n_pairs + m + 1), load(s, OLDER * n_pairs + m + 1)
+        for row in range(count):
+            command = load(v, row)
+            store(w, row, load(w, row) + b2 * older + b1 * newer + d2 * second_older + d1 * second)
+            newest = command - a2 * older + a1 * newer
+            second_newest = command - c2 * second_older + c1 * second
+            older, second_older = newer, second
+            newer, second = newest, second_newest
+        store(s, NEWER * n_pairs + m, newer)
+        store(s, OLDER * n_pairs + m, older)
+        store(s, NEWER * n_pairs + m + 1, second)
+        store(s, OLDER * n_pairs + m + 1, second_older)
+    for m in range(n_pairs - n_pairs % 2, n_pairs):
         a1, a2 = load(pairs, A1 * n_pairs + m), load(pairs, A2 * n_pairs + m)
         b1, b2 = load(pairs, B1 * n_pairs + m), load(pairs, B2 * n_pairs + m)
         newer, older = load(s, NEWER * n_pairs + m), load(s, OLDER * n_pairs + m)

@@ -37,7 +37,8 @@ class Normal:
     sd: float
 
     def log_density(self, value: FloatArray) -> FloatArray:
-        return -0.5 * ((value - self.mean) / self.sd) ** 2 - np.log(self.sd) - _LOG_SQRT_2PI
+        standard = (value - self.mean) * (1 / self.sd)
+        return -0.5 * standard * standard - (np.log(self.sd) + _LOG_SQRT_2PI)
 
     def quantile(self, probability: FloatArray) -> FloatArray:
         return self.mean + self.sd * np.asarray(special.ndtri(probability))
