@@ -21,7 +21,7 @@ import pytest
 from command_files import files_below, write_axis
 
 from bayes_hw.cli import build_parser, main
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -56,8 +56,8 @@ def example_of(command: str) -> list[str]:
 def _short_pilot() -> Iterator[None]:
     """Sampling's pilot in a third of its steps; processes of their own run it in full."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

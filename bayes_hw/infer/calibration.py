@@ -29,6 +29,7 @@ from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.infer.straightening import Straightening
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -247,7 +248,11 @@ def _sampled(
     covariance = np.diag(np.concatenate([np.zeros(n_axis), _noise_variances(estimate, len(record))]))
     covariance[:n_axis, :n_axis] = origin.covariance[:n_axis, :n_axis]
     mode = np.concatenate([coordinates, noise_mode])
-    return target(), sample(target, mode, covariance, sampler_rng, settings=case.settings)
+    straightening = Straightening.of(axis.parameters, records)
+    sampling = sample(
+        target, mode, covariance, sampler_rng, settings=case.settings, straightening=straightening
+    )
+    return target(), sampling
 
 
 def _noise_variances(estimate: NoiseEstimate, samples: int) -> FloatArray:

@@ -25,18 +25,19 @@ from bayes_hw.infer.mixture import StudentTMixture
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What the pilot decided: the proposal density, the share of independence proposals, and the mean
-    acceptance that the pilot promised for them."""
+    """What the pilot decided: the proposal density, the share of independence proposals, the mean acceptance
+    that the pilot promised for them, and whether proposals and walkers are in straight coordinates."""
 
     proposal: StudentTMixture
     independence_weight: float
     expected_acceptance: float
+    straight: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """One block of steps: chain (ensembles, steps, walkers, parameters), log-probability without the last
-    axis, accepted fraction (ensembles,), non-finite evaluations."""
+    """One block of steps: chain (ensembles, steps, walkers, parameters) in the parameters' coordinates, its
+    log-probability without the last axis, accepted fraction (ensembles,), non-finite evaluations."""
 
     chain: FloatArray
     log_probability: FloatArray
@@ -61,6 +62,7 @@ class Checkpoint:
             file.attrs["fingerprint"] = self.fingerprint
             file.attrs["independence_weight"] = plan.independence_weight
             file.attrs["expected_acceptance"] = plan.expected_acceptance
+            file.attrs["straight"] = plan.straight
             file["weights"] = plan.proposal.weights
             file["means"] = plan.proposal.means
             file["factors"] = plan.proposal.factors
@@ -88,6 +90,7 @@ class Checkpoint:
                 proposal,
                 float(file.attrs["independence_weight"]),
                 float(file.attrs["expected_acceptance"]),
+                bool(file.attrs["straight"]),
             )
             states = _read_states(file)
         blocks: list[Block] = []

@@ -24,6 +24,7 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import StartingPoint, starting_point
+from bayes_hw.infer.straightening import Straightening
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -120,6 +121,7 @@ def infer(
             origin.covariance,
             sampler_rng,
             settings=settings,
+            straightening=Straightening.of(axis.parameters, records),
             jobs=jobs,
             progress=progress,
             checkpoint=checkpoint,

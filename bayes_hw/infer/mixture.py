@@ -60,9 +60,12 @@ class StudentTMixture:
         component = random.choice(len(self.weights), size=count, p=self.weights)
         normal = random.standard_normal((count, self.dimension))
         chi_square = random.chisquare(self.degrees_of_freedom, size=count)
-        stretched = np.einsum("nij,nj->ni", self.factors[component], normal)
-        shrink = np.sqrt(self.degrees_of_freedom / chi_square)
-        return self.means[component] + stretched * shrink[:, None]
+        normal *= np.sqrt(self.degrees_of_freedom / chi_square)[:, None]
+        drawn = np.empty_like(normal)
+        for i, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
+            own = np.flatnonzero(component == i)
+            drawn[own] = mean + normal[own] @ factor.T
+        return drawn
 
 
 def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:
