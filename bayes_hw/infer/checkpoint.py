@@ -20,7 +20,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling
 from bayes_hw.infer.ensemble import EnsembleState
-from bayes_hw.infer.mixture import StudentTMixture
+from bayes_hw.infer.mixture import Bend, StudentTMixture
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,8 @@ class Checkpoint:
             file["weights"] = plan.proposal.weights
             file["means"] = plan.proposal.means
             file["factors"] = plan.proposal.factors
+            if (bend := plan.proposal.bend) is not None:
+                file["bend"] = np.stack([bend.centre, bend.direction, bend.bend])
             _write_states(file, states)
 
     def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
@@ -85,7 +87,10 @@ class Checkpoint:
         if not (self.folder / "plan.h5").exists():
             return None
         with self._open(self.folder / "plan.h5") as file:
-            proposal = StudentTMixture(file["weights"][:], file["means"][:], file["factors"][:])
+            bend = Bend(*file["bend"][:]) if "bend" in file else None
+            proposal = StudentTMixture(
+                file["weights"][:], file["means"][:], file["factors"][:], bend=bend
+            )
             plan = Plan(
                 proposal,
                 float(file.attrs["independence_weight"]),

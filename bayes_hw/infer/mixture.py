@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg, special
@@ -16,8 +16,47 @@ DEFENSIVE_INFLATION = 4.0
 
 
 @dataclass(frozen=True, eq=False)
+class Bend:
+    """x = y + bend ((direction . (y - centre))^2 - 1), all of shape (dimension,), with direction . bend = 0.
+
+    That bends a straight cloud into a banana without changing any volume: direction . x = direction . y, so
+    its Jacobian is one and its inverse the same with the other sign.
+    """
+
+    centre: FloatArray
+    direction: FloatArray
+    bend: FloatArray
+
+    def apply(self, y: FloatArray, sign: float = 1.0) -> FloatArray:
+        """x of points y (points, dimension); with sign -1, y of points x."""
+        along = (y - self.centre) @ self.direction
+        return y + sign * (along**2 - 1)[:, None] * self.bend
+
+    @classmethod
+    def fitted(cls, points: FloatArray, weights: FloatArray) -> Bend:
+        """The bend of weighted points (points, dimension), weights (points,) of sum one.
+
+        In whitened coordinates z the direction is the one whose squares go furthest with the others: the
+        first eigenvector of sum_kl T_kil T_kjl with T the third moments E z_k z_i z_j.
+        """
+        centre = weights @ points
+        centred = points - centre
+        factor = linalg.cholesky((centred.T * weights) @ centred, lower=True)
+        z = linalg.solve_triangular(factor, centred.T, lower=True).T
+        third = np.einsum("nk,ni,nj->kij", z * weights[:, None], z, z, optimize=True)
+        _, vectors = np.linalg.eigh(np.einsum("kil,kjl->ij", third, third))
+        along = z @ vectors[:, -1]
+        squares = along**2 - weights @ along**2
+        slope = (weights * squares) @ z / (weights @ squares**2)
+        slope -= (slope @ vectors[:, -1]) * vectors[:, -1]
+        direction = linalg.solve_triangular(factor, vectors[:, -1], lower=True, trans="T")
+        bend = factor @ slope
+        return cls(centre, direction, bend - (bend @ direction) * direction / (direction @ direction))
+
+
+@dataclass(frozen=True, eq=False)
 class StudentTMixture:
-    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom).
+    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), bent where there is a `bend`.
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
     lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the
@@ -28,6 +67,7 @@ class StudentTMixture:
     means: FloatArray
     factors: FloatArray
     degrees_of_freedom: float = DEGREES_OF_FREEDOM
+    bend: Bend | None = None
 
     def __post_init__(self) -> None:
         for name in ("weights", "means", "factors"):
@@ -41,6 +81,8 @@ class StudentTMixture:
         """log(weight_j t_j(x)) of every component, shape (components, points), for x (points, dimension)."""
         nu, d = self.degrees_of_freedom, self.dimension
         constant = special.gammaln((nu + d) / 2) - special.gammaln(nu / 2) - 0.5 * d * np.log(nu * np.pi)
+        if self.bend is not None:
+            x = self.bend.apply(x, -1.0)
         rows = []
         for weight, mean, factor in zip(self.weights, self.means, self.factors, strict=True):
             standard = linalg.solve_triangular(factor, (x - mean).T, lower=True)
@@ -53,7 +95,8 @@ class StudentTMixture:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log-density (points,) at x (points, dimension)."""
-        return np.asarray(special.logsumexp(self.component_log_densities(x), axis=0))
+        parts = self.component_log_densities(x)
+        return parts[0] if len(parts) == 1 else np.asarray(special.logsumexp(parts, axis=0))
 
     def sample(self, count: int, random: np.random.RandomState | np.random.Generator) -> FloatArray:
         """`count` draws, shape (count, dimension)."""
@@ -65,13 +108,23 @@ class StudentTMixture:
         for i, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
             own = np.flatnonzero(component == i)
             drawn[own] = mean + normal[own] @ factor.T
-        return drawn
+        return drawn if self.bend is None else self.bend.apply(drawn)
 
 
 def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:
     """One component at the mode, its scale matrix `inflation` times the Laplace covariance."""
     factor = linalg.cholesky(covariance * inflation, lower=True)
     return StudentTMixture(np.ones(1), mode[None, :], factor[None, :, :])
+
+
+def fitted_proposal(points: FloatArray, weights: FloatArray, *, bent: bool) -> StudentTMixture:
+    """One component of the mean and covariance of weighted points, weights of sum one, bent or not."""
+    bend = Bend.fitted(points, weights) if bent else None
+    if bend is not None:
+        points = bend.apply(points, -1.0)
+    mean = weights @ points
+    centred = points - mean
+    return replace(laplace_proposal(mean, (centred.T * weights) @ centred), bend=bend)
 
 
 def defended(mixture: StudentTMixture, points: FloatArray) -> StudentTMixture:

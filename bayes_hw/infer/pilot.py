@@ -21,7 +21,13 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.checkpoint import Plan
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
-from bayes_hw.infer.mixture import StudentTMixture, defended, fit_student_t_mixture, laplace_proposal
+from bayes_hw.infer.mixture import (
+    StudentTMixture,
+    defended,
+    fit_student_t_mixture,
+    fitted_proposal,
+    laplace_proposal,
+)
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.straightening import Straightening
 from bayes_hw.progress import Progress
@@ -35,8 +41,11 @@ SMALLEST_START = 1e-6
 PILOT_COMPONENTS = (1, 4)
 TRIAL_PROPOSALS = 2048
 
-IMPORTANCE_ROUNDS = 3
-DRAWS_PER_DIMENSION = 150
+IMPORTANCE_ROUNDS = (False, False, True, True, True)
+"""Whether the proposal fitted to the draws of each round is bent."""
+DRAWS_PER_DIMENSION = 300
+LEAST_SIZE = 5.0
+"""Effective draws a dimension that a proposal can be fitted to."""
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
 OVERLOOKED = 3.0
@@ -155,11 +164,10 @@ class _Trial:
 def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
     """The best of a few t proposals, each fitted to the weighted draws of the one before."""
     dimension = len(laplace.mode)
-    draws = DRAWS_PER_DIMENSION * dimension
     proposal = laplace_proposal(laplace.mode, laplace.covariance)
     trials = []
-    for _ in range(IMPORTANCE_ROUNDS):
-        x = proposal.sample(draws, rng)
+    for bent in IMPORTANCE_ROUNDS:
+        x = proposal.sample(DRAWS_PER_DIMENSION * dimension, rng)
         log_weights = laplace.densities[0](x) - proposal.log_density(x)
         largest = float(np.max(log_weights))
         if not np.isfinite(largest):
@@ -170,11 +178,9 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
         plan = Plan(proposal, independence_share(acceptance), acceptance, laplace.straight)
         trials.append(_Trial(plan, largest))
         share = weights / weights.sum()
-        if 1 / np.sum(share**2) < 5 * dimension:
+        if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
             break
-        mean = share @ x
-        centred = x - mean
-        proposal = laplace_proposal(mean, (centred.T * share) @ centred)
+        proposal = fitted_proposal(x, share, bent=bent)
     return max(trials, key=lambda trial: trial.plan.expected_acceptance)
 
 
