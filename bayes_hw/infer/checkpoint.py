@@ -66,6 +66,7 @@ class Checkpoint:
             file["weights"] = plan.proposal.weights
             file["means"] = plan.proposal.means
             file["factors"] = plan.proposal.factors
+            file.attrs["degrees_of_freedom"] = plan.proposal.degrees_of_freedom
             if (bend := plan.proposal.bend) is not None:
                 file["bend"] = np.stack([bend.centre, bend.direction, bend.bend])
             _write_states(file, states)
@@ -89,7 +90,11 @@ class Checkpoint:
         with self._open(self.folder / "plan.h5") as file:
             bend = Bend(*file["bend"][:]) if "bend" in file else None
             proposal = StudentTMixture(
-                file["weights"][:], file["means"][:], file["factors"][:], bend=bend
+                file["weights"][:],
+                file["means"][:],
+                file["factors"][:],
+                float(file.attrs["degrees_of_freedom"]),
+                bend,
             )
             plan = Plan(
                 proposal,

@@ -41,15 +41,16 @@ SMALLEST_START = 1e-6
 PILOT_COMPONENTS = (1, 4)
 TRIAL_PROPOSALS = 2048
 
-IMPORTANCE_ROUNDS = (False, False, True, True, True)
-"""Whether the proposal fitted to the draws of each round is bent."""
-DRAWS_PER_DIMENSION = 300
+IMPORTANCE_ROUNDS = ((200, False), (300, True), (600, True), (600, True))
+"""Draws a dimension of each round, and whether the proposal fitted to them is bent."""
 LEAST_SIZE = 5.0
 """Effective draws a dimension that a proposal can be fitted to."""
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
 OVERLOOKED = 3.0
 """A walker whose log p / q exceeds that of all trial draws by more was overlooked by the approximation."""
+OVERLOOKED_SHARE = 0.01
+"""So many overlooked walkers are more than a thin tail."""
 
 
 class LogDensity(Protocol):
@@ -166,8 +167,8 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
     dimension = len(laplace.mode)
     proposal = laplace_proposal(laplace.mode, laplace.covariance)
     trials = []
-    for bent in IMPORTANCE_ROUNDS:
-        x = proposal.sample(DRAWS_PER_DIMENSION * dimension, rng)
+    for draws, bent in IMPORTANCE_ROUNDS:
+        x = proposal.sample(draws * dimension, rng)
         log_weights = laplace.densities[0](x) - proposal.log_density(x)
         largest = float(np.max(log_weights))
         if not np.isfinite(largest):
@@ -200,7 +201,7 @@ def _overlooked(states: Sequence[EnsembleState], trial: _Trial) -> bool:
     coordinates = np.concatenate([state.coordinates for state in states])
     log_probability = np.concatenate([state.log_probability for state in states])
     log_weights = log_probability - trial.plan.proposal.log_density(coordinates)
-    return bool(np.any(log_weights > trial.largest_log_weight + OVERLOOKED))
+    return bool(np.mean(log_weights > trial.largest_log_weight + OVERLOOKED) > OVERLOOKED_SHARE)
 
 
 def _steps(

@@ -20,7 +20,7 @@ from bayes_hw.infer.straightening import Straightening
 from bayes_hw.progress import Progress
 
 MIN_STEPS = 50
-LOOK_AGAIN = 0.3
+LOOK_AGAIN = 0.5
 """Convergence is looked at again when the chain has grown by this share."""
 
 

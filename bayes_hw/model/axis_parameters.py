@@ -89,7 +89,9 @@ class AxisParameters:
             for kind, what in (("mode", "_hz"), ("pole_pair", "_hz"), ("real_pole", ".value"))
         ]
         self._interchangeable = [rows for rows in kinds if len(rows) > 1]
-        self._free_pairs = [i for i, name in enumerate(self._pair_names) if f"{name}.frequency_hz" in self._row]
+        self._free_pairs = [
+            i for i, name in enumerate(self._pair_names) if f"{name}.frequency_hz" in self._row
+        ]
         self._frequency_rows = [self._row[f"{self._pair_names[i]}.frequency_hz"] for i in self._free_pairs]
         self._damping_rows = [self._row[f"{self._pair_names[i]}.damping_ratio"] for i in self._free_pairs]
 

@@ -80,7 +80,11 @@ def lagged_residual_sums(
     walkers = form.walkers
     sums = np.zeros((3 * order + 1, padded_to_lanes(walkers)))
     _lagged_residual_sums(
-        *_filled_up(form), _delayed(u, delay_samples, before), np.ascontiguousarray(y, np.float64), order, sums
+        *_filled_up(form),
+        _delayed(u, delay_samples, before),
+        np.ascontiguousarray(y, np.float64),
+        order,
+        sums,
     )
     sums = sums[:, :walkers]
     undefined = _undefined(form)

@@ -92,6 +92,10 @@ def _normal_coordinate(parameter: Parameter) -> tuple[float, float] | None:
     prior, transform = parameter.prior, parameter.transform
     if isinstance(prior, Normal) and isinstance(transform, Identity):
         return prior.mean, prior.sd
-    if isinstance(prior, LogNormal) and isinstance(transform, Logarithm) and prior.median * transform.sign > 0:
+    if (
+        isinstance(prior, LogNormal)
+        and isinstance(transform, Logarithm)
+        and prior.median * transform.sign > 0
+    ):
         return float(np.log(abs(prior.median))), prior.log_sd
     return None

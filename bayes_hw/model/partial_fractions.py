@@ -84,5 +84,7 @@ def closer_than(real, imag, distance):  # type: ignore[no-untyped-def]
 
 def any_closer_than(points: FloatArray | ComplexArray, distance: float) -> bool:
     """Whether any two of `points` (n, walkers) of one walker are closer than `distance`."""
-    split: BoolArray = closer_than(np.ascontiguousarray(points.real), np.ascontiguousarray(points.imag), distance)
+    split: BoolArray = closer_than(
+        np.ascontiguousarray(points.real), np.ascontiguousarray(points.imag), distance
+    )
     return bool(split)
