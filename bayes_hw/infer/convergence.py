@@ -18,8 +18,8 @@ from bayes_hw.arrays import FloatArray
 R_HAT_LIMIT = 1.01
 R_HAT_STEPS = 250
 R_HAT_WALKERS = 64
-"""Longer chains are thinned evenly to at most so many steps, and larger ensembles to so many walkers, for nested
-R-hat and the quantiles of the tails: sorting all values would cost more than drawing them."""
+"""Longer chains are thinned evenly to at most so many steps, and larger ensembles to so many walkers, for
+nested R-hat and the quantiles of the tails: sorting all values would cost more than drawing them."""
 SHORT_WINDOW = 64
 """Lagged products are summed one lag after the other up to this lag, by Fourier transform beyond it."""
 ESS_LIMIT = 400.0

@@ -121,6 +121,7 @@ def infer(
             origin.covariance,
             sampler_rng,
             settings=settings,
+            others=origin.others,
             straightening=Straightening.of(axis.parameters, records),
             jobs=jobs,
             progress=progress,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ FITTED_DEGREES = 16.0
 FITTED_INFLATION = 1.1
 """Of one component fitted to weighted draws: nearer to a normal distribution, and a little wider than them."""
 FIT_TOLERANCE = 1e-6
+MINIMUM_SHARE = 0.01
 DEFENSIVE_WEIGHT = 0.1
 DEFENSIVE_INFLATION = 4.0
 
@@ -119,6 +121,34 @@ def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float 
     """One component at the mode, its scale matrix `inflation` times the Laplace covariance."""
     factor = linalg.cholesky(covariance * inflation, lower=True)
     return StudentTMixture(np.ones(1), mode[None, :], factor[None, :, :])
+
+
+def several_laplace(
+    modes: Sequence[tuple[FloatArray, FloatArray]], inflation: float = 1.0
+) -> StudentTMixture:
+    """A component of equal weight for every mode and covariance."""
+    parts = [laplace_proposal(mode, covariance, inflation) for mode, covariance in modes]
+    return StudentTMixture(
+        np.full(len(parts), 1 / len(parts)),
+        np.concatenate([part.means for part in parts]),
+        np.concatenate([part.factors for part in parts]),
+    )
+
+
+def refitted(mixture: StudentTMixture, points: FloatArray, weights: FloatArray) -> StudentTMixture:
+    """The components of `mixture` moved to the weighted points (weights of sum one) that each is nearest to.
+
+    A component with less than MINIMUM_SHARE of the weight stays as it is.
+    """
+    log_parts = mixture.component_log_densities(points)
+    membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0)) * weights
+    shares = np.maximum(membership.sum(axis=1), MINIMUM_SHARE)
+    means, factors = mixture.means.copy(), mixture.factors.copy()
+    for j, own in enumerate(membership):
+        if own.sum() > MINIMUM_SHARE:
+            one = fitted_proposal(points, own / own.sum(), bent=False)
+            means[j], factors[j] = one.means[0], one.factors[0]
+    return StudentTMixture(shares / shares.sum(), means, factors)
 
 
 def fitted_proposal(points: FloatArray, weights: FloatArray, *, bent: bool) -> StudentTMixture:

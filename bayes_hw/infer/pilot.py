@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy import special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -26,7 +25,8 @@ from bayes_hw.infer.mixture import (
     defended,
     fit_student_t_mixture,
     fitted_proposal,
-    laplace_proposal,
+    refitted,
+    several_laplace,
 )
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.straightening import Straightening
@@ -91,19 +91,28 @@ class StraightDensity:
 
 @dataclass(frozen=True, eq=False)
 class Laplace:
-    """The approximate mode (parameters,) and covariance of a density, and the density of every ensemble, all
-    in the same coordinates."""
+    """Approximate modes (parameters,) with their covariances, the best first, and the density of every
+    ensemble, all in the same coordinates."""
 
-    mode: FloatArray
-    covariance: FloatArray
+    modes: Sequence[tuple[FloatArray, FloatArray]]
     densities: Sequence[LogDensity]
     straight: bool = False
+
+    @property
+    def dimension(self) -> int:
+        return len(self.modes[0][0])
+
+    def proposal(self, inflation: float = 1.0) -> StudentTMixture:
+        """A t component at every mode, its scale matrix `inflation` times the covariance."""
+        return several_laplace(self.modes, inflation)
 
     def straightened(self, straightening: Straightening) -> Laplace:
         """The same in straight coordinates."""
         return Laplace(
-            straightening.from_plain(self.mode),
-            straightening.covariance_from_plain(self.mode, self.covariance),
+            [
+                (straightening.from_plain(mode), straightening.covariance_from_plain(mode, covariance))
+                for mode, covariance in self.modes
+            ],
             [StraightDensity(density, straightening) for density in self.densities],
             True,
         )
@@ -122,7 +131,7 @@ def run_pilot(
     `choices` are Laplace approximations of one density in different coordinates. Raises InputError when the
     density is zero all around the mode.
     """
-    dimension = len(choices[0].mode)
+    dimension = choices[0].dimension
     if walkers < 2 * dimension:
         raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
     with progress.task("pilot", 4) as task:
@@ -130,9 +139,8 @@ def run_pilot(
         best = int(np.argmax([trial.plan.expected_acceptance for trial in trials]))
         laplace, trial = choices[best], trials[best]
         task.reach(1, f"independence proposals accepted: {trial.plan.expected_acceptance:.0%}")
-        wide = laplace_proposal(laplace.mode, laplace.covariance, START_INFLATION)
         states = [
-            _possible_start(wide, laplace.mode, density, walkers, ensemble_rng)
+            _possible_start(laplace, density, walkers, ensemble_rng)
             for density, ensemble_rng in zip(laplace.densities, ensemble_rngs, strict=True)
         ]
         plan = trial.plan
@@ -141,8 +149,7 @@ def run_pilot(
             if not _overlooked(settled, trial):
                 task.reach(4)
                 return plan, settled
-        plan = replace(plan, proposal=laplace_proposal(laplace.mode, laplace.covariance, 1.2))
-        plan = replace(plan, independence_weight=0.5)
+        plan = replace(plan, proposal=laplace.proposal(1.2), independence_weight=0.5)
         for done in (2, 3):
             (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
             recent = chain[:, PILOT_STEPS // 3 :].reshape(-1, dimension)
@@ -164,8 +171,8 @@ class _Trial:
 
 def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
     """The best of a few t proposals, each fitted to the weighted draws of the one before."""
-    dimension = len(laplace.mode)
-    proposal = laplace_proposal(laplace.mode, laplace.covariance)
+    dimension = laplace.dimension
+    proposal = laplace.proposal()
     trials = []
     for draws, bent in IMPORTANCE_ROUNDS:
         x = proposal.sample(draws * dimension, rng)
@@ -181,7 +188,8 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
         share = weights / weights.sum()
         if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
             break
-        proposal = fitted_proposal(x, share, bent=bent)
+        several = len(laplace.modes) > 1
+        proposal = refitted(proposal, x, share) if several else fitted_proposal(x, share, bent=bent)
     return max(trials, key=lambda trial: trial.plan.expected_acceptance)
 
 
@@ -219,20 +227,17 @@ def _steps(
 
 
 def _possible_start(
-    wide: StudentTMixture,
-    mode: FloatArray,
-    density: LogDensity,
-    walkers: int,
-    rng: np.random.Generator,
+    laplace: Laplace, density: LogDensity, walkers: int, rng: np.random.Generator
 ) -> EnsembleState:
-    """Draws from `wide` that are not hopeless; the width shrinks while too few of them are kept.
+    """Draws from an overdispersed cloud about every mode that are not hopeless; the clouds shrink while too
+    few of them are kept.
 
     A draw is hopeless when its density is zero, or so far below the best draw's that an overdispersed point
     of the posterior would not be: such a walker climbs the nearest side peak, however small, and stays.
 
     Raises InputError when the density is zero at the mode itself and all around it.
     """
-    kept = np.empty((0, len(mode)))
+    kept = np.empty((0, laplace.dimension))
     shrink, best = 1.0, -np.inf
     while len(kept) < walkers:
         if shrink < SMALLEST_START:
@@ -240,10 +245,10 @@ def _possible_start(
                 "sampling: no parameters near the least-squares estimate are possible; "
                 "give a model closer to the data, its modes in order of frequency"
             )
-        drawn = mode + (wide.sample(2 * walkers, rng) - mode) * shrink
+        drawn = laplace.proposal(START_INFLATION * shrink**2).sample(2 * walkers, rng)
         log_density = density(drawn)
         best = max(best, float(np.max(log_density)))
-        hopeful = np.isfinite(log_density) & (log_density > best - HOPELESS * len(mode))
+        hopeful = np.isfinite(log_density) & (log_density > best - HOPELESS * laplace.dimension)
         kept = np.concatenate([kept, drawn[hopeful]])
         shrink *= 0.8
     return start_ensemble(kept[:walkers], density, int(rng.integers(2**63)))

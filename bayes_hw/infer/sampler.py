@@ -61,6 +61,7 @@ def sample(
     rng: np.random.Generator,
     *,
     settings: SamplerSettings | None = None,
+    others: Sequence[tuple[FloatArray, FloatArray]] = (),
     straightening: Straightening | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -68,6 +69,8 @@ def sample(
     resume: bool = False,
 ) -> Sampling:
     """Sample a density given its approximate mode (parameters,) and covariance, in coordinates.
+
+    `others` are further modes and their covariances.
 
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
@@ -81,7 +84,7 @@ def sample(
     begin = time.perf_counter()
     densities = [make_log_density() for _ in range(settings.ensembles)]
     names = densities[0].names
-    choices = [Laplace(mode, covariance, densities)]
+    choices = [Laplace([(mode, covariance), *others], densities)]
     if straightening is not None:
         choices.append(choices[0].straightened(straightening))
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)

@@ -9,15 +9,19 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
-from bayes_hw.identify.output_error import fit_output_error, prior_scale
+from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.parameters import Parameter, as_values
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
 
 REFITS = 2
+APART = 5.0
+NEGLIGIBLE = 15.0
+WORSE = 2.0
+"""A minimum with so many times the smallest sum of squares is not looked at as a mode of its own."""
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -27,7 +31,7 @@ class StartingPoint:
     """Approximate posterior mode (parameters,) and covariance in coordinates, axis first, noise after it.
 
     `noise` is the noise estimated there, `noise_parameters` its sampled parameters; `starts` says whether
-    descents from several starts agreed.
+    descents from several starts agreed; `others` holds coordinates and covariance of further modes.
     """
 
     coordinates: FloatArray
@@ -35,6 +39,7 @@ class StartingPoint:
     noise: NoiseEstimate
     noise_parameters: tuple[Parameter, ...]
     starts: SeveralStarts
+    others: tuple[tuple[FloatArray, FloatArray], ...] = ()
 
 
 def starting_point(
@@ -47,9 +52,34 @@ def starting_point(
     parameters; the two are independent.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
-    fit = starts.best
+    noise, fit = _refitted(axis, records, starts.best)
+    sampled = noise_parameters(noise, axis.model.units.output)
+    coordinates, covariance = _with_noise(axis, fit, noise, sampled)
+    target = LogPosterior(axis, sampled, records)
+    others = _other_modes(target, records, starts, noise, (coordinates, covariance))
+    mode, *further = (_along_the_plain(target, *one) for one in [(coordinates, covariance), *others])
+    return StartingPoint(*mode, noise, sampled, starts, tuple(further))
+
+
+def _along_the_plain(
+    target: LogPosterior, coordinates: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mode and covariance with flat directions moved into the plain and given half the prior's width."""
+    moved, widened = coordinates.copy(), covariance.copy()
+    _, prior_sd = prior_scale(target.axis)
+    for row, side in flat_directions(target, coordinates, prior_sd):
+        moved[row] += 0.5 * side * prior_sd[row]
+        widened[row], widened[:, row] = 0.0, 0.0
+        widened[row, row] = (0.5 * prior_sd[row]) ** 2
+    return moved, widened
+
+
+def _refitted(
+    axis: AxisParameters, records: Sequence[Record], fit: OutputErrorFit, order: int | None = None
+) -> tuple[NoiseEstimate, OutputErrorFit]:
+    """The fit with AR noise (of the given order, or chosen) and priors, and the noise of its residuals."""
     for _ in range(REFITS):
-        noise = estimate_noise(split_by_record(fit.residuals, records))
+        noise = estimate_noise(split_by_record(fit.residuals, records), order)
         fit = fit_output_error(
             axis,
             records,
@@ -58,21 +88,55 @@ def starting_point(
             sigma=noise.innovation_sigma,
             prior=True,
         )
-    noise = estimate_noise(split_by_record(fit.residuals, records))
-    sampled = noise_parameters(noise, axis.model.units.output)
-    noise_coordinates = np.array([float(p.transform.to_coordinate(np.asarray(p.nominal))) for p in sampled])
-    _, prior_sd = prior_scale(axis)
-    n_axis, samples = len(axis.parameters), len(fit.residuals)
+    return estimate_noise(split_by_record(fit.residuals, records), order), fit
+
+
+def _with_noise(
+    axis: AxisParameters, fit: OutputErrorFit, noise: NoiseEstimate, sampled: tuple[Parameter, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and covariance of the axis and, after it, of the noise."""
+    values = np.concatenate([[noise.sigma], np.clip(noise.partial, -0.9999, 0.9999)])
+    n_axis = len(axis.parameters)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
+    _, prior_sd = prior_scale(axis)
     covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
-    coordinates = np.concatenate([fit.coordinates, noise_coordinates])
-    target = LogPosterior(axis, sampled, records)
-    for row, side in flat_directions(target, coordinates, prior_sd):
-        coordinates[row] += 0.5 * side * prior_sd[row]
-        covariance[row], covariance[:, row] = 0.0, 0.0
-        covariance[row, row] = (0.5 * prior_sd[row]) ** 2
-    return StartingPoint(coordinates, covariance, noise, sampled, starts)
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, len(fit.residuals))
+    return np.concatenate([fit.coordinates, as_coordinates(sampled, values)]), covariance
+
+
+def _other_modes(
+    target: LogPosterior,
+    records: Sequence[Record],
+    starts: SeveralStarts,
+    noise: NoiseEstimate,
+    best: tuple[FloatArray, FloatArray],
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Coordinates and covariances of further modes that descents from other starts have found.
+
+    A minimum counts where it is farther than APART from every mode already found, in widths of either, and
+    its log-posterior no more than NEGLIGIBLE below that of the best.
+    """
+    found = [best]
+    n_axis = len(target.axis.parameters)
+    for fit in sorted(starts.fits, key=lambda one: one.sum_of_squares):
+        near = [
+            _distance(fit.coordinates, mode[:n_axis], covariance[:n_axis, :n_axis]) < APART
+            for mode, covariance in found
+        ]
+        if any(near) or fit.sum_of_squares > WORSE * starts.sums_of_squares.min():
+            continue
+        own_noise, refitted = _refitted(target.axis, records, fit, noise.order)
+        coordinates, covariance = _with_noise(target.axis, refitted, own_noise, target.noise)
+        log_density = target(np.stack([best[0], coordinates]))
+        apart = min(_distance(coordinates, mode, width) for mode, width in found) > APART
+        if apart and log_density[1] > log_density[0] - NEGLIGIBLE:
+            found.append((coordinates, covariance))
+    return found[1:]
+
+
+def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
+    difference = a - b
+    return float(np.sqrt(difference @ np.linalg.solve(covariance, difference)))
 
 
 def flat_directions(
@@ -108,7 +172,7 @@ def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
 
 
-def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
+def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
     autocorrelations kappa, (1 + p, 1 + p).
 

@@ -11,10 +11,10 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
     e(k)     = y_measured(k) - y(k)
 
 A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, two
-real poles or two pole pairs after the other with coefficients and states in registers; each block is reduced at
-once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals.
-The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v or w of
-the block stand, with its state kept between blocks as those of the modes are.
+real poles or two pole pairs after the other with coefficients and states in registers; each block is reduced
+at once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated
+signals. The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where
+v or w of the block stand, with its state kept between blocks as those of the modes are.
 """
 
 from __future__ import annotations

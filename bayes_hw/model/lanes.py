@@ -16,8 +16,8 @@ from numba import njit, types
 from numba.extending import intrinsic, models, overload, register_model
 
 LANES = 16
-"""Walkers in one value: two 512-bit or four 256-bit registers. A kernel that carries two poles at once then has
-enough independent sums to hide latency and still keeps them all in registers."""
+"""Walkers in one value: two 512-bit or four 256-bit registers. A kernel that carries two poles at once then
+has enough independent sums to hide latency and still keeps them all in registers."""
 
 CACHE_LINE = 8
 """float64 numbers in a cache line: a vector that straddles two lines costs two accesses."""
