@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray
 DEGREES_OF_FREEDOM = 8.0
 FITTED_DEGREES = 16.0
 FITTED_INFLATION = 1.1
-"""Of one component fitted to weighted draws: nearer to a normal distribution, and a little wider than them."""
+"""Of one component fitted to weighted draws: nearer to a normal density, a little wider than they are."""
 FIT_TOLERANCE = 1e-6
 MINIMUM_SHARE = 0.01
 DEFENSIVE_WEIGHT = 0.1
@@ -41,8 +41,8 @@ class Bend:
     def fitted(cls, points: FloatArray, weights: FloatArray) -> Bend:
         """The bend of weighted points (points, dimension), weights (points,) of sum one.
 
-        In whitened coordinates z the direction is the one whose squares go furthest with the others: the
-        first eigenvector of sum_kl T_kil T_kjl with T the third moments E z_k z_i z_j.
+        In whitened coordinates z the direction is that of the eigenvectors of sum_kl T_kil T_kjl, with T the
+        third moments E z_k z_i z_j, whose squares explain most of the variance across it.
         """
         centre = weights @ points
         centred = points - centre
@@ -50,13 +50,14 @@ class Bend:
         z = linalg.solve_triangular(factor, centred.T, lower=True).T
         third = np.einsum("nk,ni,nj->kij", z * weights[:, None], z, z, optimize=True)
         _, vectors = np.linalg.eigh(np.einsum("kil,kjl->ij", third, third))
-        along = z @ vectors[:, -1]
-        squares = along**2 - weights @ along**2
-        slope = (weights * squares) @ z / (weights @ squares**2)
-        slope -= (slope @ vectors[:, -1]) * vectors[:, -1]
-        direction = linalg.solve_triangular(factor, vectors[:, -1], lower=True, trans="T")
-        bend = factor @ slope
-        return cls(centre, direction, bend - (bend @ direction) * direction / (direction @ direction))
+        squares = (z @ vectors) ** 2
+        squares -= weights @ squares
+        variances = weights @ squares**2
+        slopes = (squares.T * weights) @ z / variances[:, None]
+        slopes -= np.einsum("vi,iv->v", slopes, vectors)[:, None] * vectors.T
+        best = int(np.argmax(np.sum(slopes**2, axis=1) * variances))
+        direction = linalg.solve_triangular(factor, vectors[:, best], lower=True, trans="T")
+        return cls(centre, direction, factor @ slopes[best])
 
 
 @dataclass(frozen=True, eq=False)

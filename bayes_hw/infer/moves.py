@@ -45,7 +45,7 @@ class DifferentialEvolutionMove(Move):  # type: ignore[misc]
 
     def propose(self, model: Any, state: State) -> tuple[State, np.ndarray]:
         """One step of all walkers: emcee's interface."""
-        walkers, dimension = state.coords.shape
+        walkers = len(state.coords)
         random = model.random
         half = np.arange(walkers) % 2
         if self.randomize_split:

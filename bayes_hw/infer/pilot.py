@@ -47,10 +47,11 @@ LEAST_SIZE = 5.0
 """Effective draws a dimension that a proposal can be fitted to."""
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
-OVERLOOKED = 3.0
-"""A walker whose log p / q exceeds that of all trial draws by more was overlooked by the approximation."""
+OVERLOOKED = 4.0
+"""A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the approximation."""
 OVERLOOKED_SHARE = 0.01
-"""So many overlooked walkers are more than a thin tail."""
+"""So many overlooked walkers are more than a thin tail; a single one is where it is by FAR_OVERLOOKED."""
+FAR_OVERLOOKED = 7.5
 
 
 class LogDensity(Protocol):
@@ -163,14 +164,17 @@ def run_pilot(
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A plan, and the largest log p / q among the draws that it was judged by."""
+    """A plan, and the logarithm of the mean p / q of the draws that it was judged by."""
 
     plan: Plan
-    largest_log_weight: float
+    log_mean_weight: float
 
 
 def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
-    """The best of a few t proposals, each fitted to the weighted draws of the one before."""
+    """The better of the last two of a few t proposals, each fitted to the weighted draws of the one before.
+
+    The first ones, narrow yet, know too little of the tails to be judged by their own draws.
+    """
     dimension = laplace.dimension
     proposal = laplace.proposal()
     trials = []
@@ -184,13 +188,13 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
         weights = np.exp(log_weights - largest)
         acceptance = acceptance_from_weights(weights)
         plan = Plan(proposal, independence_share(acceptance), acceptance, laplace.straight)
-        trials.append(_Trial(plan, largest))
+        trials.append(_Trial(plan, largest + float(np.log(np.mean(weights)))))
         share = weights / weights.sum()
         if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
             break
         several = len(laplace.modes) > 1
         proposal = refitted(proposal, x, share) if several else fitted_proposal(x, share, bent=bent)
-    return max(trials, key=lambda trial: trial.plan.expected_acceptance)
+    return max(trials[-2:], key=lambda trial: trial.plan.expected_acceptance)
 
 
 def acceptance_from_weights(weights: FloatArray) -> float:
@@ -209,7 +213,8 @@ def _overlooked(states: Sequence[EnsembleState], trial: _Trial) -> bool:
     coordinates = np.concatenate([state.coordinates for state in states])
     log_probability = np.concatenate([state.log_probability for state in states])
     log_weights = log_probability - trial.plan.proposal.log_density(coordinates)
-    return bool(np.mean(log_weights > trial.largest_log_weight + OVERLOOKED) > OVERLOOKED_SHARE)
+    excess = log_weights - trial.log_mean_weight
+    return bool(np.mean(excess > OVERLOOKED) > OVERLOOKED_SHARE or np.any(excess > FAR_OVERLOOKED))
 
 
 def _steps(
@@ -282,7 +287,7 @@ def independence_share(acceptance: float) -> float:
 
     An independence chain's autocorrelation time is about 2 / acceptance - 1 steps, that of differential
     evolution some 4 steps a dimension: the former pays above a few per cent. Differential evolution keeps
-    half as insurance, since where the proposal is too thin, in the far tails, it alone moves the walkers; only
-    where most proposals are accepted, and so no tail is thin, down to a tenth.
+    half as insurance, since where the proposal is too thin, in the far tails, it alone moves the walkers;
+    only where most proposals are accepted, and so no tail is thin, down to a tenth.
     """
     return float(np.clip(2.5 * acceptance, 0.1, 0.5) + np.clip(2 * acceptance - 0.6, 0.0, 0.4))

@@ -6,9 +6,9 @@ than either limit: in the limits' own coordinates the posterior is a curved ridg
     s_upper = -mean(max(u - upper, 0))^(2/3)
     s_lower = gain mean(min(max(u, lower), upper)) = gain (mean(u) - mean(max(u - upper, 0)) + m(lower))
 
-with m(lower) = mean(max(lower - u, 0)) it is nearly normal. Both maps are tabulated on an even grid of limits,
-interpolated linearly and continued so beyond it, which makes them one to one; the Jacobian is that of the
-interpolation, so that the density stays exact.
+with m(lower) = mean(max(lower - u, 0)) it is nearly normal. Both maps are tabulated on an even grid of
+limits, interpolated linearly and continued so beyond it, which makes them one to one; the Jacobian is that of
+the interpolation, so that the density stays exact.
 """
 
 from __future__ import annotations

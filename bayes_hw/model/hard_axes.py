@@ -1,4 +1,4 @@
-"""Axes and records whose posteriors are not the twin's: a sampler that is good there need not be good here."""
+"""Axes and records whose posteriors are not the twin's: a sampler good there need not be good here."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _two_dead_zones(rng: np.random.Generator) -> HardAxis:
     )
     small = _square_wave(0.11, 10)
     large = np.concatenate([_square_wave(0.35, 1), _square_wave(1.0, 1)])
-    y = np.concatenate([model.simulate(small).y, with_half_width(model, 0.1425).simulate(large).y])
+    y = np.concatenate([model.simulate(small).y, with_half_width(model, 0.142).simulate(large).y])
     u = np.concatenate([small, large])
     return HardAxis("bimodal dead zone", model, _record("bimodal dead zone", model, u, y, rng))
 
