@@ -48,7 +48,7 @@ LEAST_SIZE = 5.0
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
 OVERLOOKED = 4.0
-"""A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the approximation."""
+"""A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""
 OVERLOOKED_SHARE = 0.01
 """So many overlooked walkers are more than a thin tail; a single one is where it is by FAR_OVERLOOKED."""
 FAR_OVERLOOKED = 7.5

@@ -17,6 +17,9 @@ SAMPLE_RATE_HZ = 20.0
 NOISE_SIGMA = 0.01
 NOISE_CORRELATION = 0.5
 HOLD_SAMPLES = 8
+HARD_AXES_SEED = 1
+"""Seed of the noise for which the dead zone of the last case has two modes of like weight."""
+
 HARD_AXES = (
     "saturation hardly reached",
     "dead zone hardly visited",
