@@ -1,9 +1,9 @@
 """How fast are the likelihood and the sampler, beside what others would use?
 
-All in one process pinned to one core, the candidates in turns: the compiled log-probability against numpy with
-scipy.signal.lfilter and against the core's peak of multiply-adds, its growth with samples and walkers; the
-sampler against emcee's default move on lfilter, nutpie with a compiled gradient and NumPyro (optional extra
-"benchmark"); its scaling; posteriors that are not the twin's; and what too low an AR order does. Writes
+All in one process pinned to one core, the candidates in turns: the compiled log-probability against numpy
+with scipy.signal.lfilter and against the core's peak of multiply-adds, its growth with samples and walkers;
+the sampler against emcee's default move on lfilter, nutpie with a compiled gradient and NumPyro (optional
+extra "benchmark"); its scaling; posteriors that are not the twin's; and what too low an AR order does. Writes
 report.html, report.pdf, results.json.
 """
 
@@ -50,6 +50,7 @@ from bayes_hw.threads import one_blas_thread
 
 MANY_WALKERS = SamplerSettings(walkers=1024, max_steps=200, target_ess=1e9)
 NAIVE_WALKERS = 32
+LENGTHS = (600, 2400, 20_000, 200_000, 1_000_000)
 NOISE = (0.6, 0.5)
 """Partial autocorrelations of the noise whose order is taken too low."""
 
@@ -67,10 +68,8 @@ def main() -> None:
     study.write_results(summary | asdict(found))
     print(f"log-probability: {found.speed_up:.0f} times lfilter, {found.share_of_peak:.0%} of the FMA peak")
     for rival in found.samplers:
-        rate = f"{rival.rate:.4g} effective samples/s" if rival.rates else "not installed"
-        print(
-            f"{rival.name:24s} {rate}, {found.ratio(rival):.4g} times" if rival.rates else rival.name + rate
-        )
+        rate = f"{rival.rate:.4g} effective samples/s, {found.ratio(rival):.4g} times" if rival.rates else ""
+        print(f"{rival.name:14s} {rate or 'not installed'}")
 
 
 def pin_to_one_core() -> None:
@@ -89,9 +88,7 @@ def _measure(seed: int, quick: bool) -> Performance:
     rounds = 1 if quick else 5
     case = twin_case(seed)
     kernel_ns, naive_ns, fma_ns, walkers_ns = likelihood_times(case, 2 if quick else 20)
-    samples_ns, memory = growth(
-        case, (600, 2400, 20_000) if quick else (600, 2400, 20_000, 200_000, 1_000_000)
-    )
+    samples_ns, memory = growth(case, LENGTHS[: 2 if quick else None])
     default, default_seconds = case.sample(SamplerSettings(), seed)
     return Performance(
         kernel_ns=kernel_ns,
@@ -141,15 +138,15 @@ def likelihood_times(case: Case, repeats: int) -> tuple[float, float, float, dic
 def growth(case: Case, lengths: tuple[int, ...]) -> tuple[dict[int, float], dict[str, float]]:
     """Time of 64 walkers a walker and sample by samples, and the largest memory of the process."""
     cloud = case.cloud(64, 1)
-    memory = {"before": peak_memory_mb()}
+    memory = {"the calls of a hundred walkers": peak_memory_mb()}
     case.target(case.cloud(4096, 2))
     memory["4,096 walkers of 2,400 samples"] = peak_memory_mb()
     found = {}
     for samples in lengths:
         target = repeated(case, samples)
         found[samples] = 1e9 * shortest_seconds(lambda target=target: target(cloud), 3) / 64 / samples
-        memory[f"64 walkers of {samples:,} samples"] = peak_memory_mb()
-    return found, {what: memory[what] for what in (list(memory)[0], list(memory)[1], list(memory)[-1])}
+    memory[f"64 walkers of {lengths[-1]:,} samples"] = peak_memory_mb()
+    return found, memory
 
 
 def sampler_rates(case: Case, rounds: int, quick: bool) -> tuple[Rival, ...]:
@@ -246,7 +243,7 @@ def hard_case(name: str, seed: int, quick: bool) -> HardCase:
 
 
 def standard_difference(chains: FloatArray, reference: FloatArray, power: int) -> float:
-    """Difference of central moments of (ensembles, steps, walkers) and (steps, walkers), in standard errors."""
+    """Difference of moments of (ensembles, steps, walkers) and (steps, walkers), in standard errors."""
     a, b = (chains - reference.mean()) ** power, (reference - reference.mean()) ** power
     size = sum(part.size / autocorrelation_time(part) for part in a)
     size_b = min(b.size / autocorrelation_time(b), 512)

@@ -130,8 +130,8 @@ def operations(target: LogPosterior) -> int:
     """Vector instructions that one sample of one walker needs at least, in the kernel's own arithmetic.
 
     A multiply-add, an addition, a multiplication, a minimum and a maximum count one each, since each takes
-    one slot of the units that a multiply-add takes: saturation 3, direct term 1, two a real pole, four a pair,
-    dead zone and residual 6, one a lagged product.
+    one slot of the units that a multiply-add takes: saturation 3, direct term 1, two a real pole, four a
+    pair, dead zone and residual 6, one a lagged product.
     """
     poles = target.axis.model.linear.poles
     n_real, n_pairs = int(np.sum(poles.imag == 0)), int(np.sum(poles.imag > 0))

@@ -32,6 +32,9 @@ from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.straightening import Straightening
 from bayes_hw.progress import Progress
 
+VALLEY = 2.0
+"""Two modes are two where the log-density between them falls this far below the lower one."""
+PATH_POINTS = 17
 PILOT_STEPS = 90
 SETTLING_STEPS = 20
 START_INFLATION = 4.0
@@ -107,6 +110,16 @@ class Laplace:
         """A t component at every mode, its scale matrix `inflation` times the covariance."""
         return several_laplace(self.modes, inflation)
 
+    def separated(self) -> Laplace:
+        """Without the modes that no valley parts from a better one: two places on one ridge."""
+        density, kept = self.densities[0], [self.modes[0]]
+        shares = np.linspace(0.0, 1.0, PATH_POINTS)[:, None]
+        for mode, covariance in self.modes[1:]:
+            heights = [density(one + shares * (mode - one)) for one, _ in kept]
+            if all(np.min(h) < min(h[0], h[-1]) - VALLEY for h in heights):
+                kept.append((mode, covariance))
+        return replace(self, modes=kept)
+
     def straightened(self, straightening: Straightening) -> Laplace:
         """The same in straight coordinates."""
         return Laplace(
@@ -136,6 +149,7 @@ def run_pilot(
     if walkers < 2 * dimension:
         raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
     with progress.task("pilot", 4) as task:
+        choices = [choice.separated() for choice in choices]
         trials = [_importance_plan(choice, rng) for choice in choices]
         best = int(np.argmax([trial.plan.expected_acceptance for trial in trials]))
         laplace, trial = choices[best], trials[best]

@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.document import Badge, Block, Bullets, KeyValues, Paragraph, Report, Section, Table
+from bayes_hw.report.document import (
+    Badge,
+    Block,
+    Bullets,
+    KeyValues,
+    Paragraph,
+    Report,
+    Section,
+    State,
+    Table,
+)
 from bayes_hw.report.figures_performance import Scaling, cost_growth, rates_of_samplers, scaling_figure
 from bayes_hw.report.rounding import format_duration, format_number, format_percent
 
@@ -123,8 +133,9 @@ def _verdict(found: Performance) -> str:
     return (
         f"A log-probability takes {format_number(found.kernel_ns)} ns a walker and sample: it is"
         f" {_times(found.speed_up)} as fast as numpy with lfilter and reaches"
-        f" {format_percent(found.share_of_peak)} of the core's peak. The sampler gives {format_number(found.samplers[0].rate, 2)} effective samples a second on the twin's"
-        f" posterior: {', '.join(ratios)}."
+        f" {format_percent(found.share_of_peak)} of the core's peak. The sampler gives"
+        f" {format_number(found.samplers[0].rate, 2)} effective samples a second on the twin's posterior:"
+        f" {', '.join(ratios)}."
     )
 
 
@@ -150,7 +161,7 @@ def _badges(found: Performance) -> tuple[Badge, ...]:
 
 
 def _goal(label: str, ratio: float, goal: float, least: float) -> Badge:
-    state = "good" if ratio >= goal else "warn" if ratio >= least else "bad"
+    state: State = "good" if ratio >= goal else "warn" if ratio >= least else "bad"
     return Badge(label, state, f"{_times(ratio)}, goal {_times(goal)}")
 
 
