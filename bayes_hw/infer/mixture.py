@@ -14,8 +14,13 @@ DEGREES_OF_FREEDOM = 8.0
 FITTED_DEGREES = 16.0
 FITTED_INFLATION = 1.1
 """Of one component fitted to weighted draws: nearer to a normal density, a little wider than they are."""
+MINOR_INFLATION = 2.5
+"""Of further components: few draws tell their shape, and a wide one costs little."""
 FIT_TOLERANCE = 1e-6
-MINIMUM_SHARE = 0.01
+FEWEST = 0.001
+MINIMUM_SHARE = 0.1
+"""Of a component in the mixture, however little of the posterior it holds: what it lacks there holds walkers
+for long."""
 DEFENSIVE_WEIGHT = 0.1
 DEFENSIVE_INFLATION = 4.0
 
@@ -62,7 +67,7 @@ class Bend:
 
 @dataclass(frozen=True, eq=False)
 class StudentTMixture:
-    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), bent where there is a `bend`.
+    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), the first component bent if there is a `bend`.
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
     lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the
@@ -87,12 +92,11 @@ class StudentTMixture:
         """log(weight_j t_j(x)) of every component, shape (components, points), for x (points, dimension)."""
         nu, d = self.degrees_of_freedom, self.dimension
         constant = special.gammaln((nu + d) / 2) - special.gammaln(nu / 2) - 0.5 * d * np.log(nu * np.pi)
-        if self.bend is not None:
-            x = self.bend.apply(x, -1.0)
         rows = []
-        for weight, mean, factor in zip(self.weights, self.means, self.factors, strict=True):
+        for j, (weight, mean, factor) in enumerate(zip(self.weights, self.means, self.factors, strict=True)):
+            straight = x if j > 0 or self.bend is None else self.bend.apply(x, -1.0)
             whitener = linalg.solve_triangular(factor, np.eye(d), lower=True)
-            standard = (x - mean) @ whitener.T
+            standard = (straight - mean) @ whitener.T
             distance = np.einsum("ni,ni->n", standard, standard)
             log_determinant = np.sum(np.log(np.diag(factor)))
             rows.append(
@@ -115,7 +119,9 @@ class StudentTMixture:
         for i, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
             own = np.flatnonzero(component == i)
             drawn[own] = mean + normal[own] @ factor.T
-        return drawn if self.bend is None else self.bend.apply(drawn)
+            if i == 0 and self.bend is not None:
+                drawn[own] = self.bend.apply(drawn[own])
+        return drawn
 
 
 def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:
@@ -136,31 +142,30 @@ def several_laplace(
     )
 
 
-def refitted(mixture: StudentTMixture, points: FloatArray, weights: FloatArray) -> StudentTMixture:
+def refitted(
+    mixture: StudentTMixture, points: FloatArray, weights: FloatArray, *, bent: bool
+) -> StudentTMixture:
     """The components of `mixture` moved to the weighted points (weights of sum one) that each is nearest to.
 
-    A component with less than MINIMUM_SHARE of the weight stays as it is.
+    With `bent`, the heaviest one, which comes first, is bent as its points are. A component with less than
+    FEWEST of the weight stays where it is.
     """
     log_parts = mixture.component_log_densities(points)
     membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0)) * weights
+    order = np.argsort(-membership.sum(axis=1))
+    membership, means, factors = membership[order], mixture.means[order], mixture.factors[order]
     shares = np.maximum(membership.sum(axis=1), MINIMUM_SHARE)
-    means, factors = mixture.means.copy(), mixture.factors.copy()
+    bend = Bend.fitted(points, membership[0] / membership[0].sum()) if bent else None
     for j, own in enumerate(membership):
-        if own.sum() > MINIMUM_SHARE:
-            one = fitted_proposal(points, own / own.sum(), bent=False)
-            means[j], factors[j] = one.means[0], one.factors[0]
-    return StudentTMixture(shares / shares.sum(), means, factors)
-
-
-def fitted_proposal(points: FloatArray, weights: FloatArray, *, bent: bool) -> StudentTMixture:
-    """One component of the mean and covariance of weighted points, weights of sum one, bent or not."""
-    bend = Bend.fitted(points, weights) if bent else None
-    if bend is not None:
-        points = bend.apply(points, -1.0)
-    mean = weights @ points
-    centred = points - mean
-    fitted = laplace_proposal(mean, (centred.T * weights) @ centred, FITTED_INFLATION)
-    return replace(fitted, degrees_of_freedom=FITTED_DEGREES, bend=bend)
+        if own.sum() > FEWEST:
+            own_weights = own / own.sum()
+            straight = points if j > 0 or bend is None else bend.apply(points, -1.0)
+            means[j] = own_weights @ straight
+            centred = straight - means[j]
+            covariance = (centred.T * own_weights) @ centred
+            inflation = FITTED_INFLATION if j == 0 else MINOR_INFLATION
+            factors[j] = linalg.cholesky(covariance * inflation, lower=True)
+    return StudentTMixture(shares / shares.sum(), means, factors, FITTED_DEGREES, bend)
 
 
 def defended(mixture: StudentTMixture, points: FloatArray) -> StudentTMixture:

@@ -24,7 +24,6 @@ from bayes_hw.infer.mixture import (
     StudentTMixture,
     defended,
     fit_student_t_mixture,
-    fitted_proposal,
     refitted,
     several_laplace,
 )
@@ -54,7 +53,7 @@ OVERLOOKED = 4.0
 """A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""
 OVERLOOKED_SHARE = 0.01
 """So many overlooked walkers are more than a thin tail; a single one is where it is by FAR_OVERLOOKED."""
-FAR_OVERLOOKED = 7.5
+FAR_OVERLOOKED = 8.0
 
 
 class LogDensity(Protocol):
@@ -206,8 +205,7 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
         share = weights / weights.sum()
         if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
             break
-        several = len(laplace.modes) > 1
-        proposal = refitted(proposal, x, share) if several else fitted_proposal(x, share, bent=bent)
+        proposal = refitted(proposal, x, share, bent=bent)
     return max(trials[-2:], key=lambda trial: trial.plan.expected_acceptance)
 
 
