@@ -85,16 +85,16 @@ def measure(seed: int, quick: bool) -> Performance:
 
 
 def _measure(seed: int, quick: bool) -> Performance:
-    rounds = 1 if quick else 5
-    case = twin_case(seed)
-    kernel_ns, naive_ns, fma_ns, walkers_ns = likelihood_times(case, 2 if quick else 20)
-    samples_ns, memory = growth(case, LENGTHS[: 2 if quick else None])
+    rounds = 1 if quick else 3
+    case, one_record = twin_case(seed), twin_case(seed, 1)
+    kernel_ns, naive_ns, fma_ns, walkers_ns = likelihood_times(one_record, 2 if quick else 12)
+    samples_ns, memory = growth(one_record, LENGTHS[: 2 if quick else None])
     default, default_seconds = case.sample(SamplerSettings(), seed)
     return Performance(
         kernel_ns=kernel_ns,
         naive_ns=naive_ns,
         fma_ns=fma_ns,
-        operations=operations(case.target),
+        operations=operations(one_record.target),
         walkers_ns=walkers_ns,
         samples_ns=samples_ns,
         memory_mb=memory,
@@ -152,11 +152,11 @@ def growth(case: Case, lengths: tuple[int, ...]) -> tuple[dict[int, float], dict
 def sampler_rates(case: Case, rounds: int, quick: bool) -> tuple[Rival, ...]:
     """Effective samples per CPU second of every sampler, one number a round, in turns."""
     gradient, straight = StraightGradient(case.target, case.straightening), case.straight
-    tune, draws, naive_steps = (100, 100, 200) if quick else (300, 3000, 4000)
+    tune, draws, naive_steps = (100, 100, 200) if quick else (300, 2000, 2000)
     gradient_runs = {}
     for name, make, counts in (
         ("nutpie", nutpie_runner, (tune, draws)),
-        ("NumPyro NUTS", numpyro_runner, (tune // 2, draws // 15)),
+        ("NumPyro NUTS", numpyro_runner, (tune // 4, draws // 20)),
     ):
         try:
             gradient_runs[name] = make(gradient, straight, *counts)
@@ -190,7 +190,7 @@ def sampler_rates(case: Case, rounds: int, quick: bool) -> tuple[Rival, ...]:
         ),
         Rival(
             "NumPyro NUTS",
-            f"JAX, the same coordinates, {tune // 2} + {draws // 15} draws",
+            f"JAX, the same coordinates, {tune // 4} + {draws // 20} draws",
             tuple(rates["NumPyro NUTS"]),
             1000.0,
         ),
@@ -216,7 +216,8 @@ def naive_rate(case: Case, steps: int, seed: int) -> float:
 
 def scaling(modes: int, samples: int, seed: int) -> Scaling:
     """The default sampler on an axis of so many modes."""
-    case = case_of(*axis_of_modes(modes, samples, seed), seed)
+    model, record = axis_of_modes(modes, samples, seed)
+    case = case_of(model, [record], seed)
     found, seconds = case.sample(SamplerSettings(max_steps=2000), seed)
     rate = float(found.convergence.ess_bulk.min()) / seconds
     return Scaling(case.target.dimension, samples, rate, found.convergence.converged)
@@ -225,7 +226,7 @@ def scaling(modes: int, samples: int, seed: int) -> Scaling:
 def hard_case(name: str, seed: int, quick: bool) -> HardCase:
     """The default sampler on one of HARD_AXES, and differential evolution alone beside it."""
     hard = hard_axis(name, np.random.default_rng(HARD_AXES_SEED), 600 if quick else 1200)
-    case = case_of(hard.model, hard.record, seed)
+    case = case_of(hard.model, [hard.record], seed)
     found, seconds = case.sample(SamplerSettings(target_ess=1000 if quick else 4000, max_steps=2000), seed)
     flat = found.chain.reshape(-1, case.target.dimension)
     start = flat[np.random.default_rng(seed).choice(len(flat), 512, replace=False)]

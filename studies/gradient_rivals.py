@@ -6,6 +6,7 @@ for their adaptation is a step size. Compilation is not counted.
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 from typing import Any
@@ -95,9 +96,10 @@ def jax_log_density(gradient: StraightGradient) -> Callable[[Any], Any]:
     import jax
     import jax.numpy as jnp
 
-    u, y, real, zeros, n_modes, rate, priors, scale, low_grid, low, high_grid, high, mean_u = (
+    (u, y, first, real, zeros, n_modes, rate, priors, scale, low_grid, low, high_grid, high, mean_u) = (
         gradient.arguments()
     )
+    starts = [*np.flatnonzero(first).tolist(), len(u)]
     low_at = low_grid[0] + low_grid[1] * np.arange(len(low))
     high_at = high_grid[0] + high_grid[1] * np.arange(len(high))
 
@@ -133,15 +135,17 @@ def jax_log_density(gradient: StraightGradient) -> Callable[[Any], Any]:
             return (real * x + command, command + a1 * newer - a2 * older, newer), w
 
         rest = (jnp.zeros(len(real)), jnp.zeros(n_modes), jnp.zeros(n_modes))
-        _, w = jax.lax.scan(advance, rest, v, unroll=8)
-        e = jnp.asarray(y) - jnp.sign(w) * jnp.maximum(jnp.abs(w) - half_width, 0.0)
         sigma, kappa = jnp.exp(q[-2]), jnp.tanh(q[-1])
         shrinkage = 1 - kappa**2
         variance = sigma**2 * shrinkage
-        squares = jnp.sum((e[1:] - kappa * e[:-1]) ** 2) + shrinkage * e[0] ** 2
-        total = -0.5 * len(u) * jnp.log(2 * jnp.pi * variance) - 0.5 * squares / variance
+        total = -0.5 * len(u) * jnp.log(2 * jnp.pi * variance)
+        for begin, end in itertools.pairwise(starts):
+            _, w = jax.lax.scan(advance, rest, v[begin:end], unroll=8)
+            e = jnp.asarray(y[begin:end]) - jnp.sign(w) * jnp.maximum(jnp.abs(w) - half_width, 0.0)
+            squares = jnp.sum((e[1:] - kappa * e[:-1]) ** 2) + shrinkage * e[0] ** 2
+            total += 0.5 * jnp.log(shrinkage) - 0.5 * squares / variance
         log_lower, log_upper = jnp.log(-lower), jnp.log(upper)
-        total += 0.5 * jnp.log(shrinkage) + jnp.log(shrinkage) + jnp.log(upper_slope * lower_slope) - q[GAIN]
+        total += jnp.log(shrinkage) + jnp.log(upper_slope * lower_slope) - q[GAIN]
         total += -0.5 * ((log_lower - priors[LOWER, 0]) / priors[LOWER, 1]) ** 2 - log_lower
         total += -0.5 * ((log_upper - priors[UPPER, 0]) / priors[UPPER, 1]) ** 2 - log_upper
         total += -0.5 * (half_width / scale) ** 2 + q[HALF_WIDTH]

@@ -7,7 +7,7 @@ import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,19 +73,19 @@ class Case:
         return found, time.process_time() - begin
 
 
-def case_of(model: HammersteinWiener, record: Record, seed: int) -> Case:
-    """The posterior of the dominant parameters given one record, started as `infer` does."""
-    axis = axis_for(model, [record], "dominant", "rest")
+def case_of(model: HammersteinWiener, records: Sequence[Record], seed: int) -> Case:
+    """The posterior of the dominant parameters given some records, started as `infer` does."""
+    axis = axis_for(model, records, "dominant", "rest")
     begin = time.process_time()
-    start = starting_point(axis, [record], np.random.default_rng(seed))
+    start = starting_point(axis, records, np.random.default_rng(seed))
     seconds = time.process_time() - begin
-    return Case(LogPosterior(axis, start.noise_parameters, [record]), start, seconds)
+    return Case(LogPosterior(axis, start.noise_parameters, records), start, seconds)
 
 
-def twin_case(seed: int) -> Case:
-    """The twin's first training record: 2,400 samples, ten parameters."""
+def twin_case(seed: int, records: int | None = None) -> Case:
+    """The twin's training records, all three or the first `records`, of 2,400 samples; ten parameters."""
     twin = twin_records(np.random.default_rng(seed))
-    return case_of(twin.truth, twin.train[0], seed)
+    return case_of(twin.truth, twin.train[:records], seed)
 
 
 def repeated(case: Case, samples: int) -> LogPosterior:

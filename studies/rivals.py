@@ -1,6 +1,6 @@
-"""The posterior of one record sampled by others: numpy with emcee's default move, nutpie, NumPyro.
+"""The posterior of some records sampled by others: numpy with emcee's default move, nutpie, NumPyro.
 
-All have the density of `bayes_hw.infer.log_posterior.LogPosterior` for one record from rest with AR(1) noise,
+All have the density of `bayes_hw.infer.log_posterior.LogPosterior` for records from rest with AR(1) noise,
 free dominant modes and a saturation, dead zone and gain. The gradient samplers work in straight coordinates
 (`bayes_hw.infer.straightening`), where they are faster than in any other tried here.
 """
@@ -26,10 +26,10 @@ class NaivePosterior:
     """The log-posterior of one parameter vector with numpy and scipy.signal.lfilter."""
 
     def __init__(self, target: LogPosterior) -> None:
-        model, record = target.axis.model, target.records[0]
+        model = target.axis.model
         self.parameters = target.parameters
         self.rate, self.delay = model.sample_rate_hz, model.linear.delay_samples
-        self.u, self.y = record.u, record.y
+        self.records = target.records
         self.n_modes = len(model.dominant_modes)
         chosen = list(model.mode_indices())
         moving = np.concatenate([model.linear.poles[chosen], np.conj(model.linear.poles[chosen])])
@@ -51,16 +51,18 @@ class NaivePosterior:
         a = np.real(np.poly(np.concatenate([self.fixed, pairs, pairs.conj()])))
         b = np.zeros(len(a))
         b[len(a) - len(self.numerator) :] = values[GAIN] * self.numerator
-        v = np.zeros(len(self.u))
-        v[self.delay :] = np.clip(self.u, values[LOWER], values[UPPER])[: len(self.u) - self.delay]
-        w = signal.lfilter(b, a, v)
-        e = self.y - np.sign(w) * np.maximum(np.abs(w) - values[HALF_WIDTH], 0)
         sigma, kappa = values[-2], values[-1]
         variance = sigma**2 * (1 - kappa**2)
-        innovations = e[1:] - kappa * e[:-1]
-        squares = innovations @ innovations + (1 - kappa**2) * e[0] ** 2
-        log_likelihood = -0.5 * len(e) * np.log(2 * np.pi * variance) + 0.5 * np.log(1 - kappa**2)
-        total = log_prior + log_likelihood - 0.5 * squares / variance
+        total = log_prior
+        for record in self.records:
+            v = np.zeros(len(record))
+            v[self.delay :] = np.clip(record.u, values[LOWER], values[UPPER])[: len(record) - self.delay]
+            w = signal.lfilter(b, a, v)
+            e = record.y - np.sign(w) * np.maximum(np.abs(w) - values[HALF_WIDTH], 0)
+            innovations = e[1:] - kappa * e[:-1]
+            squares = innovations @ innovations + (1 - kappa**2) * e[0] ** 2
+            total += -0.5 * len(e) * np.log(2 * np.pi * variance) + 0.5 * np.log(1 - kappa**2)
+            total += -0.5 * squares / variance
         return float(total) if np.isfinite(total) else -np.inf
 
 
@@ -83,10 +85,12 @@ class StraightGradient:
         """What `log_posterior_and_gradient` takes after the point."""
         target, straight = self.target, self.straightening
         naive = NaivePosterior(target)
-        model, record = target.axis.model, target.records[0]
-        u = np.zeros(len(record))
-        delay = model.linear.delay_samples
-        u[delay:] = record.u[: len(u) - delay]
+        model, delay = target.axis.model, target.axis.model.linear.delay_samples
+        u = np.concatenate(
+            [np.r_[np.zeros(delay), record.u[: len(record) - delay]] for record in target.records]
+        )
+        y = np.concatenate([record.y for record in target.records])
+        first = np.concatenate([np.arange(len(record)) == 0 for record in target.records])
         real = np.sort(naive.fixed.real)
         priors = np.array([_normal_prior(p) for p in target.parameters])
         scale = float(target.parameters[HALF_WIDTH].prior.scale)  # type: ignore[attr-defined]
@@ -98,7 +102,7 @@ class StraightGradient:
             straight.mean_command,
         )
         shape = (real, model.linear.zeros.astype(np.complex128), naive.n_modes, naive.rate)
-        return (u, record.y, *shape, priors, scale, *tables)
+        return (u, y, first, *shape, priors, scale, *tables)
 
 
 def _normal_prior(parameter: Any) -> tuple[float, float]:
@@ -126,6 +130,7 @@ def log_posterior_and_gradient(  # type: ignore[no-untyped-def]
     q,
     u,
     y,
+    first,
     real,
     zeros,
     n_modes,
@@ -184,7 +189,11 @@ def log_posterior_and_gradient(  # type: ignore[no-untyped-def]
     slopes, previous = np.zeros(4 + 2 * n_modes), np.zeros(4 + 2 * n_modes)
     sums = np.zeros(4 + 2 * n_modes)
     e_before, squares, products = 0.0, 0.0, 0.0
+    records = 0
     for k in range(n):
+        if first[k]:
+            records += 1
+            x[:], s_new[:], s_old[:], f_new[:], f_old[:] = 0.0, 0.0, 0.0, 0.0, 0.0
         v[0] = min(max(u[k], lower), upper)
         v[1] = 1.0 if u[k] < lower else 0.0
         v[2] = 1.0 if u[k] > upper else 0.0
@@ -216,7 +225,7 @@ def log_posterior_and_gradient(  # type: ignore[no-untyped-def]
             newest = w[0] + a1 * f_new[m] - a2 * f_old[m]
             f_old[m] = f_new[m]
             f_new[m] = newest
-        if k == 0:
+        if first[k]:
             squares += shrinkage * e * e
             products += kappa * e * e
             for i in range(len(sums)):
@@ -230,7 +239,8 @@ def log_posterior_and_gradient(  # type: ignore[no-untyped-def]
         for i in range(len(sums)):
             previous[i] = slopes[i]
         e_before = e
-    total = -0.5 * n * np.log(2 * np.pi * variance) + 0.5 * np.log(shrinkage) - 0.5 * squares / variance
+    total = -0.5 * n * np.log(2 * np.pi * variance) + 0.5 * records * np.log(shrinkage)
+    total -= 0.5 * squares / variance
     d_lower, d_upper = sums[LOWER] / variance, sums[UPPER] / variance
     grad[HALF_WIDTH] = sums[HALF_WIDTH] / variance * half_width
     grad[GAIN] = sums[GAIN] / variance
@@ -245,7 +255,7 @@ def log_posterior_and_gradient(  # type: ignore[no-untyped-def]
             a2 = 2 * (p.real * change.real + p.imag * change.imag)
             grad[j] = (sums[4 + 2 * m] * a1 + sums[5 + 2 * m] * a2) / variance
     grad[d - 2] = -n + squares / variance
-    grad[d - 1] = (n - 1) * kappa + products / (sigma * sigma) - kappa * squares / variance
+    grad[d - 1] = (n - records) * kappa + products / (sigma * sigma) - kappa * squares / variance
     total += np.log(upper_slope * lower_slope / gain)
     d_lower += -1 / lower
     d_upper += -1 / upper

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, special
@@ -67,7 +67,7 @@ class Bend:
 
 @dataclass(frozen=True, eq=False)
 class StudentTMixture:
-    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), the first component bent if there is a `bend`.
+    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), the first one bent where there is a `bend`.
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
     lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the
