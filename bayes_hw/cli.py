@@ -15,6 +15,7 @@ from bayes_hw import __version__
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
+    add_noise,
     add_output,
     add_record_options,
     add_sampling,
@@ -102,6 +103,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for posterior.nc and posterior.json")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
@@ -142,6 +144,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     add_sampling(sub)
     add_common(sub)
 

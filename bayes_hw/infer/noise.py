@@ -6,16 +6,41 @@ deviation sigma and its partial autocorrelations kappa_i.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
+from scipy import special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import HyperbolicTangent, Logarithm, LogNormal, Uniform
+from bayes_hw.model.priors import (
+    HyperbolicTangent,
+    Logarithm,
+    LogNormal,
+    ShiftedLogarithm,
+    ShiftedLogNormal,
+    Uniform,
+)
+from bayes_hw.model.robust_kernel import RobustSums
 
 SIGMA_LOG_SD = 1.5
+DEGREES = "noise.degrees_of_freedom"
+LEAST_DEGREES = 2.0
+"""With two or fewer a Student-t variable has no variance, and sigma no meaning."""
+EXCESS_MEDIAN, EXCESS_LOG_SD = 4.0, 1.0
+
+
+def is_student_t(noise: Sequence[Parameter]) -> bool:
+    """Whether these noise parameters are those of Student-t innovations."""
+    return noise[-1].name == DEGREES
+
+
+def noise_order(noise: Sequence[Parameter]) -> int:
+    """The AR order p of noise parameters: sigma, p partial autocorrelations and, last, degrees of freedom."""
+    return len(noise) - 1 - int(is_student_t(noise))
 
 
 def log_likelihood(sums: LaggedSums, samples: int, sigma: FloatArray, partial: FloatArray) -> FloatArray:
@@ -66,11 +91,40 @@ def _log_likelihood(lagged, head, tail, samples, sigma, partial, result):  # typ
         )
 
 
+def robust_precision(sigma: FloatArray, partial: FloatArray, degrees: FloatArray) -> FloatArray:
+    """1 / (nu s^2) of every walker, with s the scale of the innovations: s^2 = sigma^2 prod(1 - kappa_i^2)
+    (nu - 2) / nu, so that sigma is the marginal standard deviation."""
+    return 1 / (sigma**2 * np.prod(1 - partial**2, axis=0) * (degrees - LEAST_DEGREES))
+
+
+def robust_log_likelihood(
+    sums: RobustSums, samples: int, sigma: FloatArray, partial: FloatArray, degrees: FloatArray
+) -> FloatArray:
+    """Log-likelihood of one record's residuals with Student-t innovations for every walker.
+
+    e(k) given the past is its AR prediction plus s_k t with nu `degrees` (walkers,) of freedom (Lange, Little
+    and Taylor, doi 10.1080/01621459.1989.10478852). For k < p prediction and scale are those of the AR(k) of
+    the first k partial autocorrelations, s_k^2 = s^2 / prod_{i > k} (1 - kappa_i^2).
+    """
+    order = len(partial)
+    shrinkage = 1 - partial**2
+    precision = robust_precision(sigma, partial, degrees)
+    logarithms, log_scales = sums.logarithms.copy(), np.zeros(len(sigma))
+    for k in range(order):
+        widening = np.prod(shrinkage[k:], axis=0)
+        coefficients = autoregression_from_partial(partial[:k])
+        error = sums.head[k] - np.sum(coefficients * sums.head[:k][::-1], axis=0)
+        logarithms += np.log1p(precision * widening * error**2)
+        log_scales -= 0.5 * np.log(widening)
+    constant = special.gammaln((degrees + 1) / 2) - special.gammaln(degrees / 2) - 0.5 * np.log(np.pi)
+    return samples * (constant + 0.5 * np.log(precision)) - log_scales - 0.5 * (degrees + 1) * logarithms
+
+
 def noise_parameters(estimate: NoiseEstimate, unit: str) -> tuple[Parameter, ...]:
     """The sampled noise parameters: marginal sigma and the partial autocorrelations.
 
     sigma has a log-normal prior of factor exp(2 x 1.5) = 20 about the estimate, each partial autocorrelation
-    is uniform.
+    is uniform. Student-t innovations have degrees of freedom of 2 plus a log-normal of median 4 and log sd 1.
     """
     sigma = Parameter(
         "noise.sigma", unit, estimate.sigma, LogNormal(estimate.sigma, SIGMA_LOG_SD), Logarithm()
@@ -85,4 +139,8 @@ def noise_parameters(estimate: NoiseEstimate, unit: str) -> tuple[Parameter, ...
         )
         for i, kappa in enumerate(estimate.partial, start=1)
     )
-    return (sigma, *partial)
+    if estimate.degrees_of_freedom is None:
+        return (sigma, *partial)
+    prior = ShiftedLogNormal(LEAST_DEGREES, EXCESS_MEDIAN, EXCESS_LOG_SD)
+    transform = ShiftedLogarithm(LEAST_DEGREES)
+    return (sigma, *partial, Parameter(DEGREES, "", estimate.degrees_of_freedom, prior, transform))

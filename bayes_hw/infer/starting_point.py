@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy import linalg, stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
-from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale
+from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale, whitened
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
@@ -22,6 +24,12 @@ APART = 5.0
 NEGLIGIBLE = 15.0
 WORSE = 2.0
 """A minimum with so many times the smallest sum of squares is not looked at as a mode of its own."""
+WINSOR = 3.0
+DECISIVE = 10.0
+START_DEGREES = 6.0
+DEGREES_VARIANCE = 0.3
+"""Of log(degrees of freedom - 2) where sampling starts."""
+NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -43,16 +51,25 @@ class StartingPoint:
 
 
 def starting_point(
-    axis: AxisParameters, records: Sequence[Record], rng: np.random.Generator
+    axis: AxisParameters,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    noise_kind: NoiseKind = "normal",
 ) -> StartingPoint:
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
     Coloured noise enters last: with the parameters still wrong, whitening would absorb the misfit. The
     covariance is the Gauss-Newton one with the priors' curvature, and the large-sample one of the noise
     parameters; the two are independent.
+
+    The innovations of the noise are "normal", "student-t", or "auto": Student t where that fits those of the
+    estimate better by DECISIVE in the Bayesian information criterion. For Student t, outliers are drawn in to
+    WINSOR standard deviations before the parameters are fitted again.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     noise, fit = _refitted(axis, records, starts.best)
+    if noise_kind == "student-t" or (noise_kind == "auto" and _heavy_tailed(noise, fit, records)):
+        records, noise, fit = _robustly(axis, records, noise, fit)
     sampled = noise_parameters(noise, axis.model.units.output)
     coordinates, covariance = _with_noise(axis, fit, noise, sampled)
     target = LogPosterior(axis, sampled, records)
@@ -91,11 +108,47 @@ def _refitted(
     return estimate_noise(split_by_record(fit.residuals, records), order), fit
 
 
+def _innovations(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> FloatArray:
+    """Of all records, their first samples left out."""
+    parts = split_by_record(fit.residuals, records)
+    return np.concatenate([whitened(part, noise.autoregression)[noise.order :] for part in parts])
+
+
+def _heavy_tailed(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> bool:
+    """Whether Student-t innovations fit better by DECISIVE in the Bayesian information criterion."""
+    a = _innovations(noise, fit, records)
+    degrees, _, scale = stats.t.fit(a, floc=0.0)
+    gain = np.sum(stats.t.logpdf(a, degrees, 0.0, scale)) - np.sum(stats.norm.logpdf(a, 0.0, np.std(a)))
+    return bool(2 * gain - np.log(len(a)) > DECISIVE)
+
+
+def _robustly(
+    axis: AxisParameters, records: Sequence[Record], noise: NoiseEstimate, fit: OutputErrorFit
+) -> tuple[list[Record], NoiseEstimate, OutputErrorFit]:
+    """Records with their outliers drawn in, and noise and fit of those, the noise with degrees of freedom.
+
+    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data).
+    """
+    drawn_in = list(records)
+    for _ in range(REFITS):
+        parts = split_by_record(fit.residuals, drawn_in)
+        outputs = [record.y - part for record, part in zip(drawn_in, parts, strict=True)]
+        residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
+        reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(residuals))))
+        drawn_in = [
+            replace(record, y=output + np.clip(residual, -reach, reach))
+            for record, output, residual in zip(records, outputs, residuals, strict=True)
+        ]
+        noise, fit = _refitted(axis, drawn_in, fit)
+    return drawn_in, replace(noise, degrees_of_freedom=START_DEGREES), fit
+
+
 def _with_noise(
     axis: AxisParameters, fit: OutputErrorFit, noise: NoiseEstimate, sampled: tuple[Parameter, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates and covariance of the axis and, after it, of the noise."""
-    values = np.concatenate([[noise.sigma], np.clip(noise.partial, -0.9999, 0.9999)])
+    degrees = [] if noise.degrees_of_freedom is None else [noise.degrees_of_freedom]
+    values = np.concatenate([[noise.sigma], np.clip(noise.partial, -0.9999, 0.9999), degrees])
     n_axis = len(axis.parameters)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     _, prior_sd = prior_scale(axis)
@@ -174,7 +227,7 @@ def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
 
 def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
-    autocorrelations kappa, (1 + p, 1 + p).
+    autocorrelations kappa, (1 + p, 1 + p); one row more for degrees of freedom, a guess.
 
     log sigma = log sigma_a - sum log(1 - kappa_i^2) / 2, where log sigma_a has variance 1 / (2 n) and is
     independent of the kappas. Each kappa is given the variance (1 - kappa^2) / n, that of the last one
@@ -184,4 +237,7 @@ def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     independent = np.concatenate([[0.5], 1 / (1 - partial**2)]) / samples
     to_coordinates = np.eye(len(independent))
     to_coordinates[0, 1:] = partial
-    return (to_coordinates * independent) @ to_coordinates.T
+    covariance = (to_coordinates * independent) @ to_coordinates.T
+    if noise.degrees_of_freedom is None:
+        return covariance
+    return np.asarray(linalg.block_diag(covariance, np.array([[DEGREES_VARIANCE]])))
