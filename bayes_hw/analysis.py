@@ -19,6 +19,7 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
