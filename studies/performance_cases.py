@@ -98,15 +98,17 @@ def repeated(case: Case, samples: int) -> LogPosterior:
 
 
 def axis_of_modes(modes: int, samples: int, seed: int) -> tuple[HammersteinWiener, Record]:
-    """An integrator and `modes` modes between 1 and 8 Hz, driven by random steps through both limits; six
-    parameters and two a mode."""
+    """An integrator and `modes` modes between 1 and 8 Hz with antiresonances between them, driven by random
+    steps through both limits; six parameters and two a mode."""
     rng = np.random.default_rng(seed)
-    found = tuple(Mode(f, 0.06) for f in np.geomspace(1.0, 8.0, modes)) if modes else ()
-    pairs = np.array([mode.pole(SAMPLE_RATE_HZ) for mode in found])
-    notches = np.array([0.97 * mode.pole(SAMPLE_RATE_HZ) ** 1.12 for mode in found])
-    linear = LinearBlock(
-        np.concatenate([notches, notches.conj()]), np.concatenate([[1.0 + 0j], pairs, pairs.conj()]), 0.02, 1
-    )
+    frequencies = np.geomspace(1.0, 8.0, modes) if modes > 1 else np.full(modes, 2.0)
+    found = tuple(Mode(float(f), 0.06) for f in frequencies)
+    between = tuple(Mode(float(f), 0.06) for f in np.sqrt(frequencies[1:] * frequencies[:-1]))
+    pairs = np.array([mode.pole(SAMPLE_RATE_HZ) for mode in found], dtype=np.complex128)
+    zeros = np.array([mode.pole(SAMPLE_RATE_HZ) for mode in between], dtype=np.complex128)
+    poles = np.concatenate([[1.0 + 0j], pairs, pairs.conj()])
+    gain = 0.05 * np.prod(np.abs(1 - pairs) ** 2) / np.prod(np.abs(1 - zeros) ** 2)
+    linear = LinearBlock(np.concatenate([zeros, zeros.conj()]), poles, float(gain), 1)
     model = HammersteinWiener(
         f"{modes} modes",
         SAMPLE_RATE_HZ,

@@ -129,7 +129,9 @@ def performance_report(found: Performance, provenance: Provenance) -> Report:
 
 
 def _verdict(found: Performance) -> str:
-    ratios = [f"{_times(found.ratio(rival))} {rival.name}" for rival in found.samplers[1:] if rival.rates]
+    ratios = [
+        f"{_times(found.ratio(rival))} as many as {rival.name}" for rival in found.samplers[1:] if rival.rates
+    ]
     return (
         f"A log-probability takes {format_number(found.kernel_ns)} ns a walker and sample: it is"
         f" {_times(found.speed_up)} as fast as numpy with lfilter and reaches"
