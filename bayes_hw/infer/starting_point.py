@@ -20,6 +20,7 @@ from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
 
 REFITS = 2
+ROUNDING = 1e-10
 APART = 5.0
 NEGLIGIBLE = 15.0
 WORSE = 2.0
@@ -188,8 +189,11 @@ def _other_modes(
 
 
 def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
-    difference = a - b
-    return float(np.sqrt(difference @ np.linalg.solve(covariance, difference)))
+    """Mahalanobis distance of two points; zero where the covariance is too singular to tell."""
+    widths = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(widths, widths) + ROUNDING * np.eye(len(widths))
+    difference = (a - b) / widths
+    return float(np.sqrt(max(difference @ np.linalg.solve(correlation, difference), 0.0)))
 
 
 def flat_directions(
