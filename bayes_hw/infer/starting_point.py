@@ -190,7 +190,7 @@ def _other_modes(
 
 def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
     """Mahalanobis distance of two points; zero where the covariance is too singular to tell."""
-    widths = np.sqrt(np.diag(covariance))
+    widths = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     correlation = covariance / np.outer(widths, widths) + ROUNDING * np.eye(len(widths))
     difference = (a - b) / widths
     return float(np.sqrt(max(difference @ np.linalg.solve(correlation, difference), 0.0)))
