@@ -190,10 +190,11 @@ def _other_modes(
 
 def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
     """Mahalanobis distance of two points; zero where the covariance is too singular to tell."""
-    widths = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    widths = np.sqrt(np.maximum(np.diag(covariance), float(np.finfo(np.float64).tiny)))
     correlation = covariance / np.outer(widths, widths) + ROUNDING * np.eye(len(widths))
     difference = (a - b) / widths
-    return float(np.sqrt(max(difference @ np.linalg.solve(correlation, difference), 0.0)))
+    square = float(difference @ np.linalg.solve(correlation, difference))
+    return float(np.sqrt(max(square, 0.0)))
 
 
 def flat_directions(
