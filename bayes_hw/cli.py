@@ -16,6 +16,7 @@ from bayes_hw.commands import blind, design, design_experiment, diagnose, identi
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
+    add_noise,
     add_output,
     add_record_options,
     add_sampling,
@@ -103,6 +104,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for posterior.nc and posterior.json")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
@@ -143,6 +145,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     add_sampling(sub)
     add_common(sub)
 
