@@ -3,8 +3,8 @@
 One parameter vector against one record. The linear block is a sum of first-order states in continuous time
 (`bayes_hw.gap.drive_train`), stepped exactly for inputs that are constant over a step:
 
-    c(t)     = command, delayed by EXTRA_DELAY and limited to COMMAND_RATE
-    v        = gain(t) clip(c, limits(w)) + BIAS
+    c(t)     = command delayed by EXTRA_DELAY, clipped to limits(w), followed at COMMAND_RATE at most
+    v        = gain(t) c + BIAS
     x_i'     = s_i x_i + v                                          the states of G
     b_j'     = p_j b_j + m_j torque_motor + l_j torque_load         those of the drive train
     w        = sum_i r_i x_i + sum_j q_j b_j,   motor angle, motor speed and load speed likewise
@@ -125,9 +125,10 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
         for j in range(substeps):
             before = min(max(part * substeps - j, 0.0), 1.0)
             command = before * earlier + (1 - before) * later
+            limited = min(max(command, lower), upper)
             if s[S.COMMAND_RATE] < np.inf:
-                command, followed = _ramped(followed, command, s[S.COMMAND_RATE], h)
-            v = gain * min(max(command, lower), upper) + s[S.BIAS]
+                limited, followed = _ramped(followed, limited, s[S.COMMAND_RATE], h)
+            v = gain * limited + s[S.BIAS]
             if j == 0:
                 output = position + direct * v
             motor_torque, load_torque = 0.0, 0.0
