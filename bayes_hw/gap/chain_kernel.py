@@ -45,12 +45,18 @@ def _friction(speed, response, coulomb, static, stribeck_speed, smoothing):  # t
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
     """
-    sliding = coulomb * (1 + static * np.exp(-((speed / stribeck_speed) ** 2)))
-    viscous = sliding / smoothing
-    slow = speed / (1 + response * viscous)
-    if abs(slow) < smoothing:
-        return -viscous * slow
-    return -sliding if speed > 0 else sliding
+    end = speed
+    torque = 0.0
+    for _ in range(1 if static == 0 else 6):
+        sliding = coulomb * (1 + static * np.exp(-((end / stribeck_speed) ** 2)))
+        viscous = sliding / smoothing
+        slow = speed / (1 + response * viscous)
+        if abs(slow) < smoothing:
+            torque = -viscous * slow
+        else:
+            torque = -sliding if speed > 0 else sliding
+        end = 0.5 * (end + speed + response * torque)
+    return torque
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -124,8 +130,7 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
         output = position
         for j in range(substeps):
             before = min(max(part * substeps - j, 0.0), 1.0)
-            command = before * earlier + (1 - before) * later
-            limited = min(max(command, lower), upper)
+            limited = before * min(max(earlier, lower), upper) + (1 - before) * min(max(later, lower), upper)
             if s[S.COMMAND_RATE] < np.inf:
                 limited, followed = _ramped(followed, limited, s[S.COMMAND_RATE], h)
             v = gain * limited + s[S.BIAS]
@@ -176,7 +181,10 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
                 coulomb = s[S.MOTOR_FRICTION]
                 if s[S.MOTOR_PRESLIDING] > 0:
                     stiffness = s[S.MOTOR_PRESLIDING]
-                    bristle = (bristle + h * speed) / (1 + h * abs(speed) * stiffness / coulomb)
+                    slowed = speed - motor_response * stiffness * bristle
+                    bristle = (bristle + h * speed) / (
+                        1 + stiffness * (h * abs(slowed) / coulomb + h * motor_response)
+                    )
                     torque = -stiffness * bristle
                 else:
                     torque = _friction(
