@@ -51,10 +51,8 @@ def _friction(speed, response, coulomb, static, stribeck_speed, smoothing):  # t
         sliding = coulomb * (1 + static * np.exp(-((end / stribeck_speed) ** 2)))
         viscous = sliding / smoothing
         slow = speed / (1 + response * viscous)
-        if abs(slow) < smoothing:
-            torque = -viscous * slow
-        else:
-            torque = -sliding if speed > 0 else sliding
+        sliding_torque = -sliding if speed > 0 else sliding
+        torque = -viscous * slow if abs(slow) < smoothing else sliding_torque
         end = 0.5 * (end + speed + response * torque)
     return torque
 
