@@ -28,16 +28,16 @@ W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 class KnownTrain:
     """The drive train of `bayes_hw.gap.drive_train` by its own numbers, motor and load in units of w."""
 
-    kp: float = 55.0
-    ki: float = 420.0
-    km: float = 760.0
-    kl: float = 150.0
-    ks: float = 90.0
-    kss: float = 640.0
-    c: float = 0.0022
-    cs: float = 0.0014
-    bl: float = 0.15
-    gain: float = 1.1
+    kp: float = 210.0
+    ki: float = 2400.0
+    km: float = 520.0
+    kl: float = 190.0
+    ks: float = 105.0
+    kss: float = 530.0
+    c: float = 0.003
+    cs: float = 0.0016
+    bl: float = 0.2
+    gain: float = 0.75
 
     @property
     def logs(self) -> FloatArray:

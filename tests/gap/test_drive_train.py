@@ -33,7 +33,7 @@ from bayes_hw.model.linear import LinearBlock
 
 S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
 OUTPUTS = (W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED)
-TRAINS = (TRAIN, KnownTrain(kp=70, ki=900, km=900, kl=130, ks=60, kss=700, c=0.003, cs=0.001, gain=0.7))
+TRAINS = (TRAIN, KnownTrain(kp=150, ki=1500, km=350, kl=210, ks=130, kss=540, c=0.005, cs=0.001, gain=1.1))
 
 
 def continuous(model: HammersteinWiener) -> ContinuousPoles:
