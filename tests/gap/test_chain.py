@@ -112,7 +112,7 @@ def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
         ),
         (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
         (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
-        (CubicStiffness(), (-500.0,), Setting(stiffening(-500.0)), 0.02),
+        (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
         (DynamicBacklash(), (0.003,), Setting(free_gap(0.003)), 0.07),
     ],
     ids=lambda value: value.name if isinstance(value, Effect) else "",
