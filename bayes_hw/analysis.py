@@ -19,6 +19,7 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -91,6 +92,7 @@ def analyse(
     *,
     model: HammersteinWiener | None = None,
     start: StartCondition = "rest",
+    noise: NoiseKind = "normal",
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -119,6 +121,7 @@ def analyse(
         dominant_rng,
         free="dominant",
         start=start,
+        noise=noise,
         settings=settings,
         jobs=jobs,
         progress=progress,
@@ -134,6 +137,7 @@ def analyse(
             all_rng,
             free="all",
             start=start,
+            noise=noise,
             settings=settings,
             jobs=jobs,
             progress=progress,

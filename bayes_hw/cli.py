@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import diagnose
+from bayes_hw.commands import blind, design, design_experiment, diagnose, identifiability
 from bayes_hw.commands.options import (
     FREE_HELP,
     add_common,
+    add_noise,
     add_output,
     add_record_options,
     add_sampling,
@@ -42,7 +43,7 @@ sample at a uniform rate, by default in columns t, u, y; map other names with --
 """
 
 
-MODULES: tuple[Any, ...] = (diagnose,)
+MODULES: tuple[Any, ...] = (blind, design, design_experiment, diagnose, identifiability)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
@@ -103,6 +104,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for posterior.nc and posterior.json")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
@@ -143,6 +145,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
     add_record_options(sub)
     add_start(sub)
+    add_noise(sub)
     add_sampling(sub)
     add_common(sub)
 
@@ -185,6 +188,8 @@ def interruption_advice(parsed: argparse.Namespace) -> str:
     """What to do after Ctrl-C."""
     if any(parsed.checkpoint.rglob("plan.h5")):
         return f"the finished steps are in {parsed.checkpoint}; the same command with --resume goes on"
+    if getattr(parsed, "goes_on", False):
+        return "what is finished is kept; the same command goes on from there"
     return "nothing was written; run the command again"
 
 

@@ -16,6 +16,7 @@ from bayes_hw.analysis import Analysis
 from bayes_hw.commands.axis import write_analysis
 from bayes_hw.executor import Executor, make_executor
 from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import Provenance, provenance
 from bayes_hw.record import Record
@@ -39,6 +40,7 @@ class Study:
     progress: Progress
     begin: float
     scheduler: str | None = None
+    diagnosis: str = DIAGNOSIS
 
     def executor(self) -> Executor:
         """Where the replicates of the study run."""
@@ -68,8 +70,8 @@ class Study:
         return provenance(command, self.seed, records, time.perf_counter() - self.begin)
 
 
-def start_study(name: str, question: str | None) -> Study:
-    """Parse the options of a study script."""
+def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> Study:
+    """Parse the options of a study script; one that `diagnoses` can be given another diagnosis to check."""
     parser = argparse.ArgumentParser(
         description=question, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -79,6 +81,8 @@ def start_study(name: str, question: str | None) -> Study:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="run replicates on this Dask cluster instead")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     parser.add_argument("--out", type=Path, default=REPORTS / name, help="folder of the results")
+    if diagnoses:
+        parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
     parsed = parser.parse_args()
     return Study(
         name,
@@ -89,6 +93,7 @@ def start_study(name: str, question: str | None) -> Study:
         Progress(parsed.quiet),
         time.perf_counter(),
         parsed.scheduler,
+        getattr(parsed, "diagnosis", None) or DIAGNOSIS,
     )
 
 

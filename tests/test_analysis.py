@@ -11,7 +11,7 @@ from simulated_records import measured
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints
 from bayes_hw.errors import InputError
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -22,8 +22,8 @@ SHORT = SamplerSettings(walkers=32, max_steps=50)
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Any:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

@@ -21,11 +21,11 @@ import pytest
 from command_files import files_below, write_axis
 
 from bayes_hw.cli import build_parser, main
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-COMMANDS = ("identify", "sample", "simulate", "predict", "report")
+COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design")
 SHORT = ("--walkers", "32", "--max-steps", "50")
 """A run too short to converge."""
 
@@ -56,8 +56,8 @@ def example_of(command: str) -> list[str]:
 def _short_pilot() -> Iterator[None]:
     """Sampling's pilot in a third of its steps; processes of their own run it in full."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 
@@ -227,9 +227,11 @@ def test_quiet_is_silent_and_otherwise_progress_is_plain_lines(
 
 
 def test_a_run_too_short_says_so_everywhere(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In the file, on stderr (even when quiet), and again by predict; the exit status is 0."""
+    """In the file, on stderr (even when quiet), and again by predict; the exit status is 0. Fifty steps would
+    do here: ten thousand effective samples are demanded."""
+    monkeypatch.setattr("bayes_hw.infer.convergence.ESS_LIMIT", 1e4)
     short = ("--walkers", "16", "--max-steps", "50", "--quiet")
     assert main(sample_arguments(folder, tmp_path / "short", *short)) == 0
     content = read_json(tmp_path / "short" / "posterior.json")
@@ -243,14 +245,14 @@ def test_a_run_too_short_says_so_everywhere(
 def test_interrupted_and_resumed_to_the_same_numbers(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Interrupted after 125 steps, between two looks at convergence (100 and 150 steps), when it has
+    """Interrupted after 150 steps, between two looks at convergence (125 and 200 steps), when it has
     the effective samples asked for: resumed, it still ends where an undisturbed run does."""
 
     def run(name: str, *more: str) -> int:
         arguments = sample_arguments(folder, tmp_path / name, "--walkers", "32", "--jobs", "1", "--quiet")
         return main([*arguments, *more])
 
-    assert run("probe", "--max-steps", "125", "--target-ess", "1e9") == 0
+    assert run("probe", "--max-steps", "150", "--target-ess", "1e9") == 0
     probed = read_json(tmp_path / "probe" / "posterior.json")["parameters"].values()
     reached = min(min(entry["ess_bulk"], entry["ess_tail"]) for entry in probed)
     target = ("--target-ess", str(0.95 * reached))
@@ -260,7 +262,7 @@ def test_interrupted_and_resumed_to_the_same_numbers(
 
     def interrupted(checkpoint: Checkpoint, number: int, *block: Any) -> None:
         save_block(checkpoint, number, *block)
-        if number == 5:
+        if number == 6:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
@@ -271,7 +273,7 @@ def test_interrupted_and_resumed_to_the_same_numbers(
     assert run("parts", *target, "--resume") == 0
     whole, parts = (without_seconds(tmp_path / name / "posterior.json") for name in ("whole", "parts"))
     assert parts == whole
-    assert whole["steps"] == 150
+    assert whole["steps"] == 200
 
 
 def test_resume_without_a_checkpoint_starts_anew_and_says_so(

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.cli import main
 from bayes_hw.commands.axis import band_file_names
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 NAN = float("nan")
@@ -31,8 +31,8 @@ MODEL_KEYS = [
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

@@ -43,8 +43,29 @@ def add_start(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_sampling(parser: argparse.ArgumentParser) -> None:
-    """Settings of the sampler, and --resume."""
+def add_noise(parser: argparse.ArgumentParser) -> None:
+    """--noise normal, student-t or auto."""
+    parser.add_argument(
+        "--noise",
+        choices=("normal", "student-t", "auto"),
+        default="normal",
+        help="innovations of the noise: normal (default); student-t, for outliers; auto: student-t where the"
+        " Bayesian information criterion says so",
+    )
+
+
+def add_scheduler(parser: argparse.ArgumentParser) -> None:
+    """--scheduler, for commands that run many tasks; hand it to `bayes_hw.executor.make_executor`."""
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="run the tasks on the Dask cluster whose scheduler is at ADDRESS, such as tcp://host:8786,"
+        " instead of here (needs bayes-hw[dask])",
+    )
+
+
+def add_sampling(parser: argparse.ArgumentParser, *, resumable: bool = True) -> None:
+    """Settings of the sampler, and --resume where the command keeps a checkpoint."""
     group = parser.add_argument_group("sampling")
     group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
     group.add_argument(
@@ -54,7 +75,8 @@ def add_sampling(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
     )
-    group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
+    if resumable:
+        group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:

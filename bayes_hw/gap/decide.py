@@ -159,7 +159,10 @@ def decide(
     other = probability_of_other(left, calibration)
     centre = scores[explanation.labels]
     weights = {}
+    rounded = "encoder_quantization" in explanation.labels
     for key, value in scores.items():
+        if rounded and "encoder_quantization" not in key:
+            continue
         handicap = calibration.single_gain * (len(key) > 0) + calibration.pair_gain * (len(key) > 1)
         own = calibration.single_gain * (len(explanation.labels) > 0) + calibration.pair_gain * (
             len(explanation.labels) > 1

@@ -108,25 +108,25 @@ def _finished(
     gaps: list[Closure] = []
     before_held: list[FloatArray] = []
     after_held: list[FloatArray] = []
+    shown_held: list[FloatArray] = []
     draws_held: list[list[FloatArray]] = []
     for commands, outputs in (
         (list(inputs), [record.y for record in case.train]),
         (held, [record.y for record in case.holdout]),
     ):
         before = predicted(base, base.fit.values, commands)
-        after = before if final is base else predicted(final, final.fit.values, commands)
-        drawn = [predicted(final, values, commands) for values in some]
+        after = before if final is base else predicted(final, final.fit.values, commands, drift=False)
+        shown = before if final is base else predicted(final, final.fit.values, commands)
+        drawn = [predicted(final, values, commands, drift=False) for values in some]
         untracked = untracked_variance(final, after)
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
         else:
-            gaps.append(closure(before, after, drawn, outputs, untracked, sigma, correlation, rng))
-        before_held, after_held, draws_held = before, after, drawn
-    spread = np.sqrt(_marginal_variance(final, after_held))
+            gaps.append(closure(before, after, drawn, outputs, shown, untracked, sigma, correlation, rng))
+        before_held, after_held, shown_held, draws_held = before, after, shown, drawn
+    spread = np.sqrt(_marginal_variance(final))
     first = np.array([d[0] for d in draws_held])
-    noisy = first + spread * rng.normal(size=first.shape)
     wide = np.std(first, axis=0)
-    del noisy
     half = 1.8808 * np.sqrt(wide**2 + spread**2)
     names = [p.name for p in hypothesis.parameters]
     units = [p.unit for p in hypothesis.parameters]
@@ -167,8 +167,8 @@ def _finished(
         verdict,
         before_held[0],
         after_held[0],
-        after_held[0] - half,
-        after_held[0] + half,
+        shown_held[0] - half,
+        shown_held[0] + half,
     )
 
 
@@ -183,10 +183,9 @@ def _first_autocorrelation(explanation: Explanation) -> float:
     return float(np.clip(coefficients[0], -0.95, 0.95)) if len(coefficients) == 1 else 0.9
 
 
-def _marginal_variance(explanation: Explanation, after: Sequence[FloatArray]) -> float:
+def _marginal_variance(explanation: Explanation) -> float:
     """Variance of a measured sample about the prediction, output units squared."""
     residual = float(np.mean(np.concatenate(explanation.fit.residuals) ** 2))
-    del after
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
 
 

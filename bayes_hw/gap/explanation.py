@@ -75,8 +75,10 @@ class ShownHypothesis(Hypothesis):
         object.__setattr__(shown, "display", display)
         return shown
 
-    def simulate(self, values: FloatArray, inputs: Sequence[FloatArray] | None = None) -> list[FloatArray]:
-        simulated = super().simulate(values, inputs)
+    def simulate(
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
+    ) -> list[FloatArray]:
+        simulated = super().simulate(values, inputs, drift)
         if inputs is not None:
             return simulated
         return [self.display.show(y, record) for record, y in enumerate(simulated)]

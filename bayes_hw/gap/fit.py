@@ -110,7 +110,7 @@ def fit(
     coordinates = start.copy()
     cost, simulated, residuals, white = evaluate(coordinates)
     damping = 1e-3
-    derivatives = jacobians(hypothesis, coordinates, simulated)
+    derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
     for _ in range(max_iterations):
         precision, gradient = np.diag(1 / sds**2), (means - coordinates) / sds**2
         for record, jacobian in enumerate(derivatives):
@@ -121,7 +121,7 @@ def fit(
             gradient = np.where(free, gradient, 0.0)
             precision = np.where(np.outer(free, free), precision, np.diag(np.diag(precision)))
         improved = False
-        before = cost
+        before, earlier, shown = cost, coordinates, simulated
         for _ in range(8):
             try:
                 factor = cho_factor(precision + damping * np.diag(np.diag(precision)))
@@ -139,8 +139,30 @@ def fit(
                 improved = True
                 break
             damping *= 6
-        if improved:
-            derivatives = jacobians(hypothesis, coordinates, simulated)
-        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0) * 0.1:
+        if not improved and exact:
             break
+        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0) * 0.1:
+            if exact:
+                break
+            derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
+        elif exact:
+            derivatives, exact = _updated(derivatives, coordinates - earlier, simulated, shown), False
+        else:
+            derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
+    if not exact:
+        derivatives = jacobians(hypothesis, coordinates, simulated)
     return Fit(hypothesis, coordinates, residuals, simulated, derivatives, whitener, cost)
+
+
+def _updated(
+    derivatives: Sequence[FloatArray],
+    step: FloatArray,
+    after: Sequence[FloatArray],
+    before: Sequence[FloatArray],
+) -> list[FloatArray]:
+    """Broyden's update (doi 10.1090/S0025-5718-1965-0198670-6): derivatives that agree with the last step."""
+    length = float(step @ step)
+    return [
+        jacobian + np.outer(y - earlier - jacobian @ step, step) / length
+        for jacobian, y, earlier in zip(derivatives, after, before, strict=True)
+    ]

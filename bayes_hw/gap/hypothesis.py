@@ -95,16 +95,23 @@ class Hypothesis:
             row += count
         return self.builder.chain(values[: self.base_count], resonator, self.torques)
 
-    def simulate(self, values: FloatArray, inputs: Sequence[FloatArray] | None = None) -> list[FloatArray]:
-        """y of every record at parameter values (parameters,); of `inputs` where given."""
-        return [y for _, y in self.simulate_signals(values, inputs)]
+    def simulate(
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
+    ) -> list[FloatArray]:
+        """y of every record at parameter values (parameters,); of `inputs` where given.
+
+        Without `drift` the encoder's drift is left out: the angle of the axis.
+        """
+        return [y for _, y in self.simulate_signals(values, inputs, drift)]
 
     def simulate_signals(
-        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
     ) -> list[tuple[FloatArray, FloatArray]]:
         """(w, y) of every record at parameter values (parameters,)."""
         chain = self.chain(values)
         settings = self.settings(values, chain)
+        if not drift:
+            settings[[S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
         return [chain.simulate(u, settings) for u in (self.inputs if inputs is None else inputs)]
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:

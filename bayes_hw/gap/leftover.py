@@ -20,6 +20,9 @@ from bayes_hw.gap.whitener import bridge, fit_autoregression
 
 FLEXIBLE_ORDER = 16
 STEP_MARGIN = 10
+LARGEST_USUAL_CHANGE = 14.0
+"""Half the square of the largest change, in robust standard deviations, that wandering noise reaches."""
+
 FUNCTION_CENTRES = 7
 
 
@@ -37,12 +40,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     residuals = _bridged(explanation)
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     sigma = float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)))
-    found = [
-        _line(residuals, white, explanation),
-        _spectrum(residuals, explanation),
-        _step(residuals, explanation),
-    ]
-    found.append(_function(explanation, white, inputs))
+    found = [_line(residuals, white), _step(residuals)]
+    if "encoder_quantization" not in explanation.labels:
+        found += [_spectrum(residuals, explanation), _function(explanation, white, inputs)]
     return sorted(
         (Leftover(kind, gain, np.sqrt(max(size, 0.0)) / max(sigma, 1e-300)) for kind, gain, size in found),
         key=lambda left: -left.gain,
@@ -65,9 +65,7 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
     return list(residuals)
 
 
-def _line(
-    residuals: Sequence[FloatArray], white: Sequence[FloatArray], explanation: Explanation
-) -> tuple[str, float, float]:
+def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
     """The strongest sine in every record, each with its own phase, the frequency common."""
     length = 4 * max(len(w) for w in white)
     power = np.sum([np.abs(np.fft.rfft(w, length)) ** 2 / len(w) for w in white], axis=0)
@@ -79,7 +77,6 @@ def _line(
     for e in residuals:
         columns = np.stack([np.cos(omega * np.arange(len(e))), np.sin(omega * np.arange(len(e)))], axis=1)
         taken += float(np.sum((columns @ np.linalg.lstsq(columns, e, rcond=None)[0]) ** 2))
-    del explanation
     penalty = (2 * len(white) + 1) * 0.5 * np.log(sum(len(w) for w in white))
     return "line in time", gain - penalty, taken / sum(len(e) for e in residuals)
 
@@ -87,39 +84,31 @@ def _line(
 def _spectrum(residuals: Sequence[FloatArray], explanation: Explanation) -> tuple[str, float, float]:
     """A spectrum of many poles against that of the explanation."""
     none = [np.zeros(len(e), dtype=np.bool_) for e in residuals]
-    flexible = fit_autoregression(residuals, none, FLEXIBLE_ORDER)
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     again = fit_autoregression(white, none, FLEXIBLE_ORDER)
     ratio = again.innovation_sigma / max(again.sigma, 1e-300)
     samples = sum(len(e) for e in residuals)
     gain = -samples * np.log(max(ratio, 1e-12)) - 0.5 * FLEXIBLE_ORDER * np.log(samples)
-    del flexible
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
     return "spectrum", float(gain), mean_square * (1 - ratio**2)
 
 
-def _step(residuals: Sequence[FloatArray], explanation: Explanation) -> tuple[str, float, float]:
-    """One lasting step a record where it helps most."""
-    del explanation
+def _step(residuals: Sequence[FloatArray]) -> tuple[str, float, float]:
+    """One sudden, lasting step a record: the largest change of the local mean against its usual changes.
+
+    Noise that wanders has many changes of like size; a step is one far larger than all the rest.
+    """
     gain, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
     for e in residuals:
-        noise = fit_autoregression([np.diff(e)], [np.zeros(len(e) - 1, dtype=np.bool_)], 8)
-        centred = np.cumsum(e - e.mean())
-        count = np.arange(1, len(e))
-        between = centred[:-1] ** 2 * len(e) / (count * (len(e) - count))
-        inner = between[STEP_MARGIN:-STEP_MARGIN]
-        spectrum_at_zero = _long_run_variance(e, int(STEP_MARGIN + np.argmax(inner)))
-        gain += max(0.0, 0.5 * float(inner.max()) / spectrum_at_zero - np.log(len(e)))
-        taken += float(inner.max())
-        del noise
-    return "step", gain - 0.5 * len(residuals) * np.log(samples), taken / samples
-
-
-def _long_run_variance(e: FloatArray, at: int) -> float:
-    """Variance of the mean times samples, of the two parts about their own means."""
-    parts = np.concatenate([e[:at] - e[:at].mean(), e[at:] - e[at:].mean()])
-    model = fit_autoregression([parts], [np.zeros(len(parts), dtype=np.bool_)], 4)
-    return float((model.innovation_sigma / max(1 - model.coefficients.sum(), 0.05)) ** 2)
+        sums = np.concatenate([[0.0], np.cumsum(e)])
+        middle = np.arange(STEP_MARGIN, len(e) - STEP_MARGIN)
+        change = (sums[middle + STEP_MARGIN] - 2 * sums[middle] + sums[middle - STEP_MARGIN]) / STEP_MARGIN
+        usual = 1.4826 * float(np.median(np.abs(change - np.median(change))))
+        at = int(np.argmax(np.abs(change)))
+        gain += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
+        share = (at + STEP_MARGIN) / len(e)
+        taken += len(e) * share * (1 - share) * float(change[at]) ** 2
+    return "step", gain, taken / samples
 
 
 def _function(

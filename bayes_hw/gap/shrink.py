@@ -38,9 +38,14 @@ class Closure:
         }
 
 
-def predicted(explanation: Explanation, values: FloatArray, inputs: Sequence[FloatArray]) -> list[FloatArray]:
-    """Expected outputs of `inputs` at parameter values; of a display that repeats samples, its mean."""
-    simulated = explanation.fit.hypothesis.simulate(values, inputs)
+def predicted(
+    explanation: Explanation, values: FloatArray, inputs: Sequence[FloatArray], drift: bool = True
+) -> list[FloatArray]:
+    """Expected outputs of `inputs` at parameter values; of a display that repeats samples, its mean.
+
+    Without `drift` it is the angle of the axis, which a drifting encoder does not show.
+    """
+    simulated = explanation.fit.hypothesis.simulate(values, inputs, drift)
     stochastic = explanation.stochastic
     if stochastic is None or not isinstance(stochastic.display, HeldDisplay):
         return simulated
@@ -74,12 +79,16 @@ def closure(
     after: Sequence[FloatArray],
     draws: Sequence[Sequence[FloatArray]],
     measured: Sequence[FloatArray],
+    shown: Sequence[FloatArray],
     untracked: float,
     noise_sigma: float,
     correlation: float,
     rng: np.random.Generator,
 ) -> Closure:
     """The closed fraction with parameters and the finite record both counted.
+
+    `before`, `after` and `draws` are angles of the axis, `shown` what the encoder is expected to show of
+    `after`.
 
     Each of `draws` (predictions at a posterior draw) is taken for the truth in turn: the squared errors of
     `before` and `after` against it, plus what is left on the record beyond the noise, whose own scatter over
@@ -88,7 +97,7 @@ def closure(
     y = np.concatenate(measured)
     b, a = np.concatenate(list(before)), np.concatenate(list(after))
     effective = len(y) * (1 - correlation**2) / (1 + correlation**2)
-    square_after = float(np.mean((y - a) ** 2))
+    square_after = float(np.mean((y - np.concatenate(list(shown))) ** 2))
     fractions = []
     for draw in draws:
         truth = np.concatenate(list(draw))
@@ -96,7 +105,6 @@ def closure(
         remaining = float(np.mean((a - truth) ** 2))
         scatter = square_after * np.sqrt(2 / effective)
         left = max(0.0, square_after - remaining - untracked - noise_sigma**2 + rng.normal() * scatter)
-        left = left if left > 2 * scatter else 0.0
         total = reducible + left + untracked
         fractions.append(1 - (remaining + left + untracked) / total if total > 0 else 0.0)
     values = np.array(fractions)

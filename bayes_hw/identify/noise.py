@@ -23,12 +23,14 @@ MAX_ORDER = 12
 class NoiseEstimate:
     """A point estimate of the noise: marginal `sigma` (output units) and partial autocorrelations (p,).
 
-    `criterion` holds the Bayesian information criterion of every order tried, from zero.
+    `criterion` holds the Bayesian information criterion of every order tried, from zero. The a(k) are
+    Student t with `degrees_of_freedom` where that is a number, normal where it is None.
     """
 
     sigma: float
     partial: FloatArray
     criterion: FloatArray
+    degrees_of_freedom: float | None = None
 
     @property
     def order(self) -> int:

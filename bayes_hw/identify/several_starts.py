@@ -29,13 +29,14 @@ AGREEMENT = 0.01
 
 @dataclass(frozen=True, eq=False)
 class SeveralStarts:
-    """The outcome of all starts.
+    """The outcome of all starts, with the plain fit that each start reached.
 
     `sums_of_squares` (starts,) of the plain (unwhitened) residual that each start reached, output units
     squared, the nominal start first; `agreeing` counts the starts within AGREEMENT of the smallest.
     """
 
     best: OutputErrorFit
+    fits: tuple[OutputErrorFit, ...]
     sums_of_squares: FloatArray
     agreeing: int
 
@@ -65,7 +66,7 @@ def fit_from_several_starts(
         best = fit_output_error(
             axis, records, best.values, autoregression=autoregression, sigma=sigma, prior=prior
         )
-    return SeveralStarts(best, sums, agreeing)
+    return SeveralStarts(best, tuple(plain), sums, agreeing)
 
 
 def _start_points(

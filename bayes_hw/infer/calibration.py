@@ -28,7 +28,8 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
-from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.infer.starting_point import noise_covariance, starting_point
+from bayes_hw.infer.straightening import Straightening
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -244,18 +245,15 @@ def _sampled(
     residual = record.y - simulated_outputs(axis, values[:, None], records)[0][0]
     estimate = estimate_noise([residual], order)
     noise_mode = as_coordinates(noise, np.array([estimate.sigma / case.sigma_factor, *estimate.partial]))
-    covariance = np.diag(np.concatenate([np.zeros(n_axis), _noise_variances(estimate, len(record))]))
+    covariance = np.zeros((n_axis + len(noise), n_axis + len(noise)))
+    covariance[n_axis:, n_axis:] = noise_covariance(estimate, len(record))
     covariance[:n_axis, :n_axis] = origin.covariance[:n_axis, :n_axis]
     mode = np.concatenate([coordinates, noise_mode])
-    return target(), sample(target, mode, covariance, sampler_rng, settings=case.settings)
-
-
-def _noise_variances(estimate: NoiseEstimate, samples: int) -> FloatArray:
-    """Large-sample variances of log sigma, as for an AR(1), and of the inverse hyperbolic tangents of the
-    partial autocorrelations: a start for the sampler, which refits them."""
-    correlation = estimate.partial[0] if estimate.order else 0.0
-    log_sigma = (1 + correlation**2) / (1 - correlation**2) / (2 * samples)
-    return np.array([log_sigma, *(1 / (samples * (1 - estimate.partial**2)))])
+    straightening = Straightening.of(axis.parameters, records)
+    sampling = sample(
+        target, mode, covariance, sampler_rng, settings=case.settings, straightening=straightening
+    )
+    return target(), sampling
 
 
 def _posterior(target: LogPosterior, sampling: Sampling) -> Posterior:

@@ -20,23 +20,24 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling
 from bayes_hw.infer.ensemble import EnsembleState
-from bayes_hw.infer.mixture import StudentTMixture
+from bayes_hw.infer.mixture import Bend, StudentTMixture
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What the pilot decided: the proposal density, the share of independence proposals, and the mean
-    acceptance that the pilot promised for them."""
+    """What the pilot decided: the proposal density, the share of independence proposals, the mean acceptance
+    that the pilot promised for them, and whether proposals and walkers are in straight coordinates."""
 
     proposal: StudentTMixture
     independence_weight: float
     expected_acceptance: float
+    straight: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """One block of steps: chain (ensembles, steps, walkers, parameters), log-probability without the last
-    axis, accepted fraction (ensembles,), non-finite evaluations."""
+    """One block of steps: chain (ensembles, steps, walkers, parameters) in the parameters' coordinates, its
+    log-probability without the last axis, accepted fraction (ensembles,), non-finite evaluations."""
 
     chain: FloatArray
     log_probability: FloatArray
@@ -61,9 +62,13 @@ class Checkpoint:
             file.attrs["fingerprint"] = self.fingerprint
             file.attrs["independence_weight"] = plan.independence_weight
             file.attrs["expected_acceptance"] = plan.expected_acceptance
+            file.attrs["straight"] = plan.straight
             file["weights"] = plan.proposal.weights
             file["means"] = plan.proposal.means
             file["factors"] = plan.proposal.factors
+            file.attrs["degrees_of_freedom"] = plan.proposal.degrees_of_freedom
+            if (bend := plan.proposal.bend) is not None:
+                file["bend"] = np.stack([bend.centre, bend.direction, bend.bend])
             _write_states(file, states)
 
     def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
@@ -83,11 +88,19 @@ class Checkpoint:
         if not (self.folder / "plan.h5").exists():
             return None
         with self._open(self.folder / "plan.h5") as file:
-            proposal = StudentTMixture(file["weights"][:], file["means"][:], file["factors"][:])
+            bend = Bend(*file["bend"][:]) if "bend" in file else None
+            proposal = StudentTMixture(
+                file["weights"][:],
+                file["means"][:],
+                file["factors"][:],
+                float(file.attrs["degrees_of_freedom"]),
+                bend,
+            )
             plan = Plan(
                 proposal,
                 float(file.attrs["independence_weight"]),
                 float(file.attrs["expected_acceptance"]),
+                bool(file.attrs["straight"]),
             )
             states = _read_states(file)
         blocks: list[Block] = []

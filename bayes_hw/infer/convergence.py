@@ -17,7 +17,11 @@ from bayes_hw.arrays import FloatArray
 
 R_HAT_LIMIT = 1.01
 R_HAT_STEPS = 250
-"""Longer chains are thinned evenly to at most so many steps for nested R-hat."""
+R_HAT_WALKERS = 64
+"""Longer chains are thinned evenly to at most so many steps, and larger ensembles to so many walkers, for
+nested R-hat and the quantiles of the tails: sorting all values would cost more than drawing them."""
+SHORT_WINDOW = 64
+"""Lagged products are summed one lag after the other up to this lag, by Fourier transform beyond it."""
 ESS_LIMIT = 400.0
 TIMES_TAU = 5.0
 """Steps per autocorrelation time below which that time is not to be believed: the window of its sum."""
@@ -66,20 +70,32 @@ def autocorrelation_time(chain: FloatArray) -> float:
     """
     if np.ptp(chain) == 0:
         return float("inf")
+    short = _within_short_window(chain)
+    if short is not None:
+        return short
     taus = 2.0 * np.cumsum(autocorrelation_function(chain)) - 1.0
     outside = np.flatnonzero(np.arange(len(taus)) >= WINDOW * taus)
     window = int(outside[0]) if outside.size else len(taus) - 1
     return float(max(taus[window], MIN_TAU))
 
 
+def _within_short_window(chain: FloatArray) -> float | None:
+    """The autocorrelation time where its window is shorter than SHORT_WINDOW lags, else None."""
+    steps, walkers = chain.shape
+    flat = (chain - chain.mean()).ravel()
+    power = float(flat @ flat) / steps
+    tau = 1.0
+    for lag in range(1, min(SHORT_WINDOW, steps)):
+        if lag - 1 >= WINDOW * tau:
+            return max(tau, MIN_TAU)
+        products = float(flat[lag * walkers :] @ flat[: (steps - lag) * walkers])
+        tau += 2 * products / ((steps - lag) * power)
+    return None
+
+
 def effective_sample_size(chains: FloatArray) -> float:
     """Steps x walkers / autocorrelation time, summed over chains (ensembles, steps, walkers)."""
-    size = 0.0
-    for chain in chains:
-        tau = autocorrelation_time(chain)
-        if np.isfinite(tau) and tau > 0:
-            size += chain.size / tau
-    return size
+    return float(np.sum(chains[0].size / np.array([autocorrelation_time(chain) for chain in chains])))
 
 
 def nested_r_hat(chains: FloatArray) -> float:
@@ -87,9 +103,9 @@ def nested_r_hat(chains: FloatArray) -> float:
     ensembles, steps, walkers = chains.shape
     if np.ptp(chains) == 0:
         return float("inf")
-    thinned = chains[:, :: -(-steps // R_HAT_STEPS)]
-    flat = np.moveaxis(thinned, 1, 2).reshape(ensembles * walkers, -1)
-    identifiers = np.repeat(np.arange(ensembles), walkers)
+    thinned = chains[:, :: -(-steps // R_HAT_STEPS), :: -(-walkers // R_HAT_WALKERS)]
+    flat = np.moveaxis(thinned, 1, 2).reshape(ensembles * thinned.shape[2], -1)
+    identifiers = np.repeat(np.arange(ensembles), thinned.shape[2])
     return float(array_stats.rhat_nested(flat, superchain_ids=identifiers))
 
 
@@ -99,18 +115,21 @@ def assess(
     acceptance: FloatArray,
 ) -> Convergence:
     """Judge chains (ensembles, steps, walkers, parameters) with acceptance fractions (ensembles,)."""
-    _, steps, _, dimension = chain.shape
+    _, steps, walkers, dimension = chain.shape
     r_hat, bulk, tail, tau = (np.empty(dimension) for _ in range(4))
     for i in range(dimension):
-        one = chain[..., i]
+        one = np.ascontiguousarray(chain[..., i])
+        taus = np.array([autocorrelation_time(part) for part in one])
         r_hat[i] = nested_r_hat(one)
-        bulk[i] = effective_sample_size(one)
-        low, high = np.quantile(one, [0.05, 0.95])
+        bulk[i] = np.sum(one[0].size / taus)
+        low, high = np.quantile(
+            one[:, :: -(-steps // R_HAT_STEPS), :: -(-walkers // R_HAT_WALKERS)], [0.05, 0.95]
+        )
         tail[i] = min(
             effective_sample_size((one <= low).astype(np.float64)),
             effective_sample_size((one >= high).astype(np.float64)),
         )
-        tau[i] = np.mean([autocorrelation_time(part) for part in one])
+        tau[i] = np.mean(taus)
     problems = _stuck(chain, acceptance)
     problems += _limits("nested R-hat", r_hat, R_HAT_LIMIT, names, above=True)
     problems += _limits("bulk effective sample size", bulk, ESS_LIMIT, names, above=False)

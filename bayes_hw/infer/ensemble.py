@@ -33,6 +33,17 @@ def start_ensemble(coordinates: FloatArray, log_density: LogDensity, seed: int) 
     return EnsembleState(coordinates, log_density(coordinates), random_state)  # type: ignore[arg-type]
 
 
+class VectorSampler(EnsembleSampler):  # type: ignore[misc]
+    """emcee's sampler for log-densities that take and give whole arrays and never give NaN.
+
+    emcee itself goes through the results one by one.
+    """
+
+    def compute_log_prob(self, coords: FloatArray) -> tuple[FloatArray, None]:
+        """Log-densities (walkers,) and no blobs: emcee's interface."""
+        return self.log_prob_fn(coords), None
+
+
 def advance(
     state: EnsembleState,
     log_density: LogDensity,
@@ -46,7 +57,7 @@ def advance(
     """
     walkers, dimension = state.coordinates.shape
     own_moves = [(copy(move), weight) for move, weight in moves]
-    sampler = EnsembleSampler(walkers, dimension, log_density, moves=own_moves, vectorize=True)
+    sampler = VectorSampler(walkers, dimension, log_density, moves=own_moves, vectorize=True)
     start = State(state.coordinates, log_prob=state.log_probability, random_state=state.random_state)
     end = sampler.run_mcmc(start, steps, skip_initial_state_check=True)
     after = EnsembleState(np.ascontiguousarray(end.coords), end.log_prob, end.random_state)

@@ -23,7 +23,8 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
-from bayes_hw.infer.starting_point import StartingPoint, starting_point
+from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
+from bayes_hw.infer.straightening import Straightening
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -80,13 +81,14 @@ def infer(
     *,
     free: FreeSet = "dominant",
     start: StartCondition = "rest",
+    noise: NoiseKind = "normal",
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
     checkpoint_folder: Path | None = None,
     resume: bool = False,
 ) -> Inference:
-    """Sample the posterior of `model`'s free parameters given `records`.
+    """Sample the posterior of `model`'s free parameters given `records`; `noise` as for `starting_point`.
 
     Started from the least-squares estimate that several descents from `model` reach; see
     `starting_point` and `sample`. With `checkpoint_folder` the chain is kept there block by block.
@@ -98,7 +100,7 @@ def infer(
     axis = axis_for(model, records, free, start)
     start_rng, sampler_rng = rng.spawn(2)
     with one_blas_thread(), progress.stage("least squares from several starts"):
-        origin = starting_point(axis, records, start_rng)
+        origin = starting_point(axis, records, start_rng, noise)
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -109,6 +111,7 @@ def infer(
                 *[_data_digest(record) for record in records],
                 free,
                 start,
+                noise,
                 repr(settings),
                 repr(rng.bit_generator.state),
             ),
@@ -120,6 +123,8 @@ def infer(
             origin.covariance,
             sampler_rng,
             settings=settings,
+            others=origin.others,
+            straightening=Straightening.of(axis.parameters, records),
             jobs=jobs,
             progress=progress,
             checkpoint=checkpoint,
@@ -155,5 +160,7 @@ def residual_report(posterior: Posterior, records: Sequence[Record]) -> Residual
     residuals: list[FloatArray] = [
         record.y - output[0] for record, output in zip(records, outputs, strict=True)
     ]
-    autoregression = autoregression_from_partial(centre[n_axis + 1 :, None])[:, 0]
+    autoregression = autoregression_from_partial(
+        centre[n_axis + 1 : n_axis + 1 + posterior.noise_order, None]
+    )[:, 0]
     return examine_residuals(records, residuals, autoregression)

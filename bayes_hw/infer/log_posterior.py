@@ -7,23 +7,31 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.noise import log_likelihood
+from bayes_hw.identify.noise import autoregression_from_partial
+from bayes_hw.infer.noise import (
+    is_student_t,
+    log_likelihood,
+    noise_order,
+    robust_log_likelihood,
+    robust_precision,
+)
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import lagged_residual_sums
-from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
+from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
 
 
 class LogPosterior:
     """log p(coordinates | records), up to the evidence, for many walkers in one call.
 
-    Generative model: y = n(G f(u)) + e with e a stationary Gaussian AR(p) process, independent between
-    records (see `bayes_hw.infer.noise`), and independent priors on the parameters' values. The density is
-    that of the unbounded coordinates, Jacobian included.
+    Generative model: y = n(G f(u)) + e with e a stationary AR(p) process of normal or Student-t innovations,
+    independent between records (see `bayes_hw.infer.noise`), and independent priors on the parameters'
+    values. The density is that of the unbounded coordinates, Jacobian included.
 
-    `parameters` are those of the axis followed by the noise's: `noise` holds sigma and p partial
-    autocorrelations. `non_finite` counts the evaluations that gave no finite number inside the prior's
-    support; they count as impossible.
+    `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial
+    autocorrelations and, for Student-t innovations, their degrees of freedom. `non_finite` counts the
+    evaluations that gave no finite number inside the prior's support; they count as impossible.
     """
 
     def __init__(self, axis: AxisParameters, noise: tuple[Parameter, ...], records: Sequence[Record]) -> None:
@@ -31,8 +39,10 @@ class LogPosterior:
         self.noise = noise
         self.records = tuple(records)
         self.parameters: tuple[Parameter, ...] = (*axis.parameters, *noise)
-        self.order = len(noise) - 1
+        self.order = noise_order(noise)
+        self.student_t = is_student_t(noise)
         self.non_finite = 0
+        self._vector = ParameterVector(self.parameters)
 
     @property
     def dimension(self) -> int:
@@ -54,14 +64,16 @@ class LogPosterior:
         """Log-posterior density (walkers,) of coordinates (walkers, parameters)."""
         columns = np.ascontiguousarray(coordinates.T)
         with np.errstate(all="ignore"):
-            result = log_prior(self.parameters, columns)
-            values = as_values(self.parameters, columns)
+            values = self._vector.values(columns)
+            result = self._vector.log_prior(columns, values)
             possible = np.isfinite(result) & np.all(np.isfinite(values), axis=0)
             possible &= self.axis.in_order(values)
-            result[~possible] = -np.inf
-            if np.any(possible):
-                inside = values[:, possible]
-                result[possible] += self.log_likelihood(inside)
+            if np.all(possible):
+                result += self.log_likelihood(values)
+            else:
+                result[~possible] = -np.inf
+                if np.any(possible):
+                    result[possible] += self.log_likelihood(values[:, possible])
         broken = ~np.isfinite(result) & possible
         self.non_finite += int(np.count_nonzero(broken))
         result[broken] = -np.inf
@@ -70,12 +82,25 @@ class LogPosterior:
     def log_likelihood(self, values: FloatArray) -> FloatArray:
         """Log-likelihood (walkers,) of values (parameters, walkers), summed over the records."""
         n_axis = len(self.axis.parameters)
-        sigma, partial = values[n_axis], values[n_axis + 1 :]
+        sigma, partial = values[n_axis], values[n_axis + 1 : n_axis + 1 + self.order]
         delay = self.axis.model.linear.delay_samples
         total = np.zeros(values.shape[1])
         for number, record in enumerate(self.records):
             form = self.axis.modal_form(values[:n_axis], number)
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
+            if self.student_t:
+                degrees = values[-1]
+                robust = robust_residual_sums(
+                    form,
+                    record.u,
+                    record.y,
+                    delay,
+                    autoregression_from_partial(partial),
+                    robust_precision(sigma, partial, degrees),
+                    before,
+                )
+                total += robust_log_likelihood(robust, len(record), sigma, partial, degrees)
+                continue
             sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before)
             total += log_likelihood(sums, len(record), sigma, partial)
         return total

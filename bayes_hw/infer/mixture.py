@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +11,63 @@ from scipy import linalg, special
 from bayes_hw.arrays import FloatArray
 
 DEGREES_OF_FREEDOM = 8.0
+FITTED_DEGREES = 16.0
+FITTED_INFLATION = 1.1
+"""Of one component fitted to weighted draws: nearer to a normal density, a little wider than they are."""
+MINOR_INFLATION = 2.5
+"""Of further components: few draws tell their shape, and a wide one costs little."""
 FIT_TOLERANCE = 1e-6
+FEWEST = 0.001
+MINIMUM_SHARE = 0.1
+"""Of a component in the mixture, however little of the posterior it holds: what it lacks there holds walkers
+for long."""
 DEFENSIVE_WEIGHT = 0.1
 DEFENSIVE_INFLATION = 4.0
 
 
 @dataclass(frozen=True, eq=False)
+class Bend:
+    """x = y + bend ((direction . (y - centre))^2 - 1), all of shape (dimension,), with direction . bend = 0.
+
+    That bends a straight cloud into a banana without changing any volume: direction . x = direction . y, so
+    its Jacobian is one and its inverse the same with the other sign.
+    """
+
+    centre: FloatArray
+    direction: FloatArray
+    bend: FloatArray
+
+    def apply(self, y: FloatArray, sign: float = 1.0) -> FloatArray:
+        """x of points y (points, dimension); with sign -1, y of points x."""
+        along = y @ self.direction - self.centre @ self.direction
+        return y + np.multiply.outer(sign * (along * along - 1), self.bend)
+
+    @classmethod
+    def fitted(cls, points: FloatArray, weights: FloatArray) -> Bend:
+        """The bend of weighted points (points, dimension), weights (points,) of sum one.
+
+        In whitened coordinates z the direction is that of the eigenvectors of sum_kl T_kil T_kjl, with T the
+        third moments E z_k z_i z_j, whose squares explain most of the variance across it.
+        """
+        centre = weights @ points
+        centred = points - centre
+        factor = linalg.cholesky((centred.T * weights) @ centred, lower=True)
+        z = linalg.solve_triangular(factor, centred.T, lower=True).T
+        third = np.einsum("nk,ni,nj->kij", z * weights[:, None], z, z, optimize=True)
+        _, vectors = np.linalg.eigh(np.einsum("kil,kjl->ij", third, third))
+        squares = (z @ vectors) ** 2
+        squares -= weights @ squares
+        variances = weights @ squares**2
+        slopes = (squares.T * weights) @ z / variances[:, None]
+        slopes -= np.einsum("vi,iv->v", slopes, vectors)[:, None] * vectors.T
+        best = int(np.argmax(np.sum(slopes**2, axis=1) * variances))
+        direction = linalg.solve_triangular(factor, vectors[:, best], lower=True, trans="T")
+        return cls(centre, direction, factor @ slopes[best])
+
+
+@dataclass(frozen=True, eq=False)
 class StudentTMixture:
-    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom).
+    """sum_j weight_j t(x; mean_j, scale_j, degrees_of_freedom), the first one bent where there is a `bend`.
 
     `weights` (components,), `means` (components, dimension), `factors` (components, dimension, dimension):
     lower Cholesky factors of the scale matrices. The arrays are kept contiguous: rounding depends on the
@@ -28,6 +78,7 @@ class StudentTMixture:
     means: FloatArray
     factors: FloatArray
     degrees_of_freedom: float = DEGREES_OF_FREEDOM
+    bend: Bend | None = None
 
     def __post_init__(self) -> None:
         for name in ("weights", "means", "factors"):
@@ -42,9 +93,11 @@ class StudentTMixture:
         nu, d = self.degrees_of_freedom, self.dimension
         constant = special.gammaln((nu + d) / 2) - special.gammaln(nu / 2) - 0.5 * d * np.log(nu * np.pi)
         rows = []
-        for weight, mean, factor in zip(self.weights, self.means, self.factors, strict=True):
-            standard = linalg.solve_triangular(factor, (x - mean).T, lower=True)
-            distance = np.sum(standard**2, axis=0)
+        for j, (weight, mean, factor) in enumerate(zip(self.weights, self.means, self.factors, strict=True)):
+            straight = x if j > 0 or self.bend is None else self.bend.apply(x, -1.0)
+            whitener = linalg.solve_triangular(factor, np.eye(d), lower=True)
+            standard = (straight - mean) @ whitener.T
+            distance = np.einsum("ni,ni->n", standard, standard)
             log_determinant = np.sum(np.log(np.diag(factor)))
             rows.append(
                 np.log(weight) + constant - log_determinant - 0.5 * (nu + d) * np.log1p(distance / nu)
@@ -53,22 +106,66 @@ class StudentTMixture:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log-density (points,) at x (points, dimension)."""
-        return np.asarray(special.logsumexp(self.component_log_densities(x), axis=0))
+        parts = self.component_log_densities(x)
+        return parts[0] if len(parts) == 1 else np.asarray(special.logsumexp(parts, axis=0))
 
     def sample(self, count: int, random: np.random.RandomState | np.random.Generator) -> FloatArray:
         """`count` draws, shape (count, dimension)."""
         component = random.choice(len(self.weights), size=count, p=self.weights)
         normal = random.standard_normal((count, self.dimension))
         chi_square = random.chisquare(self.degrees_of_freedom, size=count)
-        stretched = np.einsum("nij,nj->ni", self.factors[component], normal)
-        shrink = np.sqrt(self.degrees_of_freedom / chi_square)
-        return self.means[component] + stretched * shrink[:, None]
+        normal *= np.sqrt(self.degrees_of_freedom / chi_square)[:, None]
+        drawn = np.empty_like(normal)
+        for i, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
+            own = np.flatnonzero(component == i)
+            drawn[own] = mean + normal[own] @ factor.T
+            if i == 0 and self.bend is not None:
+                drawn[own] = self.bend.apply(drawn[own])
+        return drawn
 
 
 def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:
     """One component at the mode, its scale matrix `inflation` times the Laplace covariance."""
     factor = linalg.cholesky(covariance * inflation, lower=True)
     return StudentTMixture(np.ones(1), mode[None, :], factor[None, :, :])
+
+
+def several_laplace(
+    modes: Sequence[tuple[FloatArray, FloatArray]], inflation: float = 1.0
+) -> StudentTMixture:
+    """A component of equal weight for every mode and covariance."""
+    parts = [laplace_proposal(mode, covariance, inflation) for mode, covariance in modes]
+    return StudentTMixture(
+        np.full(len(parts), 1 / len(parts)),
+        np.concatenate([part.means for part in parts]),
+        np.concatenate([part.factors for part in parts]),
+    )
+
+
+def refitted(
+    mixture: StudentTMixture, points: FloatArray, weights: FloatArray, *, bent: bool
+) -> StudentTMixture:
+    """The components of `mixture` moved to the weighted points (weights of sum one) that each is nearest to.
+
+    With `bent`, the heaviest one, which comes first, is bent as its points are. A component with less than
+    FEWEST of the weight stays where it is.
+    """
+    log_parts = mixture.component_log_densities(points)
+    membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0)) * weights
+    order = np.argsort(-membership.sum(axis=1))
+    membership, means, factors = membership[order], mixture.means[order], mixture.factors[order]
+    shares = np.maximum(membership.sum(axis=1), MINIMUM_SHARE)
+    bend = Bend.fitted(points, membership[0] / membership[0].sum()) if bent else None
+    for j, own in enumerate(membership):
+        if own.sum() > FEWEST:
+            own_weights = own / own.sum()
+            straight = points if j > 0 or bend is None else bend.apply(points, -1.0)
+            means[j] = own_weights @ straight
+            centred = straight - means[j]
+            covariance = (centred.T * own_weights) @ centred
+            inflation = FITTED_INFLATION if j == 0 else MINOR_INFLATION
+            factors[j] = linalg.cholesky(covariance * inflation, lower=True)
+    return StudentTMixture(shares / shares.sum(), means, factors, FITTED_DEGREES, bend)
 
 
 def defended(mixture: StudentTMixture, points: FloatArray) -> StudentTMixture:

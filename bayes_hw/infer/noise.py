@@ -6,15 +6,41 @@ deviation sigma and its partial autocorrelations kappa_i.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numba import njit
+from scipy import special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import HyperbolicTangent, Logarithm, LogNormal, Uniform
+from bayes_hw.model.priors import (
+    HyperbolicTangent,
+    Logarithm,
+    LogNormal,
+    ShiftedLogarithm,
+    ShiftedLogNormal,
+    Uniform,
+)
+from bayes_hw.model.robust_kernel import RobustSums
 
 SIGMA_LOG_SD = 1.5
+DEGREES = "noise.degrees_of_freedom"
+LEAST_DEGREES = 2.0
+"""With two or fewer a Student-t variable has no variance, and sigma no meaning."""
+EXCESS_MEDIAN, EXCESS_LOG_SD = 4.0, 1.0
+
+
+def is_student_t(noise: Sequence[Parameter]) -> bool:
+    """Whether these noise parameters are those of Student-t innovations."""
+    return noise[-1].name == DEGREES
+
+
+def noise_order(noise: Sequence[Parameter]) -> int:
+    """The AR order p of noise parameters: sigma, p partial autocorrelations and, last, degrees of freedom."""
+    return len(noise) - 1 - int(is_student_t(noise))
 
 
 def log_likelihood(sums: LaggedSums, samples: int, sigma: FloatArray, partial: FloatArray) -> FloatArray:
@@ -24,33 +50,81 @@ def log_likelihood(sums: LaggedSums, samples: int, sigma: FloatArray, partial: F
     of Box, Jenkins and Reinsel, Time Series Analysis, appendix A7.4: S = sum_ij c_i c_j D_ij with
     c = (1, -phi_1, ..., -phi_p) and D_ij the lagged product sums without the i first and last terms.
     """
+    result = np.empty(len(sigma))
+    lagged, head, tail = (np.ascontiguousarray(part) for part in sums)
+    _log_likelihood(lagged, head, tail, samples, sigma, np.ascontiguousarray(partial), result)
+    return result
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_likelihood(lagged, head, tail, samples, sigma, partial, result):  # type: ignore[no-untyped-def]
+    order, walkers = partial.shape
+    phi, previous, polynomial = np.empty(order), np.empty(order), np.empty(order + 1)
+    polynomial[0] = 1.0
+    for k in range(walkers):
+        innovation_variance = sigma[k] * sigma[k]
+        log_determinant = 0.0
+        for i in range(order):
+            kappa = partial[i, k]
+            previous[:i] = phi[:i]
+            for j in range(i):
+                phi[j] = previous[j] - kappa * previous[i - 1 - j]
+            phi[i] = kappa
+            shrinkage = 1 - kappa * kappa
+            innovation_variance *= shrinkage
+            log_determinant += (i + 1) * np.log(shrinkage)
+        for i in range(order):
+            polynomial[i + 1] = -phi[i]
+        quadratic = 0.0
+        for lag in range(order + 1):
+            trimmed = lagged[lag, k]
+            for i in range(order + 1 - lag):
+                j = i + lag
+                quadratic += (1.0 if lag == 0 else 2.0) * polynomial[i] * polynomial[j] * trimmed
+                if j < order:
+                    trimmed -= head[i, k] * head[j, k]
+                    trimmed -= tail[order - 1 - j, k] * tail[order - 1 - i, k]
+        result[k] = (
+            -0.5 * samples * np.log(2 * np.pi * innovation_variance)
+            + 0.5 * log_determinant
+            - 0.5 * quadratic / innovation_variance
+        )
+
+
+def robust_precision(sigma: FloatArray, partial: FloatArray, degrees: FloatArray) -> FloatArray:
+    """1 / (nu s^2) of every walker, with s the scale of the innovations: s^2 = sigma^2 prod(1 - kappa_i^2)
+    (nu - 2) / nu, so that sigma is the marginal standard deviation."""
+    return 1 / (sigma**2 * np.prod(1 - partial**2, axis=0) * (degrees - LEAST_DEGREES))
+
+
+def robust_log_likelihood(
+    sums: RobustSums, samples: int, sigma: FloatArray, partial: FloatArray, degrees: FloatArray
+) -> FloatArray:
+    """Log-likelihood of one record's residuals with Student-t innovations for every walker.
+
+    e(k) given the past is its AR prediction plus s_k t with nu `degrees` (walkers,) of freedom (Lange, Little
+    and Taylor, doi 10.1080/01621459.1989.10478852). For k < p prediction and scale are those of the AR(k) of
+    the first k partial autocorrelations, s_k^2 = s^2 / prod_{i > k} (1 - kappa_i^2).
+    """
     order = len(partial)
-    polynomial = np.concatenate([np.ones((1, len(sigma))), -autoregression_from_partial(partial)], axis=0)
-    quadratic = np.zeros(len(sigma))
-    for j in range(order + 1):
-        for i in range(j + 1):
-            lag = j - i
-            trimmed = sums.lagged[lag].copy()
-            for s in range(i):
-                trimmed -= sums.head[s] * sums.head[s + lag]
-                trimmed -= sums.tail[order - j + s] * sums.tail[order - i + s]
-            quadratic += (1.0 if i == j else 2.0) * polynomial[i] * polynomial[j] * trimmed
     shrinkage = 1 - partial**2
-    innovation_variance = sigma**2 * np.prod(shrinkage, axis=0)
-    orders = np.arange(1, order + 1)[:, None]
-    log_determinant = np.sum(orders * np.log(shrinkage), axis=0)
-    return (
-        -0.5 * samples * np.log(2 * np.pi * innovation_variance)
-        + 0.5 * log_determinant
-        - 0.5 * quadratic / innovation_variance
-    )
+    precision = robust_precision(sigma, partial, degrees)
+    logarithms, log_scales = sums.logarithms.copy(), np.zeros(len(sigma))
+    for k in range(order):
+        widening = np.prod(shrinkage[k:], axis=0)
+        coefficients = autoregression_from_partial(partial[:k])
+        error = sums.head[k] - np.sum(coefficients * sums.head[:k][::-1], axis=0)
+        logarithms += np.log1p(precision * widening * error**2)
+        log_scales -= 0.5 * np.log(widening)
+    constant = special.gammaln((degrees + 1) / 2) - special.gammaln(degrees / 2) - 0.5 * np.log(np.pi)
+    return samples * (constant + 0.5 * np.log(precision)) - log_scales - 0.5 * (degrees + 1) * logarithms
 
 
 def noise_parameters(estimate: NoiseEstimate, unit: str) -> tuple[Parameter, ...]:
     """The sampled noise parameters: marginal sigma and the partial autocorrelations.
 
     sigma has a log-normal prior of factor exp(2 x 1.5) = 20 about the estimate, each partial autocorrelation
-    is uniform.
+    is uniform. Student-t innovations have degrees of freedom of 2 plus a log-normal of median 4 and log sd 1.
     """
     sigma = Parameter(
         "noise.sigma", unit, estimate.sigma, LogNormal(estimate.sigma, SIGMA_LOG_SD), Logarithm()
@@ -65,4 +139,8 @@ def noise_parameters(estimate: NoiseEstimate, unit: str) -> tuple[Parameter, ...
         )
         for i, kappa in enumerate(estimate.partial, start=1)
     )
-    return (sigma, *partial)
+    if estimate.degrees_of_freedom is None:
+        return (sigma, *partial)
+    prior = ShiftedLogNormal(LEAST_DEGREES, EXCESS_MEDIAN, EXCESS_LOG_SD)
+    transform = ShiftedLogarithm(LEAST_DEGREES)
+    return (sigma, *partial, Parameter(DEGREES, "", estimate.degrees_of_freedom, prior, transform))

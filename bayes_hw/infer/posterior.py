@@ -16,7 +16,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
-from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -62,7 +62,7 @@ class Posterior:
 
     @property
     def noise_order(self) -> int:
-        return len(self.noise_parameters) - 1
+        return noise_order(self.noise_parameters)
 
     def chains(self, name: str) -> FloatArray:
         """Draws of one parameter, shape (ensembles, steps, walkers)."""
@@ -99,7 +99,7 @@ class Posterior:
         if "velocity_gain" not in self.names and np.all(np.isfinite(velocity)):
             units = self.axis.model.units
             found["velocity_gain"] = summarize(velocity.reshape(shape), f"({units.output}/s)/({units.input})")
-        partial = flat[:, n_axis + 1 :].T
+        partial = flat[:, n_axis + 1 : n_axis + 1 + self.noise_order].T
         for i, coefficient in enumerate(autoregression_from_partial(partial), start=1):
             found[f"noise.autoregression{i}"] = summarize(coefficient.reshape(shape), "")
         innovation = flat[:, n_axis] * np.sqrt(np.prod(1 - partial**2, axis=0))
@@ -210,7 +210,12 @@ class Posterior:
                 output_scale=state["output_scale"],
                 start_positions=None if start is None else np.array(start),
             )
-            estimate = NoiseEstimate(state["noise_sigma"], np.array(state["noise_partial"]), np.zeros(0))
+            estimate = NoiseEstimate(
+                state["noise_sigma"],
+                np.array(state["noise_partial"]),
+                np.zeros(0),
+                state["noise_degrees_of_freedom"],
+            )
             ensembles = int(state["ensembles"])
             values = np.moveaxis(
                 np.stack(columns, axis=-1).reshape(ensembles, -1, columns[0].shape[1], len(names)), 2, 1
@@ -234,7 +239,8 @@ class Posterior:
 
     def _attributes(self, thin: int) -> dict[str, str]:
         start = self.axis.start_positions
-        sigma, *partial = self.noise_parameters
+        sigma, *partial = self.noise_parameters[: self.noise_order + 1]
+        student_t = is_student_t(self.noise_parameters)
         state = {
             "schema": SCHEMA,
             "names": list(self.names),
@@ -244,6 +250,7 @@ class Posterior:
             "start_positions": None if start is None else [float(value) for value in start],
             "noise_sigma": sigma.nominal,
             "noise_partial": [parameter.nominal for parameter in partial],
+            "noise_degrees_of_freedom": self.noise_parameters[-1].nominal if student_t else None,
             "ensembles": int(self.values.shape[0]),
             "thinned_by": thin,
             "point_estimate": [float(value) for value in self.point_estimate],

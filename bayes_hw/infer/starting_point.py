@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy import linalg, stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
-from bayes_hw.identify.output_error import fit_output_error, prior_scale
+from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale, whitened
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.plains import onto_plains
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.parameters import Parameter, as_values
+from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
 
 REFITS = 2
+ROUNDING = 1e-10
+APART = 5.0
+NEGLIGIBLE = 15.0
+WORSE = 2.0
+"""A minimum with so many times the smallest sum of squares is not looked at as a mode of its own."""
+WINSOR = 3.0
+DECISIVE = 10.0
+START_DEGREES = 6.0
+DEGREES_VARIANCE = 0.3
+"""Of log(degrees of freedom - 2) where sampling starts."""
+NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -27,7 +41,7 @@ class StartingPoint:
     """Approximate posterior mode (parameters,) and covariance in coordinates, axis first, noise after it.
 
     `noise` is the noise estimated there, `noise_parameters` its sampled parameters; `starts` says whether
-    descents from several starts agreed.
+    descents from several starts agreed; `others` holds coordinates and covariance of further modes.
     """
 
     coordinates: FloatArray
@@ -35,21 +49,53 @@ class StartingPoint:
     noise: NoiseEstimate
     noise_parameters: tuple[Parameter, ...]
     starts: SeveralStarts
+    others: tuple[tuple[FloatArray, FloatArray], ...] = ()
 
 
 def starting_point(
-    axis: AxisParameters, records: Sequence[Record], rng: np.random.Generator
+    axis: AxisParameters,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    noise_kind: NoiseKind = "normal",
 ) -> StartingPoint:
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
     Coloured noise enters last: with the parameters still wrong, whitening would absorb the misfit. The
     covariance is the Gauss-Newton one with the priors' curvature, and the large-sample one of the noise
     parameters; the two are independent.
+
+    The innovations of the noise are "normal", "student-t", or "auto": Student t where that fits those of the
+    estimate better by DECISIVE in the Bayesian information criterion. For Student t, outliers are drawn in to
+    WINSOR standard deviations before the parameters are fitted again.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
-    fit = starts.best
+    noise, fit = _refitted(axis, records, starts.best)
+    if noise_kind == "student-t" or (noise_kind == "auto" and _heavy_tailed(noise, fit, records)):
+        records, noise, fit = _robustly(axis, records, noise, fit)
+    sampled = noise_parameters(noise, axis.model.units.output)
+    coordinates, covariance = _with_noise(axis, fit, noise, sampled)
+    target = LogPosterior(axis, sampled, records)
+    others = _other_modes(target, records, starts, noise, (coordinates, covariance))
+    mode, *further = (_along_the_plain(target, *one) for one in [(coordinates, covariance), *others])
+    return StartingPoint(*mode, noise, sampled, starts, tuple(further))
+
+
+def _along_the_plain(
+    target: LogPosterior, coordinates: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mode and covariance with flat directions moved into the plain and given half the prior's width."""
+    moved, widened = coordinates.copy(), covariance.copy()
+    _, prior_sd = prior_scale(target.axis)
+    loosen_flat_directions(target, moved, widened, prior_sd)
+    return moved, widened
+
+
+def _refitted(
+    axis: AxisParameters, records: Sequence[Record], fit: OutputErrorFit, order: int | None = None
+) -> tuple[NoiseEstimate, OutputErrorFit]:
+    """The fit with AR noise (of the given order, or chosen) and priors, and the noise of its residuals."""
     for _ in range(REFITS):
-        noise = estimate_noise(split_by_record(fit.residuals, records))
+        noise = estimate_noise(split_by_record(fit.residuals, records), order)
         fit = fit_output_error(
             axis,
             records,
@@ -58,21 +104,109 @@ def starting_point(
             sigma=noise.innovation_sigma,
             prior=True,
         )
-    noise = estimate_noise(split_by_record(fit.residuals, records))
-    sampled = noise_parameters(noise, axis.model.units.output)
-    noise_coordinates = np.array([float(p.transform.to_coordinate(np.asarray(p.nominal))) for p in sampled])
-    _, prior_sd = prior_scale(axis)
-    n_axis, samples = len(axis.parameters), len(fit.residuals)
+    return estimate_noise(split_by_record(fit.residuals, records), order), fit
+
+
+def _innovations(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> FloatArray:
+    """Of all records, their first samples left out."""
+    parts = split_by_record(fit.residuals, records)
+    return np.concatenate([whitened(part, noise.autoregression)[noise.order :] for part in parts])
+
+
+def _heavy_tailed(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> bool:
+    """Whether Student-t innovations fit better by DECISIVE in the Bayesian information criterion."""
+    a = _innovations(noise, fit, records)
+    degrees, _, scale = stats.t.fit(a, floc=0.0)
+    gain = np.sum(stats.t.logpdf(a, degrees, 0.0, scale)) - np.sum(stats.norm.logpdf(a, 0.0, np.std(a)))
+    return bool(2 * gain - np.log(len(a)) > DECISIVE)
+
+
+def _robustly(
+    axis: AxisParameters, records: Sequence[Record], noise: NoiseEstimate, fit: OutputErrorFit
+) -> tuple[list[Record], NoiseEstimate, OutputErrorFit]:
+    """Records with their outliers drawn in, and noise and fit of those, the noise with degrees of freedom.
+
+    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data).
+    """
+    drawn_in = list(records)
+    for _ in range(REFITS):
+        parts = split_by_record(fit.residuals, drawn_in)
+        outputs = [record.y - part for record, part in zip(drawn_in, parts, strict=True)]
+        residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
+        reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(residuals))))
+        drawn_in = [
+            replace(record, y=output + np.clip(residual, -reach, reach))
+            for record, output, residual in zip(records, outputs, residuals, strict=True)
+        ]
+        noise, fit = _refitted(axis, drawn_in, fit)
+    return drawn_in, replace(noise, degrees_of_freedom=START_DEGREES), fit
+
+
+def _with_noise(
+    axis: AxisParameters, fit: OutputErrorFit, noise: NoiseEstimate, sampled: tuple[Parameter, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates and covariance of the axis and, after it, of the noise."""
+    degrees = [] if noise.degrees_of_freedom is None else [noise.degrees_of_freedom]
+    values = np.concatenate([[noise.sigma], np.clip(noise.partial, -0.9999, 0.9999), degrees])
+    n_axis = len(axis.parameters)
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
-    covariance[:n_axis, :n_axis] = _inverse(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = _noise_covariance(noise, samples)
-    coordinates = np.concatenate([fit.coordinates, noise_coordinates])
-    target = LogPosterior(axis, sampled, records)
+    _, prior_sd = prior_scale(axis)
+    covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, len(fit.residuals))
+    return np.concatenate([fit.coordinates, as_coordinates(sampled, values)]), covariance
+
+
+def _other_modes(
+    target: LogPosterior,
+    records: Sequence[Record],
+    starts: SeveralStarts,
+    noise: NoiseEstimate,
+    best: tuple[FloatArray, FloatArray],
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Coordinates and covariances of further modes that descents from other starts have found.
+
+    A minimum counts where it is farther than APART from every mode already found, in widths of either, and
+    its log-posterior no more than NEGLIGIBLE below that of the best.
+    """
+    found = [best]
+    n_axis = len(target.axis.parameters)
+    for fit in sorted(starts.fits, key=lambda one: one.sum_of_squares):
+        near = [
+            _distance(fit.coordinates, mode[:n_axis], covariance[:n_axis, :n_axis]) < APART
+            for mode, covariance in found
+        ]
+        if any(near) or fit.sum_of_squares > WORSE * starts.sums_of_squares.min():
+            continue
+        own_noise, refitted = _refitted(target.axis, records, fit, noise.order)
+        coordinates, covariance = _with_noise(target.axis, refitted, own_noise, target.noise)
+        log_density = target(np.stack([best[0], coordinates]))
+        apart = min(_distance(coordinates, mode, width) for mode, width in found) > APART
+        if apart and log_density[1] > log_density[0] - NEGLIGIBLE:
+            found.append((coordinates, covariance))
+    return found[1:]
+
+
+def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
+    """Mahalanobis distance of two points; zero where the covariance is too singular to tell."""
+    widths = np.sqrt(np.maximum(np.diag(covariance), float(np.finfo(np.float64).tiny)))
+    correlation = covariance / np.outer(widths, widths) + ROUNDING * np.eye(len(widths))
+    difference = (a - b) / widths
+    square = float(difference @ np.linalg.solve(correlation, difference))
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def loosen_flat_directions(
+    target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray
+) -> None:
+    """Move each flat direction half a prior width onto its plain and make it as wide, in place."""
+    rows, coordinates[:] = onto_plains(target, coordinates, covariance, prior_sd, FLAT_LOSS)
     for row, side in flat_directions(target, coordinates, prior_sd):
-        coordinates[row] += 0.5 * side * prior_sd[row]
+        if row not in rows:
+            coordinates[row] += 0.5 * side * prior_sd[row]
+            rows.append(row)
+    for row in rows:
         covariance[row], covariance[:, row] = 0.0, 0.0
         covariance[row, row] = (0.5 * prior_sd[row]) ** 2
-    return StartingPoint(coordinates, covariance, noise, sampled, starts)
 
 
 def flat_directions(
@@ -102,15 +236,15 @@ def split_by_record(residuals: FloatArray, records: Sequence[Record]) -> list[Fl
     return np.split(residuals, ends)
 
 
-def _inverse(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
+def covariance_with_prior(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
     """Inverse of the information plus the priors' precision, computed in units of the prior widths."""
     scaled = information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd))
     return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
 
 
-def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
+def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     """Large-sample covariance of log sigma and the inverse hyperbolic tangents of the partial
-    autocorrelations kappa, (1 + p, 1 + p).
+    autocorrelations kappa, (1 + p, 1 + p); one row more for degrees of freedom, a guess.
 
     log sigma = log sigma_a - sum log(1 - kappa_i^2) / 2, where log sigma_a has variance 1 / (2 n) and is
     independent of the kappas. Each kappa is given the variance (1 - kappa^2) / n, that of the last one
@@ -120,4 +254,7 @@ def _noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:
     independent = np.concatenate([[0.5], 1 / (1 - partial**2)]) / samples
     to_coordinates = np.eye(len(independent))
     to_coordinates[0, 1:] = partial
-    return (to_coordinates * independent) @ to_coordinates.T
+    covariance = (to_coordinates * independent) @ to_coordinates.T
+    if noise.degrees_of_freedom is None:
+        return covariance
+    return np.asarray(linalg.block_diag(covariance, np.array([[DEGREES_VARIANCE]])))

@@ -84,10 +84,16 @@ class AxisParameters:
             starts = self._states.parameters(start_positions.tolist(), model.units.output, output_scale)
         self.parameters: tuple[Parameter, ...] = (*structure, *starts)
         self._row = {parameter.name: row for row, parameter in enumerate(self.parameters)}
-        self._interchangeable = [
+        kinds = [
             [row for name, row in self._row.items() if name.startswith(kind) and name.endswith(what)]
             for kind, what in (("mode", "_hz"), ("pole_pair", "_hz"), ("real_pole", ".value"))
         ]
+        self._interchangeable = [rows for rows in kinds if len(rows) > 1]
+        self._free_pairs = [
+            i for i, name in enumerate(self._pair_names) if f"{name}.frequency_hz" in self._row
+        ]
+        self._frequency_rows = [self._row[f"{self._pair_names[i]}.frequency_hz"] for i in self._free_pairs]
+        self._damping_rows = [self._row[f"{self._pair_names[i]}.damping_ratio"] for i in self._free_pairs]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -105,7 +111,7 @@ class AxisParameters:
         """
         kept = np.ones(values.shape[1], dtype=np.bool_)
         for rows in self._interchangeable:
-            kept &= np.all(np.diff(values[rows], axis=0) > 0, axis=0)
+            kept &= np.all(values[rows[1:]] > values[rows[:-1]], axis=0)
         return kept
 
     def put_in_order(self, values: FloatArray) -> FloatArray:
@@ -130,10 +136,9 @@ class AxisParameters:
         """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
         linear = self.linear_batch(values)
         gains = self.model.normalization
-        ones = np.ones(values.shape[1])
-        static = np.stack(
-            [values[0], values[1], gains.c1 * ones, values[2], gains.c2 * ones, gains.c3 * ones]
-        )
+        static = np.empty((6, values.shape[1]))
+        static[0], static[1], static[3] = values[0], values[1], values[2]
+        static[2], static[4], static[5] = gains.c1, gains.c2, gains.c3
         form = modal_form(linear, static)
         if self.start_positions is None:
             return form
@@ -147,12 +152,11 @@ class AxisParameters:
         walkers, rate = values.shape[1], self.model.sample_rate_hz
         real_poles = np.repeat(self._real_poles[:, None], walkers, axis=1)
         pair_poles = np.repeat(self._pair_poles[:, None], walkers, axis=1)
-        for i, name in enumerate(self._pair_names):
-            if (row := self._row.get(f"{name}.frequency_hz")) is not None:
-                damping = np.minimum(values[row + 1], LARGEST_DAMPING)
-                pair_poles[i] = mode_pole(values[row], damping, rate)
+        if self._free_pairs:
+            damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
+            pair_poles[self._free_pairs] = mode_pole(values[self._frequency_rows], damping, rate)
         if self.free == "dominant":
-            zeros = np.repeat(self.model.linear.zeros[:, None], walkers, axis=1)
+            zeros = self.model.linear.zeros[:, None]
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
         real_residues = np.empty_like(real_poles)
         if self._free_real:

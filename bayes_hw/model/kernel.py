@@ -10,11 +10,11 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
     y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
     e(k)     = y_measured(k) - y(k)
 
-A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, mode
-after mode with its coefficients and states in registers; each block is reduced at once to what the caller
-wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release
-the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v, w or y of the block stand,
-with its state kept between blocks as those of the modes are.
+A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, two
+real poles or two pole pairs after the other with coefficients and states in registers; each block is reduced
+at once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated
+signals. The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where
+v or w of the block stand, with its state kept between blocks as those of the modes are.
 """
 
 from __future__ import annotations
@@ -27,17 +27,20 @@ from numba import njit
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.model.lanes import (
     LANES,
+    aligned_rows,
     broadcast,
-    in_lane_groups,
+    filled_up,
+    gather,
     load,
     maximum,
     minimum,
     padded_to_lanes,
+    scatter,
     store,
 )
 from bayes_hw.model.modal import ModalForm
 
-BLOCK = 32
+BLOCK = 64
 """Samples of a block: its three signals fit the first-level cache beside the coefficients."""
 
 LOWER, UPPER, C1, HALF_WIDTH, C2, C3, DIRECT = range(7)
@@ -75,14 +78,19 @@ def lagged_residual_sums(
     `u`, `y` have shape (samples,), samples > order; `before` is the command before the first sample.
     """
     walkers = form.walkers
-    groups = padded_to_lanes(walkers) // LANES
-    sums = np.zeros((groups, 3 * order + 1, LANES))
+    sums = np.zeros((3 * order + 1, padded_to_lanes(walkers)))
     _lagged_residual_sums(
-        *_grouped(form), _delayed(u, delay_samples, before), np.ascontiguousarray(y, np.float64), order, sums
+        *_filled_up(form),
+        _delayed(u, delay_samples, before),
+        np.ascontiguousarray(y, np.float64),
+        order,
+        sums,
     )
-    flat = np.moveaxis(sums, 0, 1).reshape(3 * order + 1, -1)[:, :walkers]
-    flat[:, _undefined(form)] = np.nan
-    return LaggedSums(flat[: order + 1], flat[order + 1 : 2 * order + 1], flat[2 * order + 1 :])
+    sums = sums[:, :walkers]
+    undefined = _undefined(form)
+    if np.any(undefined):
+        sums[:, undefined] = np.nan
+    return LaggedSums(sums[: order + 1], sums[order + 1 : 2 * order + 1], sums[2 * order + 1 :])
 
 
 def simulate_batch(
@@ -92,7 +100,7 @@ def simulate_batch(
     walkers, samples = form.walkers, len(u)
     w = np.empty((padded_to_lanes(walkers), samples))
     y = np.empty((padded_to_lanes(walkers), samples))
-    _simulate(*_grouped(form), _delayed(u, delay_samples, before), w, y)
+    _simulate(*_filled_up(form), _delayed(u, delay_samples, before), w, y)
     undefined = _undefined(form)
     w[:walkers][undefined], y[:walkers][undefined] = np.nan, np.nan
     return SimulatedSignals(w[:walkers], y[:walkers])
@@ -110,36 +118,65 @@ def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:
     return delayed
 
 
-def _grouped(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Coefficients and initial states as arrays (groups, ..., LANES)."""
+def _filled_up(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Coefficients and initial states of whole groups of lanes, walkers last."""
     return (
-        in_lane_groups(form.static),
-        in_lane_groups(form.real),
-        in_lane_groups(form.pairs),
-        in_lane_groups(form.real_state),
-        in_lane_groups(form.pair_state),
+        filled_up(form.static),
+        filled_up(form.real),
+        filled_up(form.pairs),
+        filled_up(form.real_state),
+        filled_up(form.pair_state),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _advance(static, real, pairs, x, s, u, start, stop, v, w, y):  # type: ignore[no-untyped-def]
-    """Advance one group from sample `start` to `stop`, filling rows of the blocks v, w and y."""
+def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[no-untyped-def]
+    """Advance one group from sample `start` to `stop`, filling rows of the blocks v and w."""
     count = stop - start
-    n_real, n_pairs = real.shape[1], pairs.shape[1]
+    n_real, n_pairs = len(x), len(s) // 2
     lower, upper = load(static, LOWER), load(static, UPPER)
     c1, direct = load(static, C1), load(static, DIRECT)
     for row in range(count):
         command = minimum(maximum(c1 * broadcast(u[start + row]), lower), upper)
         store(v, row, command)
         store(w, row, direct * command)
-    for i in range(n_real):
-        pole, residue = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
+    for i in range(0, n_real - 1, 2):
+        p, r = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
+        q, t = load(real, POLE * n_real + i + 1), load(real, RESIDUE * n_real + i + 1)
+        first, second = load(x, i), load(x, i + 1)
+        for row in range(count):
+            command = load(v, row)
+            store(w, row, load(w, row) + r * first + t * second)
+            first = command + p * first
+            second = command + q * second
+        store(x, i, first)
+        store(x, i + 1, second)
+    for i in range(n_real - n_real % 2, n_real):
+        p, r = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
         state = load(x, i)
         for row in range(count):
-            store(w, row, load(w, row) + residue * state)
-            state = load(v, row) + pole * state
+            store(w, row, load(w, row) + r * state)
+            state = load(v, row) + p * state
         store(x, i, state)
-    for m in range(n_pairs):
+    for m in range(0, n_pairs - 1, 2):
+        a1, a2 = load(pairs, A1 * n_pairs + m), load(pairs, A2 * n_pairs + m)
+        b1, b2 = load(pairs, B1 * n_pairs + m), load(pairs, B2 * n_pairs + m)
+        c1, c2 = load(pairs, A1 * n_pairs + m + 1), load(pairs, A2 * n_pairs + m + 1)
+        d1, d2 = load(pairs, B1 * n_pairs + m + 1), load(pairs, B2 * n_pairs + m + 1)
+        newer, older = load(s, NEWER * n_pairs + m), load(s, OLDER * n_pairs + m)
+        second, second_older = load(s, NEWER * n_pairs + m + 1), load(s, OLDER * n_pairs + m + 1)
+        for row in range(count):
+            command = load(v, row)
+            store(w, row, load(w, row) + b2 * older + b1 * newer + d2 * second_older + d1 * second)
+            newest = command - a2 * older + a1 * newer
+            second_newest = command - c2 * second_older + c1 * second
+            older, second_older = newer, second
+            newer, second = newest, second_newest
+        store(s, NEWER * n_pairs + m, newer)
+        store(s, OLDER * n_pairs + m, older)
+        store(s, NEWER * n_pairs + m + 1, second)
+        store(s, OLDER * n_pairs + m + 1, second_older)
+    for m in range(n_pairs - n_pairs % 2, n_pairs):
         a1, a2 = load(pairs, A1 * n_pairs + m), load(pairs, A2 * n_pairs + m)
         b1, b2 = load(pairs, B1 * n_pairs + m), load(pairs, B2 * n_pairs + m)
         newer, older = load(s, NEWER * n_pairs + m), load(s, OLDER * n_pairs + m)
@@ -150,54 +187,76 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w, y):  # type: ignor
             newer = newest
         store(s, NEWER * n_pairs + m, newer)
         store(s, OLDER * n_pairs + m, older)
-    delta, c2, c3 = load(static, HALF_WIDTH), load(static, C2), load(static, C3)
-    zero = broadcast(0.0)
-    for row in range(count):
-        position = load(w, row)
-        above, below = maximum(position - delta, zero), minimum(position + delta, zero)
-        store(y, row, c2 * above + c3 * below)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, sums):  # type: ignore[no-untyped-def]
-    """Fill sums (groups, 3 order + 1, LANES): lagged products, first and last residuals."""
-    samples = len(u)
-    v, w = np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES))
-    e = np.empty((order + BLOCK, LANES))
+    """Fill sums (3 order + 1, walkers): lagged products, first and last residuals."""
+    samples, groups = len(u), static.shape[1] // LANES
+    n_real, n_pairs = real.shape[1], pairs.shape[1]
+    one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
+    x, s, total = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(3 * order + 1)
+    v, w, e = aligned_rows(BLOCK), aligned_rows(BLOCK), aligned_rows(order + BLOCK)
     new = e[order:]
-    for group in range(len(static)):
-        x, s = real_state[group].copy(), pair_state[group].copy()
-        total = sums[group]
+    zero = broadcast(0.0)
+    for group in range(groups):
+        gather(static, group, one_static)
+        gather(real, group, one_real)
+        gather(pairs, group, one_pairs)
+        gather(real_state, group, x)
+        gather(pair_state, group, s)
+        delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
+        total[:] = 0.0
         e[:] = 0.0
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
             count = stop - start
-            _advance(static[group], real[group], pairs[group], x, s, u, start, stop, v, w, new)
+            _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
+            squares = load(total, 0)
             for row in range(count):
-                store(new, row, broadcast(y[start + row]) - load(new, row))
-            for lag in range(order + 1):
-                accumulated = load(total, lag)
+                position = load(w, row)
+                above, below = maximum(position - delta, zero), minimum(position + delta, zero)
+                residual = broadcast(y[start + row]) - c2 * above - c3 * below
+                store(new, row, residual)
+                squares = squares + residual * residual
+            store(total, 0, squares)
+            for lag in range(1, order + 1):
+                products = load(total, lag)
                 for row in range(order, order + count):
-                    accumulated = accumulated + load(e, row) * load(e, row - lag)
-                store(total, lag, accumulated)
+                    products = products + load(e, row) * load(e, row - lag)
+                store(total, lag, products)
             for k in range(start, min(stop, order)):
                 store(total, order + 1 + k, load(new, k - start))
             for row in range(order):
                 store(e, row, load(e, row + count))
         for row in range(order):
             store(total, 2 * order + 1 + row, load(e, row))
+        scatter(total, group, sums)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # type: ignore[no-untyped-def]
-    """Fill w_out and y_out (groups x LANES, samples)."""
-    samples = len(u)
-    v, w, y = np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES)), np.empty((BLOCK, LANES))
-    for group in range(len(static)):
-        x, s = real_state[group].copy(), pair_state[group].copy()
+    """Fill w_out and y_out (walkers, samples)."""
+    samples, groups = len(u), static.shape[1] // LANES
+    n_real, n_pairs = real.shape[1], pairs.shape[1]
+    one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
+    x, s = aligned_rows(n_real), aligned_rows(2 * n_pairs)
+    v, w, y = aligned_rows(BLOCK), aligned_rows(BLOCK), aligned_rows(BLOCK)
+    zero = broadcast(0.0)
+    for group in range(groups):
+        gather(static, group, one_static)
+        gather(real, group, one_real)
+        gather(pairs, group, one_pairs)
+        gather(real_state, group, x)
+        gather(pair_state, group, s)
+        delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
-            _advance(static[group], real[group], pairs[group], x, s, u, start, stop, v, w, y)
+            _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
+            for row in range(stop - start):
+                position = load(w, row)
+                above, below = maximum(position - delta, zero), minimum(position + delta, zero)
+                store(y, row, c2 * above + c3 * below)
             for lane in range(LANES):
                 walker = group * LANES + lane
                 for row in range(stop - start):

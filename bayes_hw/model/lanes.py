@@ -12,11 +12,15 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.extending import intrinsic, models, overload, register_model
 
-LANES = 32
-"""Walkers in one value: four 512-bit or eight 256-bit registers, enough independent sums to hide latency."""
+LANES = 16
+"""Walkers in one value: two 512-bit or four 256-bit registers. A kernel that carries two poles at once then
+has enough independent sums to hide latency and still keeps them all in registers."""
+
+CACHE_LINE = 8
+"""float64 numbers in a cache line: a vector that straddles two lines costs two accesses."""
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 _CONTRACT = ("contract",)
@@ -114,6 +118,7 @@ def _extremum(comparison: str) -> Any:
 
 
 _add, _subtract, _multiply = _binary("fadd"), _binary("fsub"), _binary("fmul")
+_divide = _binary("fdiv")
 minimum = _extremum("<")
 maximum = _extremum(">")
 
@@ -133,16 +138,43 @@ def _multiply_lanes(left, right):  # type: ignore[no-untyped-def]
     return (lambda left, right: _multiply(left, right)) if _is_lanes(left, right) else None
 
 
+@overload(operator.truediv)
+def _divide_lanes(left, right):  # type: ignore[no-untyped-def]
+    return (lambda left, right: _divide(left, right)) if _is_lanes(left, right) else None
+
+
+@njit(cache=True, inline="always")
+def aligned_rows(rows):  # type: ignore[no-untyped-def]
+    """An uninitialised array (rows, LANES) that begins with a cache line."""
+    memory = np.empty(rows * LANES + CACHE_LINE)
+    skipped = (-(memory.ctypes.data // 8)) % CACHE_LINE
+    return memory[skipped : skipped + rows * LANES].reshape((rows, LANES))
+
+
+@njit(cache=True, inline="always")
+def gather(values, group, rows):  # type: ignore[no-untyped-def]
+    """Copy the lanes of one group from every row of a contiguous (..., walkers) into `rows` (rows, LANES)."""
+    groups = values.shape[-1] // LANES
+    for row in range(len(rows)):
+        store(rows, row, load(values, row * groups + group))
+
+
+@njit(cache=True, inline="always")
+def scatter(rows, group, values):  # type: ignore[no-untyped-def]
+    """The opposite of `gather`."""
+    groups = values.shape[-1] // LANES
+    for row in range(len(rows)):
+        store(values, row * groups + group, load(rows, row))
+
+
 def padded_to_lanes(count: int) -> int:
     """`count` walkers rounded up to whole groups of LANES."""
     return -(-count // LANES) * LANES
 
 
-def in_lane_groups(values: np.ndarray) -> np.ndarray:
-    """Array (..., walkers) as a contiguous (groups, ..., LANES), the last walker repeated to fill."""
-    groups = padded_to_lanes(values.shape[-1]) // LANES
-    fill = groups * LANES - values.shape[-1]
-    widths = [(0, 0)] * (values.ndim - 1) + [(0, fill)]
-    padded = np.pad(values, widths, mode="edge")
-    grouped = padded.reshape(*values.shape[:-1], groups, LANES)
-    return np.ascontiguousarray(np.moveaxis(grouped, -2, 0))
+def filled_up(values: np.ndarray) -> np.ndarray:
+    """Array (..., walkers) made contiguous, the last walker repeated to fill whole groups of LANES."""
+    missing = -values.shape[-1] % LANES
+    if missing:
+        values = np.concatenate([values, np.repeat(values[..., -1:], missing, axis=-1)], axis=-1)
+    return np.ascontiguousarray(values)

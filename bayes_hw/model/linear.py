@@ -47,8 +47,11 @@ def mode_pole(
     """
     frequency = np.asarray(frequency_hz, dtype=np.float64)
     damping = np.asarray(damping_ratio, dtype=np.float64)
-    s = 2 * np.pi * frequency * (-damping + 1j * np.sqrt(1 - damping**2))
-    return np.asarray(np.exp(s / sample_rate_hz), dtype=np.complex128)
+    angle = 2 * np.pi / sample_rate_hz * frequency
+    radius, turned = np.exp(-angle * damping), angle * np.sqrt(1 - damping**2)
+    pole = np.empty(np.shape(radius), dtype=np.complex128)
+    pole.real, pole.imag = radius * np.cos(turned), radius * np.sin(turned)
+    return pole
 
 
 @dataclass(frozen=True, eq=False)

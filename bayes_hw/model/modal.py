@@ -18,6 +18,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.linear import LinearBlock
+from bayes_hw.model.partial_fractions import any_closer_than, partial_fractions
 
 Roots = TypeVar("Roots", FloatArray, ComplexArray)
 
@@ -55,7 +56,8 @@ class LinearBatch:
     """Linear blocks that share their structure: roots sorted into real ones and upper halves of pairs.
 
     `real_poles` (n_real, walkers), `pair_poles` (n_pairs, walkers) complex with positive imaginary part,
-    `zeros` (n_zeros, walkers) complex, all of them, `gain` (walkers,).
+    `zeros` (n_zeros, walkers) complex, all of them, or (n_zeros, 1) where all walkers share them, `gain`
+    (walkers,).
     """
 
     real_poles: FloatArray
@@ -72,19 +74,9 @@ class LinearBatch:
 
         The poles must be distinct: see `separated`.
         """
-        pairs = self.pair_poles
-        poles = np.concatenate([self.real_poles.astype(np.complex128), pairs, pairs.conj()])
-        n_upper = len(self.real_poles) + len(pairs)
-        numerator = self._numerator_at(poles[:n_upper])
-        denominator = np.ones_like(numerator)
-        for j, pole in enumerate(poles):
-            difference = poles[:n_upper] - pole
-            if j < n_upper:
-                difference[j] = 1.0
-            denominator *= difference
-        residues = numerator / denominator
-        direct = self.gain if len(self.zeros) == len(poles) else np.zeros_like(self.gain)
-        return residues[: len(self.real_poles)].real, residues[len(self.real_poles) :], direct
+        real, pairs = partial_fractions(self.real_poles, self.pair_poles, self.zeros, self.gain)
+        proper = len(self.zeros) < len(self.real_poles) + 2 * len(self.pair_poles)
+        return real, pairs, np.zeros_like(self.gain) if proper else self.gain
 
     def _numerator_at(self, z: ComplexArray) -> ComplexArray:
         """B(z) of every walker at points z of shape (points, walkers) or (points, 1)."""
@@ -146,6 +138,8 @@ class ResidueBatch:
 
 def moved_apart(poles: Roots) -> Roots:
     """`poles` (n, walkers) with each two that are closer than SEPARATION set that far apart."""
+    if not any_closer_than(poles, SEPARATION):
+        return poles
     moved = poles.copy()
     for i in range(len(moved)):
         for j in range(i):
@@ -163,21 +157,21 @@ def modal_form(linear: LinearBatch | ResidueBatch, static: FloatArray) -> ModalF
     linear = linear.separated()
     walkers = static.shape[1]
     real_residues, pair_residues, direct = linear.residues()
-    pair_poles = linear.pair_poles
-    return ModalForm(
-        static=np.concatenate([static, direct[None, :]]),
-        real=np.stack([linear.real_poles, real_residues]),
-        pairs=np.stack(
-            [
-                2 * pair_poles.real,
-                np.abs(pair_poles) ** 2,
-                2 * pair_residues.real,
-                -2 * (pair_residues * pair_poles.conj()).real,
-            ]
-        ),
+    poles = linear.pair_poles
+    form = ModalForm(
+        static=np.empty((7, walkers)),
+        real=np.empty((2, len(linear.real_poles), walkers)),
+        pairs=np.empty((4, len(poles), walkers)),
         real_state=np.zeros((len(linear.real_poles), walkers)),
-        pair_state=np.zeros((2, len(pair_poles), walkers)),
+        pair_state=np.zeros((2, len(poles), walkers)),
     )
+    form.static[:6], form.static[6] = static, direct
+    form.real[0], form.real[1] = linear.real_poles, real_residues
+    form.pairs[0] = 2 * poles.real
+    form.pairs[1] = poles.real**2 + poles.imag**2
+    form.pairs[2] = 2 * pair_residues.real
+    form.pairs[3] = -2 * (pair_residues.real * poles.real + pair_residues.imag * poles.imag)
+    return form
 
 
 def linear_batch(block: LinearBlock, walkers: int) -> LinearBatch:
@@ -188,6 +182,6 @@ def linear_batch(block: LinearBlock, walkers: int) -> LinearBatch:
     return LinearBatch(
         np.repeat(real[:, None], walkers, axis=1),
         np.repeat(upper[:, None], walkers, axis=1),
-        np.repeat(block.zeros[:, None], walkers, axis=1),
+        block.zeros[:, None],
         np.full(walkers, block.gain),
     )

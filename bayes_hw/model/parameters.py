@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.model.priors import Prior, Transform
+from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal, Prior, Transform
 
 
 @dataclass(frozen=True)
@@ -39,3 +39,63 @@ def log_prior(parameters: tuple[Parameter, ...], coordinates: FloatArray) -> Flo
         total = total + parameter.prior.log_density(value)
         total = total + parameter.transform.log_jacobian(coordinate)
     return total
+
+
+class ParameterVector:
+    """`as_values` and `log_prior` of one tuple of parameters, many walkers in few calls.
+
+    Log-normal parameters are normal in their logarithms and normal ones in themselves: those rows share one
+    sum of squares, and all logarithms share one exponential.
+    """
+
+    def __init__(self, parameters: tuple[Parameter, ...]) -> None:
+        self.parameters = parameters
+        self._logarithms = np.array(
+            [i for i, p in enumerate(parameters) if isinstance(p.transform, Logarithm)], dtype=int
+        )
+        self._negative = [
+            i for i, p in enumerate(parameters) if isinstance(p.transform, Logarithm) and p.transform.sign < 0
+        ]
+        self._no_logarithms = [i for i in range(len(parameters)) if i not in self._logarithms]
+        normal = {i: found for i, p in enumerate(parameters) if (found := _normal_coordinate(p)) is not None}
+        self._normal = np.array(list(normal), dtype=int)
+        self._mean = np.array([mean for mean, _ in normal.values()]).reshape(-1, 1)
+        self._precision = np.array([1 / sd for _, sd in normal.values()]).reshape(-1, 1)
+        self._constant = float(np.sum(np.log(self._precision)) - 0.5 * len(normal) * np.log(2 * np.pi))
+        self._others = [i for i in range(len(parameters)) if i not in normal]
+
+    def values(self, coordinates: FloatArray) -> FloatArray:
+        """Values of coordinates, both (parameters, walkers)."""
+        values = np.empty_like(coordinates)
+        values[self._logarithms] = np.exp(coordinates[self._logarithms])
+        for i in self._negative:
+            np.negative(values[i], out=values[i])
+        for i in self._no_logarithms:
+            values[i] = self.parameters[i].transform.to_value(coordinates[i])
+        return values
+
+    def log_prior(self, coordinates: FloatArray, values: FloatArray) -> FloatArray:
+        """Log-density of the prior (walkers,) in coordinates, Jacobian included, given their values."""
+        standard = (coordinates[self._normal] - self._mean) * self._precision
+        total = np.einsum("ij,ij->j", standard, standard)
+        total *= -0.5
+        total += self._constant
+        for i in self._others:
+            parameter = self.parameters[i]
+            total += parameter.prior.log_density(values[i])
+            total += parameter.transform.log_jacobian(coordinates[i])
+        return total
+
+
+def _normal_coordinate(parameter: Parameter) -> tuple[float, float] | None:
+    """Mean and standard deviation of the coordinate, where its prior is normal."""
+    prior, transform = parameter.prior, parameter.transform
+    if isinstance(prior, Normal) and isinstance(transform, Identity):
+        return prior.mean, prior.sd
+    if (
+        isinstance(prior, LogNormal)
+        and isinstance(transform, Logarithm)
+        and prior.median * transform.sign > 0
+    ):
+        return float(np.log(abs(prior.median))), prior.log_sd
+    return None

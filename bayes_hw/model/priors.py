@@ -37,7 +37,8 @@ class Normal:
     sd: float
 
     def log_density(self, value: FloatArray) -> FloatArray:
-        return -0.5 * ((value - self.mean) / self.sd) ** 2 - np.log(self.sd) - _LOG_SQRT_2PI
+        standard = (value - self.mean) * (1 / self.sd)
+        return -0.5 * standard * standard - (np.log(self.sd) + _LOG_SQRT_2PI)
 
     def quantile(self, probability: FloatArray) -> FloatArray:
         return self.mean + self.sd * np.asarray(special.ndtri(probability))
@@ -111,6 +112,25 @@ class Uniform:
         return f"uniform between {self.lower:.4g} and {self.upper:.4g} {unit}".rstrip()
 
 
+@dataclass(frozen=True)
+class ShiftedLogNormal:
+    """x - lower is log-normal with the given median and standard deviation of its logarithm."""
+
+    lower: float
+    median: float
+    log_sd: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        return LogNormal(self.median, self.log_sd).log_density(value - self.lower)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        return self.lower + LogNormal(self.median, self.log_sd).quantile(probability)
+
+    def describe(self, unit: str) -> str:
+        rest = LogNormal(self.median, self.log_sd).describe(unit)
+        return f"{self.lower:.4g} plus {rest}"
+
+
 class Transform(Protocol):
     """A monotone map between a parameter's value and an unbounded coordinate."""
 
@@ -148,6 +168,22 @@ class Logarithm:
 
     def to_coordinate(self, value: FloatArray) -> FloatArray:
         return np.log(value / self.sign)
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return coordinate
+
+
+@dataclass(frozen=True)
+class ShiftedLogarithm:
+    """value = lower + exp(coordinate)."""
+
+    lower: float
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return self.lower + np.exp(coordinate)
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return np.log(value - self.lower)
 
     def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
         return coordinate

@@ -65,6 +65,22 @@ FIT = Formula(
 )
 """The fit of a predicted record, as the paper computes it."""
 
+SCALING_GROUP = Formula(
+    "v -> a v, quad w -> b w: quad (c_1, s_-, s_+) -> a (c_1, s_-, s_+), quad g -> b / a g, quad "
+    "(delta_+, delta_-) -> b (delta_+, delta_-), quad (c_2, c_3) -> (c_2, c_3) / b",
+    "v becomes a times v and w b times w when c 1 and both limits are multiplied by a, the gain g by b over "
+    "a, both thresholds by b, and c 2 and c 3 are divided by b",
+)
+"""The scaling group of the gains."""
+
+INFORMATION_GAIN = Formula(
+    "U = 1/2 (log det C_psi - EE_theta log det C_psi (theta)), quad C(theta) = (P(theta) + F(theta))^(-1)",
+    "the expected gain U is half the log-determinant of the covariance of psi before, less half the "
+    "expectation over theta of that after, which is the inverse of what was known near theta plus the "
+    "Fisher information of the experiment there",
+)
+"""The Laplace approximation of the expected information gain."""
+
 CATALOGUE: dict[str, Formula] = {
     "cascade": CASCADE,
     "saturation": SATURATION,
@@ -75,5 +91,7 @@ CATALOGUE: dict[str, Formula] = {
     "posterior": POSTERIOR,
     "output error": OUTPUT_ERROR,
     "fit": FIT,
+    "scaling group": SCALING_GROUP,
+    "information gain": INFORMATION_GAIN,
 }
 """Every formula by name."""

@@ -16,6 +16,17 @@ _FIXED = {
     "noise.innovation_sigma": ("standard deviation of the noise's innovations", "σₐ"),
     "velocity_gain": ("velocity gain", "K"),
     "direct": ("direct weight of G", "d"),
+    "saturation.gain": ("slope c₁ of the saturation", "c₁"),
+    "dead_zone.gain_positive": ("slope c₂ above the dead zone", "c₂"),
+    "dead_zone.gain_negative": ("slope c₃ below the dead zone", "c₃"),
+    "dead_zone.half_width_negative": ("negative threshold of the dead zone", "δ₋"),
+    "lower/c1": ("lower limit in command units", "s₋ / c₁"),
+    "upper/c1": ("upper limit in command units", "s₊ / c₁"),
+    "c1 g c2": ("gain from command to output", "c₁ g c₂"),
+    "c2 delta+": ("positive threshold in output units", "c₂ δ₊"),
+    "c3 delta-": ("negative threshold in output units", "c₃ δ₋"),
+    "c3/c2": ("ratio of the slopes of the dead zone", "c₃ / c₂"),
+    "delta+/delta-": ("ratio of the thresholds", "δ₊ / δ₋"),
 }
 _NUMBERED = {
     r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),

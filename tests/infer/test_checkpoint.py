@@ -75,7 +75,7 @@ def test_keeping_a_checkpoint_changes_nothing(tmp_path: Path, undisturbed: Sampl
     assert len(list(folder.glob("block_*.h5"))) == 6
 
 
-@pytest.mark.parametrize(("interrupt_at", "jobs"), [(40, 1), (290, 2), (350, 1)])
+@pytest.mark.parametrize(("interrupt_at", "jobs"), [(15, 1), (70, 2), (150, 1)])
 def test_interrupted_and_resumed_to_the_same_bits(
     tmp_path: Path, undisturbed: Sampling, interrupt_at: int, jobs: int
 ) -> None:
@@ -122,7 +122,7 @@ def test_without_resume_an_old_checkpoint_is_replaced(tmp_path: Path, undisturbe
     run(Checkpoint(tmp_path, "old"))
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(KeyboardInterrupt):
-        run(Checkpoint(tmp_path, "new"), interrupt_at=300)
+        run(Checkpoint(tmp_path, "new"), interrupt_at=80)
     assert_same(run(Checkpoint(tmp_path, "new"), resume=True), undisturbed)
     assert (tmp_path / "notes.txt").read_text() == "mine"
 

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
+from bayes_hw.infer.mixture import (
+    Bend,
+    StudentTMixture,
+    fit_student_t_mixture,
+    laplace_proposal,
+    refitted,
+    several_laplace,
+)
 
 MEANS = np.array([[0.0, 1.0], [3.0, -2.0]])
 SCALES = np.array([[[1.0, 0.3], [0.3, 0.5]], [[0.4, -0.1], [-0.1, 0.9]]])
@@ -96,3 +103,51 @@ def test_identical_points_give_a_proper_density() -> None:
     """A chain that never moved must not end in a singular matrix."""
     found = fit_student_t_mixture(np.ones((50, 2)), 1, np.random.default_rng(7))
     assert np.isfinite(found.factors).all() and (np.linalg.det(found.factors) > 0).all()
+
+
+def test_a_bend_keeps_volumes_and_has_an_inverse() -> None:
+    rng = np.random.default_rng(8)
+    points = rng.standard_normal((3000, 3)) @ np.array([[2.0, 0.3, 0], [0, 1, 0.4], [0, 0, 0.5]])
+    points[:, 2] += 0.7 * points[:, 0] ** 2
+    bend = Bend.fitted(points, np.full(3000, 1 / 3000))
+    np.testing.assert_allclose(bend.apply(bend.apply(points), -1.0), points, atol=1e-10)
+    for point in points[:5]:
+        steps = 1e-5 * np.eye(3)
+        jacobian = (bend.apply(point + steps) - bend.apply(point - steps)) / 2e-5
+        assert abs(np.linalg.det(jacobian)) == pytest.approx(1, rel=1e-6)
+
+
+def test_a_fitted_bend_straightens_a_banana() -> None:
+    """x1 = x0^2 + noise: after unbending, most of what is left of x1 is the noise."""
+    rng = np.random.default_rng(9)
+    x0 = rng.standard_normal(20_000)
+    points = np.column_stack([x0, x0**2 + 0.3 * rng.standard_normal(20_000), rng.standard_normal(20_000)])
+    unbent = Bend.fitted(points, np.full(20_000, 5e-5)).apply(points, -1.0)
+    assert points[:, 1].std() > 1.4
+    assert unbent[:, 1].std() < 0.6
+
+
+def test_bent_density_is_that_of_its_draws() -> None:
+    """Integrates to one on a grid, and its mean over a box is the share of draws there."""
+    rng = np.random.default_rng(10)
+    x0 = rng.standard_normal(4000)
+    points = np.column_stack([x0, x0**2 + 0.5 * rng.standard_normal(4000)])
+    start = laplace_proposal(np.zeros(2), np.eye(2))
+    bent = refitted(start, points, np.full(4000, 1 / 4000), bent=True)
+    x, y = np.linspace(-8, 8, 400), np.linspace(-15, 30, 900)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    density = np.exp(bent.log_density(grid)).reshape(400, 900) * (x[1] - x[0]) * (y[1] - y[0])
+    assert density.sum() == pytest.approx(1, abs=0.01)
+    draws = bent.sample(40_000, rng)
+    inside = (np.abs(draws[:, 0]) < 1) & (draws[:, 1] < 1)
+    expected = density[np.abs(x) < 1][:, y < 1].sum()
+    assert inside.mean() == pytest.approx(expected, abs=0.02)
+
+
+def test_components_move_to_the_points_nearest_to_them() -> None:
+    rng = np.random.default_rng(11)
+    points = np.concatenate([rng.normal(-10, 1, (1800, 3)), rng.normal(10, 2, (200, 3))])
+    start = several_laplace([(np.full(3, 9.0), np.eye(3)), (np.full(3, -9.0), np.eye(3))])
+    found = refitted(start, points, np.full(2000, 1 / 2000), bent=False)
+    np.testing.assert_allclose(found.weights, [0.9, 0.1], atol=0.01)
+    np.testing.assert_allclose(found.means[:, 0], [-10, 10], atol=0.5)

@@ -10,7 +10,7 @@ from simulated_records import measured
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.starting_point import _noise_covariance, split_by_record, starting_point
+from bayes_hw.infer.starting_point import noise_covariance, split_by_record, starting_point
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -53,17 +53,17 @@ def test_mode_and_covariance_of_the_posterior(small_axis: HammersteinWiener) -> 
 def test_variance_of_log_sigma(partial: list[float], factor: float) -> None:
     """1 / (2 n) for white noise, times (1 + phi^2) / (1 - phi^2) for an AR(1)."""
     noise = NoiseEstimate(1.0, np.array(partial), np.zeros(1))
-    assert _noise_covariance(noise, 500)[0, 0] == pytest.approx(factor / 1000, rel=1e-12)
+    assert noise_covariance(noise, 500)[0, 0] == pytest.approx(factor / 1000, rel=1e-12)
 
 
-def test_noise_covariance_against_simulation() -> None:
+def testnoise_covariance_against_simulation() -> None:
     """Spread of the estimates of 1,000 simulated AR(1) sequences, in coordinates."""
     noise = NoiseEstimate(1.0, np.array([0.6]), np.zeros(2))
     shocks = np.random.default_rng(3).standard_normal((1000, 900))
     e = signal.lfilter([1.0], [1.0, -0.6], shocks, axis=1)[:, 100:]
     found = [estimate_noise([row], order=1) for row in e]
     coordinates = np.array([[np.log(one.sigma), np.arctanh(one.partial[0])] for one in found])
-    np.testing.assert_allclose(np.cov(coordinates.T), _noise_covariance(noise, 800), rtol=0.15)
+    np.testing.assert_allclose(np.cov(coordinates.T), noise_covariance(noise, 800), rtol=0.15)
 
 
 def test_residuals_are_split_at_the_records(small_axis: HammersteinWiener) -> None:

@@ -8,12 +8,15 @@ from numba import njit
 
 from bayes_hw.model.lanes import (
     LANES,
+    aligned_rows,
     broadcast,
-    in_lane_groups,
+    filled_up,
+    gather,
     load,
     maximum,
     minimum,
     padded_to_lanes,
+    scatter,
     store,
 )
 
@@ -31,11 +34,12 @@ def _operate(a, b, out):  # type: ignore[no-untyped-def]
     store(out, 2, left * right)
     store(out, 3, minimum(left, right))
     store(out, 4, maximum(left, right))
+    store(out, 5, left / right)
 
 
 def operated(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Rows: sum, difference, product, minimum, maximum."""
-    out = np.full((5, LANES), np.nan)
+    """Rows: sum, difference, product, minimum, maximum, quotient."""
+    out = np.full((6, LANES), np.nan)
     _operate(np.stack([np.zeros(LANES), a]), b[None, :], out)
     return out
 
@@ -44,7 +48,7 @@ def test_operations_are_those_of_numpy() -> None:
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, LANES))
     a[3] = b[3]
-    expected = [a + b, a - b, a * b, np.minimum(a, b), np.maximum(a, b)]
+    expected = [a + b, a - b, a * b, np.minimum(a, b), np.maximum(a, b), a / b]
     np.testing.assert_array_equal(operated(a, b), expected)
 
 
@@ -72,16 +76,34 @@ def test_infinities_are_ordered() -> None:
     np.testing.assert_array_equal(out[4], np.maximum(a, b))
 
 
+@njit
+def copied(values):  # type: ignore[no-untyped-def]
+    out = np.empty_like(values)
+    for group in range(values.shape[-1] // LANES):
+        rows = aligned_rows(values.size // values.shape[-1])
+        gather(values, group, rows)
+        scatter(rows, group, out)
+    return out, rows
+
+
 @pytest.mark.parametrize("walkers", [1, LANES, LANES + 1, 2 * LANES])
 def test_groups_hold_every_walker_once_and_repeat_the_last(walkers: int) -> None:
-    values = np.arange(3.0 * walkers).reshape(3, walkers)
-    groups = in_lane_groups(values)
-    assert groups.shape == (padded_to_lanes(walkers) // LANES, 3, LANES)
-    assert groups.flags.c_contiguous
-    flat = np.moveaxis(groups, 0, 1).reshape(3, -1)
-    np.testing.assert_array_equal(flat[:, :walkers], values)
-    assert (flat[:, walkers:] == values[:, -1:]).all()
+    values = np.arange(6.0 * walkers).reshape(2, 3, walkers)
+    full = filled_up(values)
+    assert full.shape == (2, 3, padded_to_lanes(walkers))
+    assert full.flags.c_contiguous
+    np.testing.assert_array_equal(full[..., :walkers], values)
+    assert (full[..., walkers:] == values[..., -1:]).all()
+    found, last = copied(full)
+    np.testing.assert_array_equal(found, full)
+    np.testing.assert_array_equal(last, full.reshape(6, -1)[:, -LANES:])
+
+
+def test_rows_begin_with_a_cache_line() -> None:
+    for count in (1, 3, 7):
+        _, rows = copied(np.zeros((count, LANES)))
+        assert rows.ctypes.data % 64 == 0
 
 
 def test_no_parameters_of_a_kind_are_no_rows() -> None:
-    assert in_lane_groups(np.zeros((2, 0, 5))).shape == (1, 2, 0, LANES)
+    assert filled_up(np.zeros((2, 0, 5))).shape == (2, 0, LANES)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
+from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values, log_prior
 from bayes_hw.model.priors import (
     HalfNormal,
     HyperbolicTangent,
@@ -43,3 +43,15 @@ def test_prior_of_several_parameters_is_their_product() -> None:
     parts = [log_prior((parameter,), q[[i]]) for i, parameter in enumerate(parameters)]
     np.testing.assert_allclose(log_prior(parameters, q), np.sum(parts, axis=0), rtol=1e-12)
     np.testing.assert_allclose(as_coordinates(parameters, as_values(parameters, q)), q, rtol=1e-10)
+
+
+def test_vector_of_parameters_gives_what_each_gives_alone() -> None:
+    """Also where a log-normal prior has the other sign: impossible everywhere."""
+    parameters = tuple(Parameter(str(i), "", 1.0, p, t) for i, (p, t) in enumerate(COORDINATES))
+    q = np.random.default_rng(2).normal(0, 1, size=(5, 9))
+    vector = ParameterVector(parameters)
+    values = vector.values(q)
+    np.testing.assert_array_equal(values, as_values(parameters, q))
+    np.testing.assert_allclose(vector.log_prior(q, values), log_prior(parameters, q), rtol=1e-12)
+    wrong = ParameterVector((Parameter("x", "", 1.0, LogNormal(-1.0, 0.3), Logarithm()),))
+    assert (wrong.log_prior(q[:1], wrong.values(q[:1])) == -np.inf).all()

@@ -12,7 +12,7 @@ import pytest
 from simulated_records import measured
 
 from bayes_hw.analysis import Analysis, analyse
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
@@ -29,8 +29,8 @@ HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

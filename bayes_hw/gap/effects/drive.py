@@ -50,7 +50,7 @@ class CoulombFrictionAtMotor(_Friction):
             positive("friction.smoothing_speed", f"{scale.units.output}/s", self.smoothing(scale), 1.0),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.MOTOR_FRICTION], settings[S.MOTOR_SMOOTHING] = values
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -75,7 +75,7 @@ class StribeckFrictionAtMotor(_Friction):
             positive("friction.smoothing_speed", speed, self.smoothing(scale), 1.0),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.MOTOR_FRICTION], settings[S.MOTOR_STATIC], settings[S.MOTOR_STRIBECK_SPEED] = values[:3]
         settings[S.MOTOR_SMOOTHING] = values[3]
 
@@ -102,7 +102,7 @@ class PreslidingFriction(_Friction):
             positive("friction.presliding_stiffness", "1/s^2", usual / scale.sigma, 2.0),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.MOTOR_FRICTION], settings[S.MOTOR_PRESLIDING] = values
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -128,7 +128,7 @@ class CoulombFrictionAtLoad(_Friction):
             positive("friction.smoothing_speed", f"{scale.units.output}/s", self.smoothing(scale), 1.0),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.LOAD_FRICTION], settings[S.LOAD_SMOOTHING] = values
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -150,7 +150,7 @@ class KinematicBacklash(Effect):
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("backlash.half_gap", scale.units.output, 2 * scale.sigma, 1.5),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.PLAY] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -175,7 +175,7 @@ class DynamicBacklash(Effect):
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("backlash.half_gap", scale.units.output, 2 * scale.sigma, 1.5),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.GAP] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -205,11 +205,11 @@ class TorqueRipple(PeriodicEffect):
             positive("torque_ripple.period", scale.units.output, 0.2 * scale.travel),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.RIPPLE], settings[S.RIPPLE_PERIOD] = np.hypot(values[0], values[1]), values[2]
         settings[S.RIPPLE_PHASE] = np.arctan2(values[1], values[0])
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
 
     def unit_amplitude(self, scale: AxisScale) -> float:

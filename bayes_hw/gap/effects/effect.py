@@ -49,7 +49,7 @@ class Effect(ABC):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         """Write parameter values (parameters,) into `settings` (see `bayes_hw.gap.settings`)."""
 
-    def resonator(self, values: FloatArray) -> Resonator | None:  # noqa: ARG002
+    def resonator(self, values: FloatArray) -> Resonator | None:
         """The resonator that the effect hangs on the load, if it does."""
         return None
 

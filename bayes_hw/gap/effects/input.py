@@ -28,7 +28,7 @@ class RateLimit(Effect):
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("rate_limit.rate", f"{scale.units.input}/s", 10 * scale.speed, 1.5),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.COMMAND_RATE] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -55,15 +55,15 @@ class SaturationDrift(PeriodicEffect):
             positive("saturation_drift.period", scale.units.output, scale.travel),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.LIMIT_DEPTH] = np.hypot(values[0], values[1])
         settings[S.LIMIT_PHASE] = np.arctan2(values[1], values[0])
         settings[S.LIMIT_PERIOD] = values[2]
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
 
-    def unit_amplitude(self, scale: AxisScale) -> float:  # noqa: ARG002
+    def unit_amplitude(self, scale: AxisScale) -> float:
         return 1.0
 
 
@@ -80,7 +80,7 @@ class CommandBias(Effect):
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (signed("command_bias.bias", scale.units.input, 0.02 * scale.speed),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.BIAS] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -103,7 +103,7 @@ class GainDrift(Effect):
             positive("gain_drift.time", "s", 0.35 * scale.duration, 0.8),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.GAIN_CHANGE], settings[S.GAIN_TIME] = values
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -26,13 +26,13 @@ class TransportDelay(Effect):
     block: ClassVar[Block] = "linear"
     test_values = (1.3,)
 
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("transport_delay.samples", "samples", 1.0, 1.0),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.EXTRA_DELAY] = values[0]
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(0.3,), (0.7,), (1.5,), (2.5,), (4.0,), (6.0,)]
 
 
@@ -80,13 +80,13 @@ class CubicStiffness(Effect):
     test_values = (5e4,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 3 * self._usual(scale)),)
+        return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 30 * self._usual(scale)),)
 
     def _usual(self, scale: AxisScale) -> float:
         torsion = scale.output_speed / np.sqrt(sum(scale.stiffness))
         return float(1 / torsion**2)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.CUBIC] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

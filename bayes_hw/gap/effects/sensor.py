@@ -35,11 +35,11 @@ class EncoderEccentricity(PeriodicEffect):
             positive("encoder_eccentricity.period", unit, 0.5 * scale.travel),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.ECCENTRICITY], settings[S.ECCENTRICITY_PERIOD] = np.hypot(values[0], values[1]), values[2]
         settings[S.ECCENTRICITY_PHASE] = np.arctan2(values[1], values[0])
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
 
     def unit_amplitude(self, scale: AxisScale) -> float:
@@ -56,13 +56,13 @@ class GainAsymmetry(Effect):
     block: ClassVar[Block] = "sensor"
     test_values = (1.05,)
 
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("gain_asymmetry.ratio", "", 1.0, 0.1),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.GAIN_RATIO] = values[0]
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(1.01,)]
 
 
@@ -82,7 +82,7 @@ class LinearSensorDrift(Effect):
         unit = f"{scale.units.output}/s"
         return (signed("sensor_drift.rate", unit, 20 * scale.sigma / scale.duration),)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.DRIFT_RATE] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
@@ -106,7 +106,7 @@ class ThermalSensorDrift(Effect):
             positive("sensor_drift.time", "s", 0.25 * scale.duration, 0.8),
         )
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.DRIFT_SETTLING], settings[S.DRIFT_TIME] = values
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -1,0 +1,71 @@
+"""bayes-hw identifiability."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from bayes_hw.commands.options import add_common, add_output, add_record_options, add_sampling, add_start
+
+NAME = "identifiability"
+SUMMARY = "what records can and cannot tell: flat directions, freed gains, profiles, a verdict a parameter"
+EXAMPLE = "bayes-hw identifiability model/model.json train_1.csv train_2.csv --out identifiability/"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of this command."""
+    parser.add_argument("model", metavar="MODEL", help="model.json that priors are centred on")
+    parser.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    parser.add_argument("--title", default="", help="title of the report")
+    add_output(parser, "folder for identifiability.json, freed_draws.csv, report.html and report.pdf")
+    add_record_options(parser)
+    add_start(parser)
+    add_sampling(parser, resumable=False)
+    add_common(parser)
+
+
+def run(parsed: argparse.Namespace) -> None:
+    """Analyse, write, and say one verdict a parameter."""
+    import numpy as np
+
+    from bayes_hw.commands.inputs import read_records, sampler_settings
+    from bayes_hw.commands.speech import say, warn
+    from bayes_hw.files import check_output_folder
+    from bayes_hw.identifiability.analysis import analyse_identifiability
+    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+    from bayes_hw.progress import Progress
+    from bayes_hw.provenance import provenance
+    from bayes_hw.report.identifiability_report import identifiability_report
+    from bayes_hw.report.render import render
+
+    begin = time.perf_counter()
+    settings = sampler_settings(parsed)
+    out = Path(parsed.out)
+    check_output_folder(out)
+    model = HammersteinWiener.read(parsed.model)
+    records = read_records(parsed, parsed.records, model.units)
+    result = analyse_identifiability(
+        parsed.title or model.name,
+        model,
+        records,
+        np.random.default_rng(parsed.seed),
+        start=parsed.start,
+        settings=settings,
+        jobs=parsed.jobs,
+        progress=Progress(parsed.quiet),
+    )
+    result.write(out)
+    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
+    written = render(identifiability_report(result, origin), out)
+    if not result.converged:
+        warn("NOT CONVERGED: see identifiability.json")
+    if not result.agreement.agrees:
+        warn(f"invariants with and without the gains free differ by {result.agreement.largest:.1f} errors")
+    if parsed.quiet:
+        return
+    for verdict in result.verdicts:
+        say(f"{verdict.name:32} {verdict.verdict}: {verdict.reason}")
+    for test in result.assumptions:
+        say(f"{test.name + ' = 1':32} {test.decision}")
+    say(f"report: {written.html} and {written.pdf}")

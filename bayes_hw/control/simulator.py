@@ -1,0 +1,136 @@
+"""The position loop in the time domain with every nonlinearity: many draws against one reference.
+
+The axis is that of the compiled batch simulator (`bayes_hw.model.kernel`), the controller that of
+`bayes_hw.control.controller`; here one feeds the other, sample by sample.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.control.axis_draws import AxisDraws
+from bayes_hw.control.controller import Controller
+
+
+class LoopSignals(NamedTuple):
+    """Command u, w and true output y = n(w) of every draw, each of shape (draws, samples)."""
+
+    u: FloatArray
+    w: FloatArray
+    y: FloatArray
+
+
+def simulate_loop(
+    axis: AxisDraws,
+    controller: Controller,
+    reference: FloatArray,
+    *,
+    noise: FloatArray | None = None,
+    initial_position: FloatArray | float = 0.0,
+) -> LoopSignals:
+    """The loop's response to `reference` (samples,) at the axis's rate, output units.
+
+    The axis starts at rest at w = `initial_position` ((draws,) or one number), and the controller with the
+    error it then sees, so that nothing moves until the reference does. `noise` (draws, samples) is added to
+    what the controller measures.
+    """
+    samples = len(reference)
+    shape = (axis.count, samples)
+    signals = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
+    numbers = (
+        controller.proportional,
+        controller.integral * controller.period_s,
+        controller.derivative / (controller.derivative_filter_s + controller.period_s),
+        controller.derivative_filter_s / (controller.derivative_filter_s + controller.period_s),
+        *controller.speed_limit,
+        controller.rate_of_change_limit * controller.period_s,
+        controller.memory_share,
+    )
+    sections = np.array(controller.sections, dtype=np.float64).reshape(-1, 5)
+    ratio = controller.ratio_to(axis.sample_rate_hz)
+    _simulate(
+        np.ascontiguousarray(axis.real_poles),
+        np.ascontiguousarray(axis.real_residues),
+        np.ascontiguousarray(axis.pair_poles),
+        np.ascontiguousarray(axis.pair_residues),
+        axis.direct,
+        axis.delay_samples + ratio * controller.delay_samples,
+        np.stack([axis.lower, axis.upper, axis.half_width]),
+        np.array(axis.gains),
+        np.array(numbers),
+        sections,
+        ratio,
+        np.ascontiguousarray(reference, dtype=np.float64),
+        np.zeros((0, 0)) if noise is None else np.ascontiguousarray(noise),
+        np.broadcast_to(np.asarray(initial_position, dtype=np.float64), (axis.count,)).copy(),
+        *signals,
+    )
+    return signals
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _dead_zone(w, half_width, c2, c3):  # type: ignore[no-untyped-def]
+    return c2 * max(w - half_width, 0.0) + c3 * min(w + half_width, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _simulate(  # type: ignore[no-untyped-def]
+    real_poles, real_residues, pair_poles, pair_residues, direct, delay, static, gains, numbers, sections,
+    ratio, reference, noise, start, u_out, w_out, y_out,
+):  # fmt: skip
+    proportional, integral, derivative, pole, lowest, highest, most_change, share = numbers
+    c1, c2, c3 = gains
+    n_real, n_pairs, n_sections, samples = len(real_poles), len(pair_poles), len(sections), len(reference)
+    for draw in range(len(direct)):
+        lower, upper, half_width = static[0, draw], static[1, draw], static[2, draw]
+        x, s = np.zeros(n_real), np.zeros(n_pairs, dtype=np.complex128)
+        line = np.zeros(max(delay, 1))
+        held = _dead_zone(start[draw], half_width, c2, c3)
+        error = reference[0] - held
+        section_state = np.zeros((n_sections, 2))
+        for i in range(n_sections):
+            b0, b1, b2, a1, a2 = sections[i]
+            gain = (b0 + b1 + b2) / (1 + a1 + a2)
+            section_state[i, 1] = b2 * error - a2 * gain * error
+            section_state[i, 0] = (gain - b0) * error
+            error = gain * error
+        before, rate, memory, command = error, 0.0, 0.0, 0.0
+        for k in range(samples):
+            v = 0.0
+            if delay > 0:
+                v = min(max(c1 * line[k % delay], lower), upper)
+            w = start[draw] + direct[draw] * v
+            for i in range(n_real):
+                w += real_residues[i, draw] * x[i]
+            for m in range(n_pairs):
+                w += 2 * (pair_residues[m, draw] * s[m]).real
+            y = _dead_zone(w, half_width, c2, c3)
+            if k % ratio == 0:
+                error = reference[k] - y
+                if noise.size > 0:
+                    error -= noise[draw, k]
+                for i in range(n_sections):
+                    b0, b1, b2, a1, a2 = sections[i]
+                    filtered = b0 * error + section_state[i, 0]
+                    section_state[i, 0] = b1 * error - a1 * filtered + section_state[i, 1]
+                    section_state[i, 1] = b2 * error - a2 * filtered
+                    error = filtered
+                new_rate = pole * rate + derivative * (error - before)
+                memory += proportional * (error - before) + integral * error + new_rate - rate
+                before, rate = error, new_rate
+                limited = min(max(memory, command - most_change), command + most_change)
+                command = min(max(limited, lowest), highest)
+                memory += share * (command - memory)
+            if delay > 0:
+                line[k % delay] = command
+            else:
+                v = min(max(c1 * command, lower), upper)
+            for i in range(n_real):
+                x[i] = real_poles[i, draw] * x[i] + v
+            for m in range(n_pairs):
+                s[m] = pair_poles[m, draw] * s[m] + v
+            u_out[draw, k], w_out[draw, k], y_out[draw, k] = command, w, y

@@ -1,0 +1,62 @@
+"""A whole blind check in one call, as studies want it: make, run, open."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bayes_hw.errors import InputError
+from bayes_hw.executor import Executor
+from bayes_hw.gap.blind.evidence import Evidence, read_evidence
+from bayes_hw.gap.blind.folders import SEAL, read_seal
+from bayes_hw.gap.blind.make import make_set
+from bayes_hw.gap.blind.run import DIAGNOSIS, run_set
+from bayes_hw.progress import Progress
+
+
+def check_blind(
+    folder: Path,
+    number: int,
+    seed: int,
+    kind: str,
+    *,
+    labels: Sequence[Sequence[str]] | None = None,
+    changes: Mapping[str, Any] | None = None,
+    diagnosis: str = DIAGNOSIS,
+    options: Mapping[str, str] | None = None,
+    executor: Executor,
+    progress: Progress,
+) -> Evidence:
+    """Make the set in FOLDER/set unless it is there, diagnose it, and open the truth.
+
+    The folder of the verdicts is named after the diagnosis and its options. A check that was stopped goes on.
+    Raises InputError when FOLDER/set is another set than this one.
+    """
+    where = folder / "set"
+    if not (where / SEAL).exists():
+        make_set(
+            where, number, seed, kind, labels=labels, changes=changes, executor=executor, progress=progress
+        )
+    seal = read_seal(where)
+    wanted = json.loads(json.dumps([number, seed, kind, dict(changes or {})]))
+    if [seal["number"], seal["seed"], seal["kind"], seal["changes"]] != wanted:
+        raise InputError(f"{where}: is another set; remove the folder or give another --out")
+    function = diagnosis.rpartition(":")[2]
+    name = "_".join(["verdicts", function, *(f"{key}_{value}" for key, value in (options or {}).items())])
+    run_set(
+        where, folder / name, seed, diagnosis=diagnosis, options=options, executor=executor, progress=progress
+    )
+    return read_evidence(where, folder / name)
+
+
+def joined(parts: Sequence[Evidence]) -> Evidence:
+    """Several sets as one: cases in order, seals and digests one after another."""
+    return Evidence(
+        tuple(truth for part in parts for truth in part.truths),
+        tuple(verdict for part in parts for verdict in part.verdicts),
+        " ".join(part.seal for part in parts),
+        " ".join(part.verdicts_sha256 for part in parts),
+        parts[0].diagnosis,
+    )

@@ -1,0 +1,62 @@
+"""An effect struck from the catalogue while the data carry it: is it noticed, does putting it back help?"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.gap.blind.counts import BLOCKS, Share, answer_name, named_right, share, true_closure
+from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What became of the cases of one label without and with its entry.
+
+    `other` counts answers `other` without the entry, `acceptable` those and answers that the verdict with the
+    entry calls confusable with the label; `answers` are the answers without it, most frequent first. The
+    closures are medians of the true closed fraction of the hold-out (NaN without a prediction).
+    """
+
+    label: str
+    other: Share
+    acceptable: Share
+    block: Share
+    named_with: Share
+    closed_without: float
+    closed_with: float
+    answers: tuple[tuple[str, int], ...]
+
+
+def left_out(label: str, complete: Evidence, struck: Evidence) -> LeftOut:
+    """Compare the verdicts on the same cases with the whole catalogue and with `label` struck from it."""
+    cases = [
+        (truth, full, lacking)
+        for truth, full, lacking in zip(complete.truths, complete.verdicts, struck.verdicts, strict=True)
+        if truth.effects == (label,)
+    ]
+    return LeftOut(
+        label=label,
+        other=share(v.answer == ("other",) for _, _, v in cases),
+        acceptable=share(acceptable(label, full, lacking) for _, full, lacking in cases),
+        block=share(v.block == BLOCKS[label] for _, _, v in cases),
+        named_with=share(named_right(t, v) for t, v, _ in cases),
+        closed_without=_median_closure([(t, v) for t, _, v in cases]),
+        closed_with=_median_closure([(t, v) for t, v, _ in cases]),
+        answers=tuple(Counter(answer_name(v.answer) for _, _, v in cases).most_common()),
+    )
+
+
+def acceptable(label: str, full: CaseVerdict, lacking: CaseVerdict) -> bool:
+    """Whether the answer without the entry is `other`, or a label stated to be confusable with it."""
+    if lacking.answer == ("other",):
+        return True
+    return len(lacking.answer) == 1 and frozenset((label, *lacking.answer)) in full.confusable
+
+
+def _median_closure(cases: list[tuple[CaseTruth, CaseVerdict]]) -> float:
+    closures = [true_closure(truth, verdict) for truth, verdict in cases]
+    known = [closure for closure in closures if np.isfinite(closure)]
+    return float(np.median(known)) if known else float("nan")

@@ -1,0 +1,206 @@
+"""Diagnosing withheld cases: the diagnosis is given copies of the cases, and nothing else."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import json
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from bayes_hw import __version__
+from bayes_hw.errors import InputError
+from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
+from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.blind.folders import CASES, SEAL, case_folders, file_digest, folder_digest, read_seal
+from bayes_hw.progress import Progress
+
+DIAGNOSIS = "bayes_hw.gap.diagnosis:diagnose_case"
+VERDICTS = "verdicts.json"
+SCHEMA = "bayes-hw/verdicts/1"
+VERDICT, PREDICTION = "verdict.json", "holdout_prediction.csv"
+KEPT = "finished"
+
+Diagnosis = Callable[..., None]
+
+
+@dataclass(frozen=True)
+class RunTask:
+    """One case to diagnose: plain data that a worker understands."""
+
+    case: str
+    out: str
+    seed: int
+    diagnosis: str
+    options: Mapping[str, str]
+
+
+def run_set(
+    folder: Path,
+    out: Path,
+    seed: int = 1,
+    *,
+    diagnosis: str = DIAGNOSIS,
+    options: Mapping[str, str] | None = None,
+    truth_is_open: bool = False,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> str:
+    """Diagnose every case of a set; writes OUT/CASE/verdict.json, holdout_prediction.csv, OUT/verdicts.json.
+
+    `diagnosis` is MODULE:FUNCTION, called as function(case folder, out folder, seed, **options). Finished
+    cases are kept in OUT, so that a run that was stopped goes on. A case whose diagnosis raises an error is
+    kept as one that gave no verdict. Returns the digest of all verdicts.
+
+    Raises InputError when the truth lies open in `folder`; with `truth_is_open` such a set (labelled cases to
+    practise on) is accepted, and the verdicts say so. Either way the diagnosis sees copies of the case's own
+    files in an empty folder.
+    """
+    cases = withheld_cases(folder, truth_is_open)
+    find_diagnosis(diagnosis)
+    digests = {case.name: case_digest(case) for case in cases}
+    given = dict(options or {})
+    identity = json.dumps([__version__, seed, diagnosis, given, digests], sort_keys=True)
+    tasks = [
+        asdict(RunTask(str(case.resolve()), str((out / case.name).resolve()), seed, diagnosis, given))
+        for case in cases
+    ]
+    outcomes = (executor or LocalExecutor()).map(
+        run_one_case,
+        tasks,
+        progress=progress,
+        label="diagnosing blind cases",
+        kept=ResultFolder(out / KEPT, hashlib.sha256(identity.encode()).hexdigest()),
+    )
+    seal = read_seal(folder)["sha256"] if (folder / SEAL).exists() else None
+    digest = verdict_digest(out)
+    content = {
+        "schema": SCHEMA,
+        "seal": seal,
+        "truth_is_open": truth_is_open,
+        "cases": digests,
+        "verdicts_sha256": digest,
+        "seed": seed,
+        "diagnosis": diagnosis,
+        "options": given,
+        "failed": {o["case"]: o["error"] for o in outcomes if o["error"]},
+        "seconds": {o["case"]: o["seconds"] for o in outcomes},
+    }
+    write_text_atomically(out / VERDICTS, json.dumps(content, indent=1) + "\n")
+    return digest
+
+
+def withheld_cases(folder: Path, truth_is_open: bool = False) -> list[Path]:
+    """The case folders of a set without its truth; raises InputError when truth lies open among them."""
+    if folder.is_file():
+        raise InputError(f"{folder}: is a file; give the folder of the cases, not the truth")
+    if not truth_is_open:
+        for path in sorted(folder.rglob("*")):
+            if tells_truth(path, folder):
+                raise InputError(
+                    f"{path}: the truth lies open; a blind run is given the cases and a sealed truth alone"
+                )
+    return case_folders(folder / CASES if (folder / CASES).is_dir() else folder)
+
+
+def tells_truth(path: Path, folder: Path) -> bool:
+    """Whether a file or folder of a set shows the truth: by name, or as JSON that lists the effects.
+
+    A sealed truth beside the cases, of the digest that seal.json states, does not.
+    """
+    if path.is_dir():
+        return path.name.lower().startswith((".truth", "truth"))
+    if path.suffix == ".json":
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return False
+        return isinstance(content, dict) and "effects" in content
+    if path.suffix == ".zip":
+        seal = folder / SEAL
+        sealed = path.parent == folder and seal.exists() and read_seal(folder)["sha256"] == file_digest(path)
+        return not sealed
+    return "truth" in path.name.lower()
+
+
+def run_one_case(task: dict[str, Any]) -> dict[str, Any]:
+    """Diagnose one case in a worker; its name, seconds, and what went wrong if anything did."""
+    case, out = Path(task["case"]), Path(task["out"])
+    begin = time.perf_counter()
+    if out.exists():
+        shutil.rmtree(out)
+    out.mkdir(parents=True)
+    error = ""
+    with tempfile.TemporaryDirectory(prefix="blind-") as empty:
+        copied = copy_case(case, Path(empty) / case.name)
+        try:
+            find_diagnosis(task["diagnosis"])(copied, out, task["seed"], **task["options"])
+        except Exception as problem:
+            error = f"{type(problem).__name__}: {problem}"
+    for name in (VERDICT, PREDICTION):
+        if not error and not (out / name).is_file():
+            error = f"the diagnosis wrote no {name}"
+    return {"case": case.name, "seconds": round(time.perf_counter() - begin, 3), "error": error}
+
+
+def copy_case(case: Path, target: Path) -> Path:
+    """A copy of what case.json lists, and no other file; raises InputError when case.json is damaged."""
+    files = case_files(case)
+    for name in files:
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(case / name, target / name)
+    return target
+
+
+def case_files(case: Path) -> list[str]:
+    """case.json and the files that it lists; raises InputError when one is not inside the case."""
+    path = case / "case.json"
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        names = [
+            "case.json",
+            str(content["model"]),
+            *map(str, content["train"]),
+            *map(str, content["holdout"]),
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: is not a case description ({error})") from None
+    for name in names:
+        inside = (case / name).resolve().is_relative_to(case.resolve())
+        if not (inside and (case / name).is_file()):
+            raise InputError(f"{path}: {name} is not a file of the case")
+    return names
+
+
+def case_digest(case: Path) -> str:
+    """SHA-256 over the names and contents of the case's own files."""
+    lines = [f"{name}\0{file_digest(case / name)}\n" for name in sorted(case_files(case))]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def failures(out: Path) -> dict[str, str]:
+    """The cases of a finished run without a verdict, and why."""
+    content = json.loads((out / VERDICTS).read_text(encoding="utf-8"))
+    return {str(case): str(error) for case, error in content["failed"].items()}
+
+
+def verdict_digest(out: Path) -> str:
+    """SHA-256 over every verdict and prediction below OUT."""
+    return folder_digest(out, (VERDICT, PREDICTION))
+
+
+def find_diagnosis(name: str) -> Diagnosis:
+    """The function MODULE:FUNCTION; raises InputError where there is none."""
+    module, _, function = name.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"--diagnosis {name}: cannot be imported ({error}); give MODULE:FUNCTION") from None
+    if not callable(found):
+        raise InputError(f"--diagnosis {name}: is not a function; give MODULE:FUNCTION")
+    return found

@@ -1,0 +1,69 @@
+"""How the simulated outputs answer small changes of the parameters, and how much that tells of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.output_error import DIFFERENCE_STEP, simulated_outputs, whitened
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.parameters import as_coordinates, as_values
+from bayes_hw.record import Record
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Derivatives of all outputs at one point.
+
+    `matrix` (samples, parameters) is d y / d coordinate by central differences, output units. `kink` is the
+    largest disagreement of the differences to either side as a share of the largest derivative: above about
+    1e-3 a sample lies within a step of a limit or threshold.
+    """
+
+    matrix: FloatArray
+    kink: float
+
+
+def sensitivity(axis: AxisParameters, values: FloatArray, records: Sequence[Record]) -> Sensitivity:
+    """Derivatives of the outputs of all records at `values` (parameters,) in coordinates."""
+    centre = as_coordinates(axis.parameters, values)[:, None]
+    count = len(centre)
+    steps = DIFFERENCE_STEP * np.eye(count)
+    trials = np.concatenate([centre, centre + steps, centre - steps], axis=1)
+    outputs = np.concatenate(simulated_outputs(axis, as_values(axis.parameters, trials), records), axis=1)
+    middle, above, below = outputs[0], outputs[1 : count + 1], outputs[count + 1 :]
+    slopes = (above - below) / (2 * DIFFERENCE_STEP)
+    bend = float(np.max(np.abs(above + below - 2 * middle), initial=0.0)) / DIFFERENCE_STEP
+    largest = float(np.max(np.abs(slopes), initial=0.0))
+    return Sensitivity(np.ascontiguousarray(slopes.T), bend / largest if largest > 0 else 0.0)
+
+
+def fisher_information(
+    axis: AxisParameters,
+    values: FloatArray,
+    records: Sequence[Record],
+    autoregression: FloatArray,
+    innovation_sigma: FloatArray,
+) -> FloatArray:
+    """Information about the axis in coordinates at every column of `values` (parameters, points), given the
+    noise there; shape (points, parameters, parameters).
+
+    J^T J of the sensitivities, whitened record by record with `autoregression` (order, points) and divided by
+    `innovation_sigma` (points,). That about the noise's own parameters is independent of it.
+    """
+    centre = as_coordinates(axis.parameters, values)
+    count, points = centre.shape
+    steps = DIFFERENCE_STEP * np.eye(count)[:, :, None]
+    both = np.concatenate([centre[:, None] + steps, centre[:, None] - steps], axis=1)
+    trials = as_values(axis.parameters, both.reshape(count, -1))
+    information = np.zeros((points, count, count))
+    for output in simulated_outputs(axis, trials, records):
+        shaped = output.reshape(2, count, points, -1)
+        slopes = (shaped[0] - shaped[1]) / (2 * DIFFERENCE_STEP)
+        for point in range(points):
+            rows = whitened(slopes[:, point], autoregression[:, point]) / innovation_sigma[point]
+            information[point] += rows @ rows.T
+    return information

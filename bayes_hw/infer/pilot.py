@@ -1,0 +1,305 @@
+"""The pilot of a sampler: in which coordinates and from which density proposals are drawn.
+
+First a Laplace approximation is tried by importance sampling, in the parameters' coordinates and in straight
+ones: a few thousand evaluations say what share of its independence proposals would be accepted. Where that is
+good enough, walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker
+sits in a place that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are
+refitted to what they found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.infer.checkpoint import Plan
+from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
+from bayes_hw.infer.mixture import (
+    StudentTMixture,
+    defended,
+    fit_student_t_mixture,
+    refitted,
+    several_laplace,
+)
+from bayes_hw.infer.moves import weighted_moves
+from bayes_hw.infer.straightening import Straightening
+from bayes_hw.progress import Progress
+
+VALLEY = 2.0
+"""Two modes are two where the log-density between them falls this far below the lower one."""
+PATH_POINTS = 17
+PILOT_STEPS = 90
+SETTLING_STEPS = 20
+START_INFLATION = 4.0
+HOPELESS = 15.0
+"""Log-density a dimension below the best start at which a start is given up."""
+SMALLEST_START = 1e-6
+PILOT_COMPONENTS = (1, 4)
+TRIAL_PROPOSALS = 2048
+
+IMPORTANCE_ROUNDS = ((200, False), (300, True), (600, True), (600, True))
+"""Draws a dimension of each round, and whether the proposal fitted to them is bent."""
+LEAST_SIZE = 5.0
+"""Effective draws a dimension that a proposal can be fitted to."""
+ENOUGH = 0.3
+"""Expected acceptance of independence proposals from which no exploring pilot is needed."""
+OVERLOOKED = 4.0
+"""A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""
+OVERLOOKED_SHARE = 0.01
+"""So many overlooked walkers are more than a thin tail; a single one is where it is by FAR_OVERLOOKED."""
+FAR_OVERLOOKED = 8.0
+
+
+class LogDensity(Protocol):
+    """A vectorised log-density that counts what it could not evaluate."""
+
+    non_finite: int
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    def __call__(self, coordinates: FloatArray) -> FloatArray: ...
+
+
+class StraightDensity:
+    """A log-density as a function of straight coordinates, Jacobian included."""
+
+    def __init__(self, density: LogDensity, straightening: Straightening) -> None:
+        self.density = density
+        self.straightening = straightening
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.density.names
+
+    @property
+    def non_finite(self) -> int:
+        return self.density.non_finite
+
+    @non_finite.setter
+    def non_finite(self, count: int) -> None:
+        self.density.non_finite = count
+
+    def __call__(self, coordinates: FloatArray) -> FloatArray:
+        plain, log_jacobian = self.straightening.to_plain(coordinates)
+        log_density = self.density(plain)
+        return np.where(np.isfinite(log_density), log_density + log_jacobian, -np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Laplace:
+    """Approximate modes (parameters,) with their covariances, the best first, and the density of every
+    ensemble, all in the same coordinates."""
+
+    modes: Sequence[tuple[FloatArray, FloatArray]]
+    densities: Sequence[LogDensity]
+    straight: bool = False
+
+    @property
+    def dimension(self) -> int:
+        return len(self.modes[0][0])
+
+    def proposal(self, inflation: float = 1.0) -> StudentTMixture:
+        """A t component at every mode, its scale matrix `inflation` times the covariance."""
+        return several_laplace(self.modes, inflation)
+
+    def separated(self) -> Laplace:
+        """Without the modes that no valley parts from a better one: two places on one ridge."""
+        density, kept = self.densities[0], [self.modes[0]]
+        shares = np.linspace(0.0, 1.0, PATH_POINTS)[:, None]
+        for mode, covariance in self.modes[1:]:
+            heights = [density(one + shares * (mode - one)) for one, _ in kept]
+            if all(np.min(h) < min(h[0], h[-1]) - VALLEY for h in heights):
+                kept.append((mode, covariance))
+        return replace(self, modes=kept)
+
+    def straightened(self, straightening: Straightening) -> Laplace:
+        """The same in straight coordinates."""
+        return Laplace(
+            [
+                (straightening.from_plain(mode), straightening.covariance_from_plain(mode, covariance))
+                for mode, covariance in self.modes
+            ],
+            [StraightDensity(density, straightening) for density in self.densities],
+            True,
+        )
+
+
+def run_pilot(
+    choices: Sequence[Laplace],
+    walkers: int,
+    rng: np.random.Generator,
+    ensemble_rngs: Sequence[np.random.Generator],
+    pool: ThreadPoolExecutor,
+    progress: Progress,
+) -> tuple[Plan, list[EnsembleState]]:
+    """The plan, and the ensembles of `walkers` each once they have forgotten their starts.
+
+    `choices` are Laplace approximations of one density in different coordinates. Raises InputError when the
+    density is zero all around the mode.
+    """
+    dimension = choices[0].dimension
+    if walkers < 2 * dimension:
+        raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
+    with progress.task("pilot", 4) as task:
+        choices = [choice.separated() for choice in choices]
+        trials = [_importance_plan(choice, rng) for choice in choices]
+        best = int(np.argmax([trial.plan.expected_acceptance for trial in trials]))
+        laplace, trial = choices[best], trials[best]
+        task.reach(1, f"independence proposals accepted: {trial.plan.expected_acceptance:.0%}")
+        states = [
+            _possible_start(laplace, density, walkers, ensemble_rng)
+            for density, ensemble_rng in zip(laplace.densities, ensemble_rngs, strict=True)
+        ]
+        plan = trial.plan
+        if plan.expected_acceptance >= ENOUGH:
+            _, settled = _steps(laplace, states, plan, SETTLING_STEPS, pool)
+            if not _overlooked(settled, trial):
+                task.reach(4)
+                return plan, settled
+        plan = replace(plan, proposal=laplace.proposal(1.2), independence_weight=0.5)
+        for done in (2, 3):
+            (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
+            recent = chain[:, PILOT_STEPS // 3 :].reshape(-1, dimension)
+            log_recent = log_probability[:, PILOT_STEPS // 3 :].ravel()
+            plan = _best_mixture(recent, log_recent, laplace, rng)
+            task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
+        _, states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
+        task.reach(4)
+    return plan, states
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A plan, and the logarithm of the mean p / q of the draws that it was judged by."""
+
+    plan: Plan
+    log_mean_weight: float
+
+
+def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
+    """The better of the last two of a few t proposals, each fitted to the weighted draws of the one before.
+
+    The first ones, narrow yet, know too little of the tails to be judged by their own draws.
+    """
+    dimension = laplace.dimension
+    proposal = laplace.proposal()
+    trials = []
+    for draws, bent in IMPORTANCE_ROUNDS:
+        x = proposal.sample(draws * dimension, rng)
+        log_weights = laplace.densities[0](x) - proposal.log_density(x)
+        largest = float(np.max(log_weights))
+        if not np.isfinite(largest):
+            trials.append(_Trial(Plan(proposal, independence_share(0.0), 0.0, laplace.straight), largest))
+            break
+        weights = np.exp(log_weights - largest)
+        acceptance = acceptance_from_weights(weights)
+        plan = Plan(proposal, independence_share(acceptance), acceptance, laplace.straight)
+        trials.append(_Trial(plan, largest + float(np.log(np.mean(weights)))))
+        share = weights / weights.sum()
+        if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
+            break
+        proposal = refitted(proposal, x, share, bent=bent)
+    return max(trials[-2:], key=lambda trial: trial.plan.expected_acceptance)
+
+
+def acceptance_from_weights(weights: FloatArray) -> float:
+    """Mean acceptance of independence proposals with importance weights (draws,) of draws from the proposal.
+
+    E min(1, w' / w) with w' at a fresh draw and w at a draw of the target, which is a draw of the proposal
+    with probability proportional to w: sum_ij min(w_i, w_j) / (n sum_i w_i).
+    """
+    ordered = np.sort(weights)
+    n = len(ordered)
+    return float(ordered @ (2 * np.arange(n, 0, -1) - 1) / (n * ordered.sum()))
+
+
+def _overlooked(states: Sequence[EnsembleState], trial: _Trial) -> bool:
+    """Whether walkers that have settled are where the proposals hardly ever go."""
+    coordinates = np.concatenate([state.coordinates for state in states])
+    log_probability = np.concatenate([state.log_probability for state in states])
+    log_weights = log_probability - trial.plan.proposal.log_density(coordinates)
+    excess = log_weights - trial.log_mean_weight
+    return bool(np.mean(excess > OVERLOOKED) > OVERLOOKED_SHARE or np.any(excess > FAR_OVERLOOKED))
+
+
+def _steps(
+    laplace: Laplace, states: Sequence[EnsembleState], plan: Plan, steps: int, pool: ThreadPoolExecutor
+) -> tuple[tuple[FloatArray, FloatArray], list[EnsembleState]]:
+    """Chain (ensembles, steps, walkers, parameters) and log-density of some steps, and the states after."""
+    moves = weighted_moves(plan.proposal, plan.independence_weight)
+    futures = [
+        pool.submit(advance, state, density, moves, steps)
+        for state, density in zip(states, laplace.densities, strict=True)
+    ]
+    results = [future.result() for future in futures]
+    chain = np.stack([result[0] for result in results])
+    return (chain, np.stack([result[1] for result in results])), [result[3] for result in results]
+
+
+def _possible_start(
+    laplace: Laplace, density: LogDensity, walkers: int, rng: np.random.Generator
+) -> EnsembleState:
+    """Draws from an overdispersed cloud about every mode that are not hopeless; the clouds shrink while too
+    few of them are kept.
+
+    A draw is hopeless when its density is zero, or so far below the best draw's that an overdispersed point
+    of the posterior would not be: such a walker climbs the nearest side peak, however small, and stays.
+
+    Raises InputError when the density is zero at the mode itself and all around it.
+    """
+    kept = np.empty((0, laplace.dimension))
+    shrink, best = 1.0, -np.inf
+    while len(kept) < walkers:
+        if shrink < SMALLEST_START:
+            raise InputError(
+                "sampling: no parameters near the least-squares estimate are possible; "
+                "give a model closer to the data, its modes in order of frequency"
+            )
+        drawn = laplace.proposal(START_INFLATION * shrink**2).sample(2 * walkers, rng)
+        log_density = density(drawn)
+        best = max(best, float(np.max(log_density)))
+        hopeful = np.isfinite(log_density) & (log_density > best - HOPELESS * laplace.dimension)
+        kept = np.concatenate([kept, drawn[hopeful]])
+        shrink *= 0.8
+    return start_ensemble(kept[:walkers], density, int(rng.integers(2**63)))
+
+
+def _best_mixture(
+    points: FloatArray, log_density: FloatArray, laplace: Laplace, rng: np.random.Generator
+) -> Plan:
+    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most.
+
+    The mean acceptance of independence proposals is E min(1, w'/w) with w = p/q at points of the chain and
+    w' at fresh draws of q.
+    """
+    density = laplace.densities[0]
+    chosen = rng.choice(len(points), size=min(len(points), 4 * TRIAL_PROPOSALS), replace=False)
+    plans = []
+    for components in PILOT_COMPONENTS:
+        proposal = defended(fit_student_t_mixture(points[chosen], components, rng), points[chosen])
+        trial = proposal.sample(TRIAL_PROPOSALS, rng)
+        at_trial = density(trial) - proposal.log_density(trial)
+        at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
+        difference = rng.permutation(at_trial)[: len(at_points)] - at_points
+        acceptance = float(np.mean(np.exp(np.minimum(difference, 0))))
+        share = min(independence_share(acceptance), 0.5)
+        plans.append(Plan(proposal, share, acceptance, laplace.straight))
+    return max(plans, key=lambda plan: plan.expected_acceptance)
+
+
+def independence_share(acceptance: float) -> float:
+    """Share of independence proposals among the moves, given their mean acceptance.
+
+    An independence chain's autocorrelation time is about 2 / acceptance - 1 steps, that of differential
+    evolution some 4 steps a dimension: the former pays above a few per cent. Differential evolution keeps
+    half as insurance, since where the proposal is too thin, in the far tails, it alone moves the walkers;
+    only where most proposals are accepted, and so no tail is thin, down to a tenth.
+    """
+    return float(np.clip(2.5 * acceptance, 0.1, 0.5) + np.clip(2 * acceptance - 0.6, 0.0, 0.4))

@@ -1,0 +1,272 @@
+"""One withheld case: an axis, its records, none to two faults, and a simulator that is slightly wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.plant.drive_train import draw_drive_train
+from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
+from bayes_hw.plant.effects.effect import log_uniform
+from bayes_hw.plant.excitation import FAMILIES, Excitation
+from bayes_hw.plant.kinds import Kind
+from bayes_hw.plant.nominal import Nominal, nominal_of, refit
+from bayes_hw.plant.run import Axis, Reading, Run
+from bayes_hw.plant.strength import strength_for_gap
+
+SHAPE_ATTEMPTS = 6
+"""Shapes of a fault tried before another axis is drawn."""
+
+CASE_ATTEMPTS = 12
+
+NOISE_STREAM = 7
+
+
+@dataclass(frozen=True, eq=False)
+class BlindRecord:
+    """A record of the case and what only the truth knows of it, all of shape (samples,).
+
+    `noise_free` is the angle as the encoder sees it: without noise, drift, glitches and rounding;
+    `without_noise` lacks the noise alone.
+    """
+
+    name: str
+    command: FloatArray
+    measured: FloatArray
+    noise_free: FloatArray
+    without_noise: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class BlindCase:
+    """A case with its truth."""
+
+    simulator: Nominal
+    simulator_sigma: float
+    train: tuple[BlindRecord, ...]
+    holdout: BlindRecord
+    truth: dict[str, object]
+
+
+class UnreachableGapError(RuntimeError):
+    """No strength of any shape that was drawn leaves a gap of the wanted size."""
+
+
+def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = None) -> BlindCase:
+    """Case `index` of the set of `seed`; `labels` names the faults instead of drawing their number and names.
+
+    Same arguments, same case. Where these records cannot show the fault at the wanted size (limits that move
+    need commands that reach them), another axis and other commands are drawn. Raises UnreachableGapError when
+    that has failed CASE_ATTEMPTS times.
+    """
+    rng = np.random.default_rng([seed, index])
+    chosen = kind.draw_labels(rng) if labels is None else list(labels)
+    for attempt in range(CASE_ATTEMPTS):
+        try:
+            return _attempt(np.random.default_rng([seed, index, attempt]), (seed, index), kind, chosen)
+        except UnreachableGapError:
+            if attempt == CASE_ATTEMPTS - 1:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _attempt(
+    rng: np.random.Generator, identity: tuple[int, int], kind: Kind, labels: Sequence[str]
+) -> BlindCase:
+    """One axis with its records; raises UnreachableGapError where it cannot show the faults."""
+    axis, sigma, correlation, excitations, duration = _draw_axis(rng, kind)
+    commands = _draw_commands(rng, axis, excitations, duration)
+    true = nominal_of(axis)
+    clean = [true.simulate(u) for u in commands[:-1]]
+    scales = _scales(axis, commands[:-1], clean, sigma, duration)
+    found = [_sized_effect(rng, identity, kind, label, axis, true, commands[:-1], scales) for label in labels]
+    acting = [(effect, strength) for effect, strength, _ in found]
+    readings = [_run(axis, u, (*identity, i), acting) for i, u in enumerate(commands)]
+    noises = [
+        _noise(np.random.default_rng([*identity, i, NOISE_STREAM]), sigma, correlation, len(u))
+        for i, u in enumerate(commands)
+    ]
+    records = [
+        BlindRecord(name, u, reading.measured(noise), reading.angle, reading.measured())
+        for name, u, reading, noise in zip(_names(len(commands)), commands, readings, noises, strict=True)
+    ]
+    fitted = refit(true, commands[:-1], [record.without_noise for record in records[:-1]])
+    simulator = kind.misjudge(rng, true)
+    effects = [effect for effect, _ in acting]
+    truth: dict[str, object] = {
+        "effects": [effect.label for effect in effects],
+        "detail": [effect.detail if effect.label == "other" else effect.label for effect in effects],
+        "form": [f"{effect.label}: {effect.detail}" for effect in effects],
+        "strength": [strength for _, strength in acting],
+        "gap_over_sigma": [gap / sigma for _, _, gap in found],
+        "params": [effect.parameters(strength) for effect, strength in acting],
+        "base": true.base(sigma) | {"sigma": sigma},
+        "seed": identity[0],
+        "index": identity[1],
+        "rho": correlation,
+        "kind": kind.name,
+        "excitation": [function.__name__ for function in excitations],
+        "gap_rms": {
+            "train": _rms([fitted.simulate(r.command) - r.without_noise for r in records[:-1]]),
+            "holdout": _rms([fitted.simulate(records[-1].command) - records[-1].without_noise]),
+        },
+    }
+    sigma_said = sigma * kind.misjudged_sigma(rng)
+    return BlindCase(simulator, sigma_said, tuple(records[:-1]), records[-1], truth)
+
+
+def _sized_effect(
+    rng: np.random.Generator,
+    identity: tuple[int, int],
+    kind: Kind,
+    label: str,
+    axis: Axis,
+    true: Nominal,
+    commands: Sequence[FloatArray],
+    scales: Scales,
+) -> tuple[Effect, float, float]:
+    """A fault of this label, its strength and the gap in deg that it leaves; raises UnreachableGapError."""
+    smallest, largest = (bound * scales.sigma for bound in kind.gap_over_sigma)
+    for _ in range(SHAPE_ATTEMPTS):
+        effect = _draw_effect(rng, label, scales)
+        target = log_uniform(rng, smallest, largest)
+
+        def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
+            return [
+                _run(axis, u, (*identity, i), [(effect, strength)]).measured() for i, u in enumerate(commands)
+            ]
+
+        strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target, effect.largest)
+        if 0.95 * smallest <= gap <= 1.05 * largest:
+            return effect, strength, gap
+    raise UnreachableGapError(f"no {label} of the wanted size (seed {identity[0]}, case {identity[1]})")
+
+
+class RefittedGap:
+    """What a refitted simulator leaves of a fault of some strength, as root mean square in deg.
+
+    Each fit begins where the last one ended; `outputs` gives the faulty training outputs at a strength.
+    """
+
+    def __init__(
+        self, true: Nominal, commands: Sequence[FloatArray], outputs: Callable[[float], list[FloatArray]]
+    ) -> None:
+        self._true, self._fitted = true, true
+        self._commands, self._outputs = commands, outputs
+
+    def __call__(self, strength: float) -> float:
+        measured = self._outputs(strength)
+        if not all(np.isfinite(y).all() for y in measured):
+            return float("inf")
+        self._fitted = refit(self._true, self._commands, measured, self._fitted)
+        return _rms([self._fitted.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
+
+
+def _draw_axis(
+    rng: np.random.Generator, kind: Kind
+) -> tuple[Axis, float, float, tuple[Excitation, ...], float]:
+    """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
+    rate = float(rng.choice(kind.rates_hz))
+    duration = float(rng.choice(kind.durations_s))
+    drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
+    speed = kind.speed(rng)
+    axis = Axis(
+        drive,
+        -float(rng.uniform(0.28, 0.5)) * speed,
+        float(rng.uniform(0.28, 0.5)) * speed,
+        0.0,
+        int(rng.integers(1, 4)),
+        rate,
+    )
+    excitations = _draw_excitations(rng, kind)
+    spread = _typical_spread(axis, rng, excitations[:-1], duration)
+    axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
+    sigma = log_uniform(rng, *kind.noise_share) * spread
+    correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
+    return axis, sigma, correlation, excitations, duration
+
+
+def _draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
+    """Those of the training records and, last, the hold-out's."""
+    if kind.excitations:
+        return tuple(FAMILIES[name] for name in kind.excitations)
+    names = list(FAMILIES)
+    train = rng.choice(names, int(rng.integers(2, 4)), replace=False)
+    return (*(FAMILIES[str(name)] for name in train), FAMILIES[str(rng.choice(names))])
+
+
+def _typical_spread(
+    axis: Axis, rng: np.random.Generator, excitations: Sequence[Excitation], duration: float
+) -> float:
+    """Mean standard deviation of the outputs to commands like those of the records."""
+    system = nominal_of(axis)
+    samples = round(duration * axis.sample_rate_hz)
+    limit = max(axis.upper, -axis.lower)
+    outputs = [system.simulate(limit * make(rng, axis.sample_rate_hz, samples)) for make in excitations]
+    return float(np.mean([np.std(y) for y in outputs]))
+
+
+def _draw_commands(
+    rng: np.random.Generator, axis: Axis, excitations: Sequence[Excitation], duration: float
+) -> list[FloatArray]:
+    samples = round(duration * axis.sample_rate_hz)
+    limit = max(axis.upper, -axis.lower)
+    return [np.round(limit * make(rng, axis.sample_rate_hz, samples), 6) for make in excitations]
+
+
+def _scales(
+    axis: Axis, commands: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float, duration: float
+) -> Scales:
+    limit = max(axis.upper, -axis.lower)
+    limited = [np.clip(command, axis.lower, axis.upper) for command in commands]
+    twist = _rms([axis.drive.twist(v, axis.sample_rate_hz) for v in limited])
+    first, second = (frequency for frequency, _ in axis.drive.modes())
+    return Scales(
+        speed=limit * axis.drive.velocity_gain,
+        travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
+        torque=twist * axis.drive.stiffness,
+        twist=twist,
+        dead_zone=axis.dead_zone,
+        sigma=sigma,
+        duration_s=duration,
+        sample_rate_hz=axis.sample_rate_hz,
+        modes_hz=(first, second),
+        limit=limit,
+    )
+
+
+def _draw_effect(rng: np.random.Generator, label: str, scales: Scales) -> Effect:
+    if label == "other":
+        return OFF_CATALOGUE[int(rng.integers(len(OFF_CATALOGUE)))].draw(rng, scales)
+    for effect in CATALOGUE:
+        if effect.label == label:
+            return effect.draw(rng, scales)
+    raise KeyError(label)
+
+
+def _run(
+    axis: Axis, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
+) -> Reading:
+    run = Run(axis, command, seed)
+    for effect, strength in acting:
+        effect.act(run, strength)
+    return run.read(run.angles())
+
+
+def _noise(rng: np.random.Generator, sigma: float, correlation: float, samples: int) -> FloatArray:
+    """Stationary AR(1) noise of marginal standard deviation `sigma`."""
+    white = rng.standard_normal(samples) * np.sqrt(1 - correlation**2)
+    white[0] /= np.sqrt(1 - correlation**2)
+    return sigma * np.asarray(signal.lfilter([1.0], [1.0, -correlation], white), dtype=np.float64)
+
+
+def _names(count: int) -> list[str]:
+    return [*(f"train_{number}" for number in range(1, count)), "holdout"]
+
+
+def _rms(parts: Sequence[FloatArray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -1,0 +1,279 @@
+"""The differential equations of the axis, faults included, in steps of a millisecond or less.
+
+One step integrates the linear part exactly (matrix exponential, inputs held) and the nonlinear torques by
+Heun's rule on top of it (exponential time differencing, Cox and Matthews, doi 10.1006/jcph.2002.6995, without
+their higher stages). Dry friction is a set-valued force: the torque that would stop the body within the step,
+limited to what friction can give, so that it sticks exactly (Moreau's time stepping,
+doi 10.1007/978-3-7091-2624-0_1).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.plant.drive_train import (
+    INPUTS,
+    LOAD,
+    LOAD_SPEED,
+    LOAD_TORQUE,
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    PAIR_TORQUE,
+    REFERENCE,
+    SPEED_INTEGRAL,
+    STATES,
+    STRUCTURE_TORQUE,
+    TORSION,
+)
+
+EXTERNAL_MOTOR, EXTERNAL_LOAD, EXTERNAL_STRUCTURE, EXTERNAL_BRAKE, EXTERNAL_GAIN, EXTERNAL_BIAS = range(6)
+EXTERNALS = 6
+
+
+class Friction(NamedTuple):
+    """Dry friction of one body; torques in deg/s^2 of the load.
+
+    Stribeck curve g(w) = coulomb + (static - coulomb) exp(-(w / stribeck_speed)^2). With `bristle_stiffness`
+    above zero the friction is LuGre's: dz/dt = w - stiffness |w| z / g(w), torque = stiffness z +
+    damping dz/dt (Canudas de Wit et al., doi 10.1109/9.376053).
+    """
+
+    coulomb: float = 0.0
+    static: float = 0.0
+    stribeck_speed: float = 1.0
+    bristle_stiffness: float = 0.0
+    bristle_damping: float = 0.0
+
+
+class Wave(NamedTuple):
+    """amplitude (sin(k q + phase) + second sin(2 k q + phase) - its value at 0), k = 2 pi / period in deg."""
+
+    amplitude: float = 0.0
+    wavenumber: float = 0.0
+    phase: float = 0.0
+    second: float = 0.0
+
+
+class Physics(NamedTuple):
+    """What is nonlinear in the axis; the defaults are none of it. Angles in deg, speeds in deg/s."""
+
+    lower: float
+    upper: float
+    limit_wave: Wave = Wave()
+    limit_slope: float = 0.0
+    rate_limit: float = np.inf
+    rate_limit_first: float = 0.0
+    recovery_s: float = 0.0
+    curvature: float = 0.0
+    motor_friction: Friction = Friction()
+    load_friction: Friction = Friction()
+    play_half_gap: float = 0.0
+    gear_half_gap: float = 0.0
+    cubic: float = 0.0
+    stiffness_wave: Wave = Wave()
+    slip_torque: float = np.inf
+    yield_angle: float = 0.0
+    yield_share: float = 0.0
+    motor_ripple: Wave = Wave()
+    mesh_ripple: Wave = Wave()
+    load_ripple: Wave = Wave()
+    current_limit: float = np.inf
+
+
+class Gear(NamedTuple):
+    """Stiffness and damping of the gear and gains of the loop, for the torques that the faults correct."""
+
+    stiffness: float
+    damping: float
+    loop_gain: float
+    integral_gain: float
+    velocity_gain: float
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _wave(wave: Wave, angle: float) -> float:
+    if wave.amplitude == 0.0:
+        return 0.0
+    x = wave.wavenumber * angle
+    value = math.sin(x + wave.phase) - math.sin(wave.phase)
+    return wave.amplitude * (value + wave.second * (math.sin(2 * x + wave.phase) - math.sin(wave.phase)))
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _limited(command: float, angle: float, physics: Physics) -> float:
+    factor = 1.0 + _wave(physics.limit_wave, angle) + physics.limit_slope * angle
+    factor = max(factor, 0.05)
+    return min(max(command, physics.lower * factor), physics.upper * factor)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _ramped(target: float, previous: float, largest: float) -> float:
+    return previous + min(max(target - previous, -largest), largest)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physics, gear: Gear) -> float:
+    """Torque of the real gear minus that of the linear one, motor on load."""
+    twist, twist_rate = x[TORSION], x[MOTOR_SPEED] - x[LOAD_SPEED]
+    linear = gear.stiffness * twist + gear.damping * twist_rate
+    free = twist - slip
+    rate = twist_rate
+    if physics.gear_half_gap > 0.0:
+        if free > physics.gear_half_gap:
+            free -= physics.gear_half_gap
+        elif free < -physics.gear_half_gap:
+            free += physics.gear_half_gap
+        else:
+            free, rate = 0.0, 0.0
+    stiffening = physics.cubic * free * free
+    factor = 1.0 + stiffening if physics.cubic >= 0.0 else 1.0 / (1.0 - stiffening)
+    factor *= 1.0 + _wave(physics.stiffness_wave, x[LOAD])
+    elastic = gear.stiffness * (factor * free + physics.yield_share * (yielded - free))
+    return elastic + gear.damping * rate - linear + _wave(physics.mesh_ripple, x[LOAD] + twist)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _torques(
+    x: FloatArray, v: float, slip: float, yielded: float, physics: Physics, gear: Gear, inputs: FloatArray
+) -> None:
+    """The smooth torques of the faults at state x, added to `inputs`."""
+    inputs[MOTOR_TORQUE] += _wave(physics.motor_ripple, x[LOAD] + x[TORSION])
+    inputs[LOAD_TORQUE] += _wave(physics.load_ripple, x[LOAD])
+    inputs[PAIR_TORQUE] += _gear_correction(x, slip, yielded, physics, gear)
+    if physics.current_limit < np.inf:
+        error = gear.velocity_gain * v - x[MOTOR_SPEED]
+        asked = gear.loop_gain * error + gear.integral_gain * x[SPEED_INTEGRAL]
+        inputs[MOTOR_TORQUE] += min(max(asked, -physics.current_limit), physics.current_limit) - asked
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _rub(
+    x: FloatArray,
+    speed: int,
+    response: FloatArray,
+    friction: Friction,
+    extra: float,
+    bristle: float,
+    step: float,
+) -> float:
+    """Apply dry friction to the body whose speed is x[speed], whose answer to unit torque over the step is
+    `response`; the new bristle deflection."""
+    free = x[speed]
+    level = friction.coulomb
+    if friction.static > friction.coulomb:
+        level += (friction.static - friction.coulomb) * math.exp(-((free / friction.stribeck_speed) ** 2))
+    if friction.bristle_stiffness > 0.0 and level > 0.0:
+        relaxation = friction.bristle_stiffness * abs(free) / level
+        new = (bristle + step * free) / (1.0 + step * relaxation)
+        torque = -friction.bristle_stiffness * new - friction.bristle_damping * (new - bristle) / step
+    else:
+        new = 0.0
+        level += extra
+        if level == 0.0:
+            return new
+        torque = min(max(-free / response[speed], -level), level)
+    for i in range(STATES):
+        x[i] += response[i] * torque
+    return new
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def integrate(
+    transition: FloatArray,
+    forcing: FloatArray,
+    command: FloatArray,
+    external: FloatArray,
+    physics: Physics,
+    gear: Gear,
+    step: float,
+) -> FloatArray:
+    """The angle after the play, w, at every step from rest at zero; shape (steps,).
+
+    `command` of shape (steps,) is the delayed velocity command; `external` of shape (steps, 6) or (1, 6)
+    holds torques on motor, load and structure, the friction level of a brake at the load, and gain minus one
+    and bias of the drive's reference. `transition` (9, 9) and `forcing` (9, 5) belong to `step` in s.
+    """
+    steps = len(command)
+    w = np.empty(steps)
+    x, predicted = np.zeros(STATES), np.zeros(STATES)
+    inputs, corrected = np.zeros(INPUTS), np.zeros(INPUTS)
+    motor_response, load_response = forcing[:, MOTOR_TORQUE].copy(), forcing[:, LOAD_TORQUE].copy()
+    motor_bristle = load_bristle = slip = yielded = out = limited = 0.0
+    ramp = eased = 0.0
+    for k in range(steps):
+        play = physics.play_half_gap
+        out = min(max(out, x[LOAD] - play), x[LOAD] + play)
+        w[k] = out
+        outside = external[min(k, len(external) - 1)]
+        asked = command[k]
+        if physics.rate_limit_first > 0.0:
+            ramp = _ramped(asked, ramp, physics.rate_limit * step)
+            asked = ramp
+        limited = _limited(asked, x[LOAD], physics)
+        if physics.rate_limit_first == 0.0:
+            ramp = _ramped(limited, ramp, physics.rate_limit * step)
+            limited = ramp
+        if physics.recovery_s > 0.0:
+            eased = (
+                limited
+                if limited != asked
+                else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
+            )
+            limited = eased
+        v = (
+            limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited))
+            + outside[EXTERNAL_BIAS]
+        )
+
+        inputs[REFERENCE] = v
+        inputs[MOTOR_TORQUE] = outside[EXTERNAL_MOTOR]
+        inputs[LOAD_TORQUE] = outside[EXTERNAL_LOAD]
+        inputs[PAIR_TORQUE] = 0.0
+        inputs[STRUCTURE_TORQUE] = outside[EXTERNAL_STRUCTURE]
+        corrected[:] = inputs
+        _torques(x, v, slip, yielded, physics, gear, inputs)
+        _advance(transition, forcing, x, inputs, predicted)
+        _torques(predicted, v, slip, yielded, physics, gear, corrected)
+        for i in range(INPUTS):
+            inputs[i] = 0.5 * (inputs[i] + corrected[i])
+        _advance(transition, forcing, x, inputs, predicted)
+        motor_bristle = _rub(
+            predicted, MOTOR_SPEED, motor_response, physics.motor_friction, 0.0, motor_bristle, step
+        )
+        load_bristle = _rub(
+            predicted,
+            LOAD_SPEED,
+            load_response,
+            physics.load_friction,
+            outside[EXTERNAL_BRAKE],
+            load_bristle,
+            step,
+        )
+        turned = predicted[TORSION] - x[TORSION]
+        x[:] = predicted
+        if physics.slip_torque < np.inf:
+            widest = physics.slip_torque / gear.stiffness
+            slip = min(max(slip, x[TORSION] - widest), x[TORSION] + widest)
+        if physics.yield_angle > 0.0:
+            ratio = yielded / physics.yield_angle
+            sense = 1.0 if turned * yielded > 0.0 else 0.0
+            yielded += turned * (1.0 - sense * ratio * ratio)
+    return w
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _advance(
+    transition: FloatArray, forcing: FloatArray, x: FloatArray, inputs: FloatArray, new: FloatArray
+) -> None:
+    for i in range(STATES):
+        total = 0.0
+        for j in range(STATES):
+            total += transition[i, j] * x[j]
+        for j in range(INPUTS):
+            total += forcing[i, j] * inputs[j]
+        new[i] = total

@@ -1,0 +1,179 @@
+"""The report for a controller designer: from a design to a document."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.control.design import Design, LoopReport
+from bayes_hw.provenance import Provenance
+from bayes_hw.report.design_axis_sections import axis_section, controllers_section, crossover_section
+from bayes_hw.report.design_loop_sections import cycles_section, margins_section, tracking_section
+from bayes_hw.report.design_robust_sections import sets_section, tuning_section
+from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section
+from bayes_hw.report.figures_control_loop import margin_distributions
+from bayes_hw.report.names import parameter_name
+from bayes_hw.report.rounding import format_number, format_percent
+
+SURE = 0.999
+
+
+def design_report(design: Design, provenance: Provenance) -> Report:
+    """The report whose first page answers: which controllers keep their margins, and how surely?"""
+    sections = [
+        _method_section(design),
+        axis_section(design),
+        crossover_section(design),
+        controllers_section(design),
+        margins_section(design),
+        cycles_section(design),
+        tracking_section(design),
+        sets_section(design),
+    ]
+    if design.tunings:
+        sections.append(tuning_section(design))
+    return Report(
+        title=f"{design.posterior.axis.model.name}: what a controller can rely on",
+        subtitle="Position loops around the posterior of a Hammerstein-Wiener axis",
+        verdict=_verdict(design),
+        badges=_badges(design),
+        key_figure=margin_distributions(design.loops, design.settings.requirements),
+        sections=(
+            *sections,
+            _limits_section(design),
+            Section("Provenance", (KeyValues(provenance.rows()),)),
+        ),
+    )
+
+
+def _verdict(design: Design) -> str:
+    settings = design.settings
+    sentences = []
+    if not design.posterior.converged:
+        sentences.append(
+            "The posterior has NOT converged; no probability below is to be relied on: "
+            f"{design.posterior.problems[0]}."
+        )
+    sentences.append(f"Asked for: a {settings.requirements.describe()}.")
+    given = [loop for loop in design.loops if not _is_tuned(design, loop)]
+    if given:
+        listed = "; ".join(_loop_words(design, loop) for loop in given)
+        sentences.append(f"Probability over the posterior that they are kept: {listed}.")
+    for tuning in design.tunings:
+        robust, point = tuning.robust, tuning.point
+        if not robust.feasible:
+            sentences.append(
+                f"No {tuning.structure} keeps these margins for {format_percent(settings.share)} of the "
+                "draws."
+            )
+            continue
+        sentences.append(
+            f"{tuning.structure} settings tuned on the point estimate alone break the margins for "
+            f"{format_percent(point.broken, 1)} of the draws; those tuned over the posterior for "
+            f"{format_percent(robust.broken, 1)}, with a bandwidth of at least "
+            f"{format_number(robust.lower_bandwidth_hz, 3, 'Hz')} instead of "
+            f"{format_number(point.lower_bandwidth_hz, 3, 'Hz')} in 95 % of the draws."
+        )
+    return " ".join(sentences)
+
+
+def _is_tuned(design: Design, loop: LoopReport) -> bool:
+    return any(loop.controller in (t.robust.controller, t.point.controller) for t in design.tunings)
+
+
+def _loop_words(design: Design, loop: LoopReport) -> str:
+    text = f"{loop.controller.name} {format_percent(loop.met(design.settings.requirements), 1)}"
+    notes = []
+    if loop.probability_stable < 1:
+        notes.append(f"stable with {format_percent(loop.probability_stable, 1)}")
+    cycles = max(float(np.mean(check.simulated.sustained)) for check in loop.cycles)
+    if cycles > 0:
+        notes.append(f"limit cycle with {format_percent(cycles, 1)}")
+    return text + (f" ({', '.join(notes)})" if notes else "")
+
+
+def _badges(design: Design) -> tuple[Badge, ...]:
+    requirements, posterior = design.settings.requirements, design.posterior
+    badges = [
+        Badge(
+            "posterior converged" if posterior.converged else "posterior not converged",
+            "good" if posterior.converged else "bad",
+            f"{design.axis.count} draws for the margins, as many fresh ones for the checks",
+        ),
+        Badge(
+            "all of G free" if posterior.axis.free == "all" else "other roots of G held",
+            "good" if posterior.axis.free == "all" else "warn",
+            "every pole and zero is sampled"
+            if posterior.axis.free == "all"
+            else "zeros and the other poles stay as estimated: margins are surer here than they are; sample "
+            "with --free all",
+        ),
+    ]
+    if posterior.prior_dominated:
+        names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
+        badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))
+    on_point = [tuning.point.controller for tuning in design.tunings]
+    for loop in design.loops:
+        if loop.controller in on_point:
+            continue
+        met = loop.met(requirements)
+        state = "good" if met >= design.settings.share else "warn"
+        if loop.probability_stable < SURE:
+            state = "bad"
+        badges.append(
+            Badge(
+                f"{format_percent(met, 1)} keep the margins",
+                "bad" if state == "bad" else "good" if state == "good" else "warn",
+                f"{loop.controller.name}; {format_percent(loop.probability_stable, 1)} of the draws are "
+                "stable",
+            )
+        )
+    return tuple(badges)
+
+
+def _method_section(design: Design) -> Section:
+    units, settings = design.nominal.units, design.settings
+    return Section(
+        "What was done",
+        (
+            Paragraph(
+                f"The loop is closed around the identified axis: error r − y in {units.output}, command u in "
+                f"{units.input}, u limited to v, w = G(z) v, y = n(w). Every draw of the posterior is one "
+                "axis that the records allow; every number below is computed for each draw, so that its "
+                "spread is what the records leave open. Margins are those of the linear loop L = C G, where "
+                "neither the limits nor the dead zone bend; stability is decided by the poles of the closed "
+                "loop. Limit cycles and tracking are of the whole nonlinear loop."
+            ),
+            Paragraph(
+                f"Probabilities are shares of {design.axis.count} draws; searches use "
+                f"{settings.search_draws}, simulations {settings.simulated_draws}. “Point estimate” is the "
+                "least-squares model that sampling started from, all that a designer without a posterior "
+                "has. A controller slower than the model sees G through its own hold exactly; a faster one "
+                "is refused, since the model says nothing between its samples."
+            ),
+        ),
+    )
+
+
+def _limits_section(design: Design) -> Section:
+    rate = design.nominal.sample_rate_hz
+    return Section(
+        "What this does not show",
+        (
+            Bullets(
+                (
+                    "The model's own error: what the records show and the model lacks (see the residual "
+                    "tests and the gap between simulator and records) is not in these margins.",
+                    "Frequencies that the records do not excite: there the response rests on the model's "
+                    "form and the priors, and a margin taken there (see the phase crossover) is as good as "
+                    "those.",
+                    f"The whole delay of the model is not sampled. It is known to a sample ({1 / rate:g} s) "
+                    "at best, which the delay margin has to cover.",
+                    "Describing functions assume that the position is nearly a sinusoid; with fewer than "
+                    f"four samples a period (above {rate / 4:g} Hz) or with the rate-of-change limit reached "
+                    "they are rough, and the simulation decides.",
+                    "The dead zone of the model is static and lies about zero of the position; backlash with "
+                    "memory acts at every reversal, wherever the axis stands.",
+                )
+            ),
+        ),
+    )

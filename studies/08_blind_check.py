@@ -1,0 +1,86 @@
+"""Is the diagnosis right on cases whose effect is withheld?
+
+Cases of three kinds (easy, hard, wide) are drawn from the torque-level plant with seeds that no calibration
+has seen, sealed, diagnosed without their truth, and scored. Writes report.html and report.pdf on all cases,
+results.json also by kind; finished cases stay in OUT/work until the results are written, so that a run that
+was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+
+import numpy as np
+from study import Study, start_study
+
+from bayes_hw.gap.blind.check import check_blind, joined
+from bayes_hw.gap.blind.evidence import Evidence
+from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
+from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
+from bayes_hw.report.blind_report import blind_report, share_text
+
+NUMBERS = {"easy": 140, "hard": 160, "wide": 100}
+QUICK_NUMBERS = {"easy": 2}
+BASELINES = {
+    "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",
+    "black box": "bayes_hw.gap.blind.black_box:black_box",
+}
+
+
+def main() -> None:
+    study = start_study("08_blind_check", __doc__, diagnoses=True)
+    numbers = QUICK_NUMBERS if study.quick else NUMBERS
+    parts = {kind: evidence_of(study, kind, count) for kind, count in numbers.items()}
+    scores = {kind: score_evidence(part, np.random.default_rng(study.seed)) for kind, part in parts.items()}
+    together = joined(list(parts.values()))
+    score = score_evidence(together, np.random.default_rng(study.seed))
+    baselines = {name: baseline_score(study, numbers, function) for name, function in BASELINES.items()}
+    study.write_document(blind_report(score, together, study.origin(), baselines))
+    results = {kind: score_to_dict(scores[kind], part) for kind, part in parts.items()}
+    study.write_results(
+        {
+            "calibration_seeds": [CALIBRATION_SEEDS.start, CALIBRATION_SEEDS.stop],
+            "report_seeds": [seed_of(study, kind) for kind in parts],
+            "baselines": {
+                name: {figure: value.to_dict() for figure, value in one.headline.items()}
+                for name, one in baselines.items()
+            },
+            **results,
+        }
+    )
+    shutil.rmtree(study.out / "work")
+    for kind, one in scores.items():
+        for name, value in one.headline.items():
+            print(f"{kind:6} {name:48} {share_text(value)}")
+
+
+def seed_of(study: Study, kind: str) -> int:
+    """The seed of the set of one kind, outside the seeds of the calibration."""
+    seed = REPORT_SEEDS.start + 10 * study.seed + list(NUMBERS).index(kind)
+    assert seed in REPORT_SEEDS
+    assert seed not in CALIBRATION_SEEDS
+    return seed
+
+
+def baseline_score(study: Study, numbers: Mapping[str, int], function: str) -> Score:
+    """How a plain diagnosis does on all of the cases."""
+    parts = [evidence_of(study, kind, count, function) for kind, count in numbers.items()]
+    return score_evidence(joined(parts), np.random.default_rng(study.seed))
+
+
+def evidence_of(study: Study, kind: str, count: int, diagnosis: str = "") -> Evidence:
+    """The finished check of one kind, of the study's diagnosis unless another is given."""
+    return check_blind(
+        study.out / "work" / kind,
+        count,
+        seed_of(study, kind),
+        kind,
+        diagnosis=diagnosis or study.diagnosis,
+        executor=study.executor(),
+        progress=study.progress,
+    )
+
+
+if __name__ == "__main__":
+    main()

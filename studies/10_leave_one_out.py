@@ -1,0 +1,70 @@
+"""Which unmodelled effect is it, and how far does the gap shrink once it is added?
+
+Cases that carry one effect each are diagnosed twice without their truth: with the whole catalogue, and with
+the entry of that effect struck from it. Without the entry the answer must be `other`, or a label that
+cannot be told from the missing one, and the block right; with it the gap must shrink. Finished cases stay in
+OUT/work until the results are written, so that a run that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+from study import Study, start_study
+
+from bayes_hw.gap.blind.check import check_blind
+from bayes_hw.gap.blind.counts import BLOCKS
+from bayes_hw.gap.blind.evidence import Evidence
+from bayes_hw.gap.blind.leave_out import LeftOut, left_out
+from bayes_hw.gap.blind.seeds import REPORT_SEEDS
+from bayes_hw.report.leave_out_report import leave_out_report
+
+EACH = 6
+
+
+def main() -> None:
+    study = start_study("10_leave_one_out", __doc__, diagnoses=True)
+    labels = list(BLOCKS)[-1:] if study.quick else list(BLOCKS)
+    rows = []
+    for number, label in enumerate(labels):
+        complete = evidence_of(study, number, label, {})
+        struck = evidence_of(study, number, label, {"without": label})
+        rows.append(left_out(label, complete, struck))
+    study.write_document(leave_out_report(rows, study.origin()))
+    study.write_results({"entries": [row_to_dict(row) for row in rows]})
+    shutil.rmtree(study.out / "work")
+    for row in rows:
+        print(
+            f"{row.label:22} other or confusable {row.acceptable.hits}/{row.acceptable.trials}, block"
+            f" {row.block.hits}/{row.block.trials}, closed {row.closed_without:.2f} -> {row.closed_with:.2f}"
+        )
+
+
+def evidence_of(study: Study, number: int, label: str, options: Mapping[str, str]) -> Evidence:
+    """The finished check of the cases of one label."""
+    return check_blind(
+        study.out / "work" / label,
+        1 if study.quick else EACH,
+        REPORT_SEEDS.start + 700 + 20 * study.seed + number,
+        "easy",
+        labels=[[label]],
+        options=options,
+        diagnosis=study.diagnosis,
+        executor=study.executor(),
+        progress=study.progress,
+    )
+
+
+def row_to_dict(row: LeftOut) -> dict[str, object]:
+    """For results.json: a closed fraction that is not known is null."""
+    content = asdict(row)
+    for name in ("closed_without", "closed_with"):
+        content[name] = content[name] if np.isfinite(content[name]) else None
+    return content
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""The studies that rest on blind checks run in their quick form with a diagnosis that stands in."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+from serial import SerialExecutor
+
+STUDIES = Path(__file__).resolve().parents[3] / "studies"
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [("08_blind_check", "easy"), ("09_power", "by_effect"), ("10_leave_one_out", "entries")]
+)
+def test_quick_run(name: str, key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Results and both reports are written, and the working folder is gone."""
+    monkeypatch.syspath_prepend(str(STUDIES))
+    study = importlib.import_module("study")
+    monkeypatch.setattr(study, "make_executor", lambda *_: SerialExecutor())
+    arguments = ["--quick", "--quiet", "--out", str(tmp_path), "--diagnosis", "stand_in:always_nothing"]
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
+    runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["study"] == name
+    assert results[key]
+    assert {path.name for path in tmp_path.iterdir()} == {"results.json", "report.html", "report.pdf"}

@@ -1,0 +1,91 @@
+"""A case carries what its truth says, at the size it says, and looks as its kind says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayes_hw.plant.case import make_case
+from bayes_hw.plant.excitation import FAMILIES
+from bayes_hw.plant.kinds import KINDS, LABELS
+
+SHORT = replace(KINDS["easy"], durations_s=(60.0,))
+
+
+@pytest.mark.parametrize("label", ["friction", "transport_delay", "encoder_eccentricity", "gain_drift"])
+def test_gap_is_what_a_refit_leaves(label: str) -> None:
+    """A refit of the finished records from the true base leaves about the gap; the noise is sigma."""
+    case = make_case(3, 1, SHORT, [label])
+    sigma = case.truth["base"]["noise.sigma"]  # type: ignore[index]
+    (gap,) = case.truth["gap_over_sigma"]  # type: ignore[misc]
+    assert 1.4 < gap < 6.4
+    left = case.truth["gap_rms"]["train"] / sigma  # type: ignore[index]
+    assert left == pytest.approx(gap, rel=0.2)
+    noise = np.concatenate([r.measured - r.without_noise for r in case.train])
+    assert np.std(noise) == pytest.approx(sigma, rel=0.05)
+
+
+def test_without_a_fault_the_true_model_leaves_the_noise() -> None:
+    case = make_case(3, 2, SHORT, [])
+    assert case.truth["gap_rms"]["train"] < 1e-6  # type: ignore[index]
+    for record in (*case.train, case.holdout):
+        np.testing.assert_array_equal(record.noise_free, record.without_noise)
+
+
+def test_pair_carries_both() -> None:
+    case = make_case(3, 3, SHORT, ["outliers", "command_bias"])
+    assert case.truth["effects"] == ["outliers", "command_bias"]
+    assert any(np.abs(r.without_noise - r.noise_free).max() > 0 for r in case.train)
+
+
+def test_same_arguments_same_case_and_other_index_another() -> None:
+    first, again, other = (make_case(3, index, SHORT, ["wind"]) for index in (4, 4, 5))
+    np.testing.assert_array_equal(first.holdout.measured, again.holdout.measured)
+    assert first.truth == again.truth
+    assert first.truth["base"] != other.truth["base"]
+
+
+def test_coloured_noise_has_the_correlation_of_the_truth() -> None:
+    kind = replace(KINDS["hard"], coloured_share=1.0, durations_s=(200.0,))
+    case = make_case(3, 6, kind, [])
+    noise = np.concatenate([r.measured - r.without_noise for r in case.train])
+    found = np.corrcoef(noise[1:], noise[:-1])[0, 1]
+    assert found == pytest.approx(case.truth["rho"], abs=0.05)
+
+
+@pytest.mark.parametrize("name", list(KINDS))
+def test_labels_are_drawn_in_the_stated_shares(name: str) -> None:
+    """Over 4,000 draws, each share within four of its standard deviations; every label occurs."""
+    kind, rng = KINDS[name], np.random.default_rng(1)
+    drawn = [kind.draw_labels(rng) for _ in range(4000)]
+    shares = {
+        "none": (sum(labels == [] for labels in drawn), kind.none_share),
+        "other": (sum(labels == ["other"] for labels in drawn), kind.other_share),
+        "pair": (sum(len(labels) == 2 for labels in drawn), kind.pair_share),
+    }
+    for count, share in shares.values():
+        assert abs(count - 4000 * share) < 4 * np.sqrt(4000 * share * (1 - share))
+    assert {label for labels in drawn for label in labels} == {*LABELS, "other"}
+    assert all(len(set(labels)) == len(labels) for labels in drawn)
+
+
+def test_nominal_models_are_off_as_the_formats_say() -> None:
+    """Spread of 1,500 nominal models: limits 6 %, half width 50, gain 5, frequency 2.5, damping 30 %."""
+    kind, rng = KINDS["hard"], np.random.default_rng(2)
+    case = make_case(3, 7, SHORT, [])
+    ratios = np.array(
+        [kind.misjudge(rng, case.simulator).vector() / case.simulator.vector() for _ in range(1500)]
+    )
+    spread = np.log(ratios).std(axis=0)
+    np.testing.assert_allclose(spread, [0.06, 0.06, 0.5, 0.05, 0.025, 0.3, 0.025, 0.3], rtol=0.1)
+
+
+@pytest.mark.parametrize("name", list(FAMILIES))
+@pytest.mark.parametrize(("rate", "seconds"), [(10.0, 60.0), (200.0, 30.0)])
+def test_excitations_have_their_length_and_a_sane_size(name: str, rate: float, seconds: float) -> None:
+    command = FAMILIES[name](np.random.default_rng(5), rate, round(rate * seconds))
+    assert command.shape == (round(rate * seconds),)
+    assert 0.15 < np.abs(command).max() < 4.0
+    assert np.isfinite(command).all()

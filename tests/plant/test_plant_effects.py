@@ -1,0 +1,152 @@
+"""Every fault does what its name says, vanishes with its strength, and sits on the grid of the format."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plant_axes import an_axis
+
+from bayes_hw.gap.blind.counts import BLOCKS
+from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
+from bayes_hw.plant.effects.command import RateLimit
+from bayes_hw.plant.effects.disturbance import Wind, davenport_spectrum, kaimal_spectrum
+from bayes_hw.plant.effects.drive import Backlash, DryFriction
+from bayes_hw.plant.effects.linear import TransportDelay
+from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
+from bayes_hw.plant.excitation import steps_and_triangles
+from bayes_hw.plant.integrator import EXTERNAL_LOAD, Friction
+from bayes_hw.plant.run import Axis, Run
+
+SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.05, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
+EVERY = [*CATALOGUE, *OFF_CATALOGUE]
+
+
+def run_of(axis: Axis, command: np.ndarray, *acting: tuple[Effect, float]) -> Run:
+    run = Run(axis, command, (3, 1))
+    for effect, strength in acting:
+        effect.act(run, strength)
+    return run
+
+
+def command_of(seconds: float = 60.0) -> np.ndarray:
+    return 0.42 * steps_and_triangles(np.random.default_rng(1), 20.0, round(20 * seconds))
+
+
+def reading(effect: type[Effect], seed: int, strength: float) -> np.ndarray:
+    shape = effect.draw(np.random.default_rng(seed), SCALES)
+    run = run_of(an_axis(2), command_of(), (shape, strength))
+    return run.read(run.angles()).measured()
+
+
+def test_catalogue_has_every_label_of_the_format() -> None:
+    assert {effect.label for effect in CATALOGUE} == set(BLOCKS)
+    assert {effect.label for effect in OFF_CATALOGUE} == {"other"}
+    assert len(OFF_CATALOGUE) >= 9
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.__name__)
+def test_every_fault_vanishes_with_its_strength_and_repeats(effect: type[Effect]) -> None:
+    """Nothing at strength 1e-9; something, finite, and the same twice, at a strength within reach."""
+    plain_run = run_of(an_axis(2), command_of())
+    plain = plain_run.read(plain_run.angles()).measured()
+    for seed in (1, 2, 3):
+        assert np.abs(reading(effect, seed, 1e-9) - plain).max() < 1e-6
+        strong = [reading(effect, seed, strength) for strength in (3.0, 30.0)]
+        assert all(np.isfinite(y).all() for y in strong)
+        assert max(np.abs(y - plain).max() for y in strong) > 1e-4
+        np.testing.assert_array_equal(strong[0], reading(effect, seed, 3.0))
+
+
+def test_coulomb_friction_holds_the_load_until_the_torque_exceeds_it() -> None:
+    """A torque on the load below its friction does not move it; a larger one does."""
+    axis = an_axis(2)
+    moved = []
+    for torque in (0.0, 0.9, 1.5):
+        run = Run(axis, np.zeros(200), (1,))
+        run.change(load_friction=Friction(1.0, 1.0))
+        run.external[:, EXTERNAL_LOAD] = torque
+        moved.append(float(np.abs(run.angles()).max()))
+    assert moved[0] == 0.0
+    assert moved[1] < 1e-12
+    assert moved[2] > 1e-4
+
+
+def test_kinematic_play_is_the_play_operator() -> None:
+    """The output's difference from the axis stays within the half gap and reaches it on both sides."""
+    axis, command = an_axis(2), command_of()
+    free = run_of(axis, command).angles()
+    play = run_of(axis, command, (Backlash("kinematic", 0.01), 1.0)).angles()
+    assert np.abs(play - free).max() == pytest.approx(0.01, abs=1e-12)
+    moving = np.diff(play) != 0
+    sign = np.sign(np.diff(free))[moving]
+    np.testing.assert_allclose((free - play)[1:][moving], 0.01 * sign, atol=1e-12)
+
+
+def test_delay_of_whole_samples_shifts_the_record() -> None:
+    axis, command = an_axis(2), command_of()
+    run, late = run_of(axis, command), run_of(axis, command, (TransportDelay("delay", 20.0), 2.0))
+    np.testing.assert_allclose(
+        late.read(late.angles()).angle[2:], run.read(run.angles()).angle[:-2], atol=1e-12
+    )
+
+
+def test_rate_limit_bounds_the_slope_of_a_step() -> None:
+    """A step to 0.3 at 0.5 deg/s^2 loses 0.3^2 / (2 0.5) deg less half an integration step, times gain."""
+    axis = an_axis(2)
+    command = np.full(2400, 0.3)
+    full, ramped = (
+        run_of(axis, command, *acting).angles()[-1]
+        for acting in ([], [(RateLimit("ramp_after_limiter", 0.5), 1.0)])
+    )
+    lost = 0.09 - 0.3 * axis.step_s / 2
+    assert full - ramped == pytest.approx(axis.drive.velocity_gain * lost, rel=1e-6)
+
+
+def test_readings_on_the_grid_and_held() -> None:
+    axis, command = an_axis(2), command_of()
+    quantized = run_of(axis, command, (Quantization("rounding", 0.02), 1.0))
+    y = quantized.read(quantized.angles()).measured(0.003)
+    np.testing.assert_allclose(y / 0.02, np.round(y / 0.02), atol=1e-9)
+    held = run_of(axis, command, (TimingJitter("held_samples", 20.0), 6.0))
+    free = run_of(axis, command)
+    a, b = (run.read(run.angles()).angle for run in (held, free))
+    repeated = (np.diff(a) == 0) & (np.diff(b) != 0)
+    assert 0.2 < repeated.mean() < 0.4
+
+
+def test_outliers_are_isolated_and_of_the_stated_rate() -> None:
+    effect = Outliers("random", 0.01, 0.1)
+    run = run_of(an_axis(2), np.zeros(40_000), (effect, 2.0))
+    hit = run.outliers != 0
+    assert hit.mean() == pytest.approx(0.01, rel=0.2)
+    assert np.std(run.outliers[hit]) == pytest.approx(0.2, rel=0.15)
+
+
+@pytest.mark.parametrize("form", ["davenport", "kaimal"])
+def test_wind_has_unit_variance_and_the_slope_of_its_spectrum(form: str) -> None:
+    """Variance over many records, and power falling between two bands as the spectrum says."""
+    effect = Wind(form, 1.0, 10.0, 26.0, False)
+    axis = an_axis(2)
+    series = []
+    for record in range(30):
+        run = Run(axis, np.zeros(2400), (9, record))
+        effect.act(run, 1.0)
+        series.append(run.external[2400 :: axis.substeps, EXTERNAL_LOAD])
+    assert np.mean([np.mean(s**2) for s in series]) == pytest.approx(1.0, abs=0.35)
+    power = np.mean([np.abs(np.fft.rfft(s * np.hanning(len(s)))) ** 2 for s in series], axis=0)
+    frequency = np.fft.rfftfreq(len(series[0]), 1 / 20.0)
+    low, high = (frequency > 0.05) & (frequency < 0.1), (frequency > 0.5) & (frequency < 1.0)
+    found = power[low].mean() / power[high].mean()
+    assert found > 30.0
+
+
+def test_spectra_fall_as_the_five_thirds_power() -> None:
+    """Both spectra times f^(5/3) are constant at high frequency (Kolmogorov)."""
+    f = np.array([5.0, 10.0])
+    for power in (davenport_spectrum(f, 10.0), kaimal_spectrum(f, 10.0, 26.0)):
+        assert power[0] / power[1] == pytest.approx(2 ** (5 / 3), rel=0.01)
+
+
+def test_friction_names_its_parameters() -> None:
+    parameters = DryFriction("stribeck_motor", 0.1, 1.5, 0.01, 10.0).parameters(2.0)
+    assert parameters == {"kind": "stribeck_motor", "coulomb_deg_s2": 0.2, "static_ratio": 1.5}
