@@ -16,7 +16,7 @@ from identifiability.conftest import swinging
 from bayes_hw.cli import main
 from bayes_hw.commands import design_experiment, identifiability
 from bayes_hw.identifiability import experiment_check
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -26,8 +26,8 @@ SHORT = ("--walkers", "32", "--max-steps", "50", "--jobs", "1", "--quiet")
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -38,8 +39,10 @@ BASE_STARTS = 4
 STATIC_SPREAD = np.array([0.12, 0.12, 0.7, 0.07])
 SINGLES_KEPT = 6
 PARTNERS_TRIED = 4
-FIRST_EFFECTS = 3
-PAIRS_KEPT = 4
+FIRST_EFFECTS = 2
+PAIRS_KEPT = 5
+JOINT_EFFECTS = 12
+JOINT_STARTS = 6
 FIRST_ITERATIONS = 4
 MORE_ITERATIONS = 10
 TRIED_FROM_NOMINAL = 14
@@ -139,17 +142,17 @@ class Attributor:
         Each starts from the base fit and from the nominal model: a base that was fitted without the effect
         can have moved to where the effect no longer helps.
         """
-        starts: list[tuple[Fit, Candidate]] = []
+        starts: list[tuple[Fit, list[Candidate]]] = []
         for origin, tried in ((self.nominal, TRIED_FROM_NOMINAL), (base, TRIED_FROM_BASE)):
             screen = Screen(origin, Plain(max(origin.rmse, self.plain.sigma)))
             ranked = sorted(
                 (c for c in self._each(screen.candidates, self.effects) if c), key=_most_promising
             )
             for forms in ranked[:tried]:
-                starts += [(origin, candidate) for candidate in forms[: forms[0].effect.starts_tried]]
+                starts += [(origin, [candidate]) for candidate in forms[: forms[0].effect.starts_tried]]
         return self._in_two_rounds(starts, SINGLES_FINISHED)
 
-    def _in_two_rounds(self, starts: Sequence[tuple[Fit, Candidate]], finished: int) -> list[Fit]:
+    def _in_two_rounds(self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int) -> list[Fit]:
         """A few iterations of every joint fit, then more of the best `finished`; best first."""
         begun = self._each(lambda pair: self._begun(*pair), starts)
         first = sorted(begun, key=lambda f: f.cost)
@@ -159,30 +162,46 @@ class Attributor:
         )
         return _best_of_each([*done, *first[finished:]])
 
-    def _begun(self, host: Fit, candidate: Candidate) -> Fit:
-        hypothesis = host.hypothesis.with_effect(candidate.effect)
-        start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
+    def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
+        hypothesis, values = host.hypothesis, host.values
+        for candidate in candidates:
+            hypothesis = hypothesis.with_effect(candidate.effect)
+            values = np.concatenate([values, candidate.values])
+        start = hypothesis.to_coordinates(values)
         return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
 
     def pair_fits(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Fit]:
-        """Joint plain fits of two effects: to each of the best singles those that promise most beside it."""
-        starts: list[tuple[Fit, Candidate]] = []
+        """Joint plain fits of two effects, from the nominal modes and from the best single effects.
+
+        From the nominal modes those pairs start whose responses promise most together: the second effect of a
+        greedy choice is lost where the first has bent the base model to stand for both.
+        """
+        starts: list[tuple[Fit, list[Candidate]]] = []
+        origin = Screen(self.nominal, Plain(max(self.nominal.rmse, self.plain.sigma)))
+        own = [(f, candidate_of(f)) for f in singles[:JOINT_EFFECTS]]
+        responses = self._each(lambda one: origin.response(one[1]), own)
+        promised = []
+        for i, j in combinations(range(len(own)), 2):
+            if own[i][1].effect.label != own[j][1].effect.label:
+                both = np.stack([responses[i], responses[j]], axis=1)
+                promised.append((origin.reduction(both), [own[i][1], own[j][1]]))
+        promised.sort(key=lambda pair: -pair[0])
+        starts += [(self.nominal, pair) for _, pair in promised[:JOINT_STARTS]]
         for first in firsts:
             screen = Screen(first, Plain(max(first.rmse, 1e-12)))
 
-            def promised(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
-                effect = other.hypothesis.effects[-1]
-                if effect.label in first.hypothesis.labels:
+            def beside(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
+                candidate = candidate_of(other)
+                if candidate.effect.label in first.hypothesis.labels:
                     return []
-                values = tuple(other.values[other.hypothesis.base_count :])
-                found = screen.tried(effect, [values])
-                if not effect.needs_drive_train or isinstance(effect, PeriodicEffect):
-                    found += screen.candidates(effect)
+                found = screen.tried(candidate.effect, [candidate.values])
+                if isinstance(candidate.effect, PeriodicEffect):
+                    found += screen.candidates(candidate.effect)
                 return found
 
-            ranked = [max(c, key=lambda c: c.reduction) for c in self._each(promised, singles) if c]
+            ranked = [max(c, key=lambda c: c.reduction) for c in self._each(beside, singles) if c]
             ranked.sort(key=lambda c: -c.reduction)
-            starts += [(first, candidate) for candidate in ranked[:PARTNERS_TRIED]]
+            starts += [(first, [candidate]) for candidate in ranked[:PARTNERS_TRIED]]
         return self._in_two_rounds(starts, PAIRS_KEPT)
 
     def stochastic_explanations(
@@ -270,6 +289,12 @@ class Attributor:
                 break
             best = trial
         return best
+
+
+def candidate_of(single: Fit) -> Candidate:
+    """The effect of a single fit at its estimate."""
+    count = single.hypothesis.base_count
+    return Candidate(single.hypothesis.effects[-1], tuple(single.values[count:]), 0.0)
 
 
 def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:

@@ -3,8 +3,8 @@
 One parameter vector against one record. The linear block is a sum of first-order states in continuous time
 (`bayes_hw.gap.drive_train`), stepped exactly for inputs that are constant over a step:
 
-    c(t)     = command, delayed by EXTRA_DELAY and limited to COMMAND_RATE
-    v        = gain(t) clip(c, limits(w)) + BIAS
+    c(t)     = command delayed by EXTRA_DELAY, clipped to limits(w), followed at COMMAND_RATE at most
+    v        = gain(t) c + BIAS
     x_i'     = s_i x_i + v                                          the states of G
     b_j'     = p_j b_j + m_j torque_motor + l_j torque_load         those of the drive train
     w        = sum_i r_i x_i + sum_j q_j b_j,   motor angle, motor speed and load speed likewise
@@ -45,12 +45,16 @@ def _friction(speed, response, coulomb, static, stribeck_speed, smoothing):  # t
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
     """
-    sliding = coulomb * (1 + static * np.exp(-((speed / stribeck_speed) ** 2)))
-    viscous = sliding / smoothing
-    slow = speed / (1 + response * viscous)
-    if abs(slow) < smoothing:
-        return -viscous * slow
-    return -sliding if speed > 0 else sliding
+    end = speed
+    torque = 0.0
+    for _ in range(1 if static == 0 else 6):
+        sliding = coulomb * (1 + static * np.exp(-((end / stribeck_speed) ** 2)))
+        viscous = sliding / smoothing
+        slow = speed / (1 + response * viscous)
+        sliding_torque = -sliding if speed > 0 else sliding
+        torque = -viscous * slow if abs(slow) < smoothing else sliding_torque
+        end = 0.5 * (end + speed + response * torque)
+    return torque
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -124,10 +128,10 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
         output = position
         for j in range(substeps):
             before = min(max(part * substeps - j, 0.0), 1.0)
-            command = before * earlier + (1 - before) * later
+            limited = before * min(max(earlier, lower), upper) + (1 - before) * min(max(later, lower), upper)
             if s[S.COMMAND_RATE] < np.inf:
-                command, followed = _ramped(followed, command, s[S.COMMAND_RATE], h)
-            v = gain * min(max(command, lower), upper) + s[S.BIAS]
+                limited, followed = _ramped(followed, limited, s[S.COMMAND_RATE], h)
+            v = gain * limited + s[S.BIAS]
             if j == 0:
                 output = position + direct * v
             motor_torque, load_torque = 0.0, 0.0
@@ -175,7 +179,10 @@ def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, 
                 coulomb = s[S.MOTOR_FRICTION]
                 if s[S.MOTOR_PRESLIDING] > 0:
                     stiffness = s[S.MOTOR_PRESLIDING]
-                    bristle = (bristle + h * speed) / (1 + h * abs(speed) * stiffness / coulomb)
+                    slowed = speed - motor_response * stiffness * bristle
+                    bristle = (bristle + h * speed) / (
+                        1 + stiffness * (h * abs(slowed) / coulomb + h * motor_response)
+                    )
                     torque = -stiffness * bristle
                 else:
                     torque = _friction(

@@ -123,15 +123,24 @@ def _earned(
 ) -> bool:
     """Whether both effects of a pair earn their place against the pair without the one or the other."""
     pair = best[labels]
+    if pair.stochastic is not None and any(effect.chaotic for effect in pair.fit.hypothesis.effects):
+        return False
     for label in labels:
-        alone = best.get((label,))
-        reference = alone if alone is not None else best[()]
-        if scores[labels] < scores[reference.labels] + calibration.pair_gain:
+        reference = best.get((label,), best[()])
+        if "encoder_quantization" in labels:
+            if label != "encoder_quantization":
+                continue
+        elif scores[labels] < scores[reference.labels] + calibration.pair_gain:
             return False
         if pair.stochastic is not None and pair.stochastic.label != label:
+            if (
+                pair.stochastic.size is not None
+                and pair.stochastic.size < calibration.pair_size * encoder_sigma(pair)
+            ):
+                return False
             continue
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
-        if pair.stochastic is None and removed < (calibration.pair_size * encoder_sigma(pair)) ** 2:
+        if removed < (calibration.pair_size * encoder_sigma(pair)) ** 2:
             return False
     return True
 

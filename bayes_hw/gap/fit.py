@@ -13,7 +13,7 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.whitener import Whitener
 
 MAX_ITERATIONS = 25
-GOOD_ENOUGH = 1e-4
+GOOD_ENOUGH = 1e-6
 """Relative decrease of the cost at which the iteration ends."""
 
 FARTHEST = 8.0
@@ -141,7 +141,7 @@ def fit(
             damping *= 6
         if not improved and exact:
             break
-        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0) * 0.1:
+        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0):
             if exact:
                 break
             derivatives, exact = jacobians(hypothesis, coordinates, simulated), True

@@ -72,6 +72,15 @@ class Screen:
         )
         return sorted(found, key=lambda candidate: -candidate.reduction)
 
+    def response(self, candidate: Candidate) -> FloatArray:
+        """The projected response (samples,) to a candidate; zero where its simulation runs away."""
+        hypothesis = self.base.hypothesis.with_effect(candidate.effect)
+        simulated = hypothesis.simulate(np.concatenate([self.base.values, candidate.values]))
+        change = [(s - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+        if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
+            return np.zeros_like(self.residual)
+        return np.asarray(self.project(change)[:, 0])
+
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
         """The given starts of `effect` with what each promises."""
         hypothesis = self.base.hypothesis.with_effect(effect)

@@ -12,6 +12,9 @@ from scipy.optimize import minimize
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression
 
+SPECTRUM_PARAMETERS = 2
+"""Of the encoder's noise; those of a stochastic effect are counted with it."""
+
 LONG_ORDER = 60
 """Order of the autoregression that stands for a given spectrum."""
 
@@ -68,13 +71,17 @@ def autoregression_of_spectrum(
     covariance[0] *= 1 + 1e-9
     coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
     innovation = float(np.sqrt(max(covariance[0] - coefficients @ covariance[1:], 1e-30)))
-    model = Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, glitches)
+    model = Autoregression(
+        coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, glitches, SPECTRUM_PARAMETERS
+    )
     total = 0.0
     for record, e in enumerate(residuals):
         white = model.whiten(e[:, None], record)[LONG_ORDER:, 0]
         total -= 0.5 * float(white @ white) + len(white) * (np.log(innovation) + 0.5 * LOG_2PI)
         total -= LONG_ORDER * (np.log(innovation) + 0.5 * LOG_2PI) + 0.5 * LONG_ORDER
-    return Autoregression(coefficients, innovation, float(np.sqrt(covariance[0])), total, glitches)
+    return Autoregression(
+        coefficients, innovation, float(np.sqrt(covariance[0])), total, glitches, SPECTRUM_PARAMETERS
+    )
 
 
 def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]

@@ -87,7 +87,8 @@ class StochasticFit:
     """A stochastic effect fitted to residuals: label, form, whitener, log-likelihood, named parameters.
 
     `display` is how the encoder shows the simulated output, where the effect changes that;
-    `encoder_sigma` the encoder's own noise where the whitener holds more than that.
+    `encoder_sigma` the encoder's own noise where the whitener holds more than that, `size` the error that
+    the effect makes, where it has one (output units).
     """
 
     label: str
@@ -97,6 +98,7 @@ class StochasticFit:
     parameters: dict[str, tuple[float, float, str]]
     display: Display | None = None
     encoder_sigma: float | None = None
+    size: float | None = None
 
 
 @dataclass(frozen=True)
@@ -365,5 +367,11 @@ def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner)
     if corner:
         found[corner] = (float(np.exp(p[3])), float(0.3 * np.exp(p[3])), "Hz")
     return StochasticFit(
-        label, form, whitener, whitener.log_likelihood, found, encoder_sigma=float(np.exp(p[0]))
+        label,
+        form,
+        whitener,
+        whitener.log_likelihood,
+        found,
+        encoder_sigma=float(np.exp(p[0])),
+        size=float(np.sqrt(max(fit.rmse**2 - np.exp(2 * p[0]), 0.0))),
     )

@@ -63,10 +63,7 @@ class Autoregression:
     sigma: float
     log_likelihood: float
     glitches: Sequence[BoolArray]
-
-    @property
-    def parameter_count(self) -> int:
-        return len(self.coefficients) + 1
+    parameter_count: int = 2
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         bridged = bridge(columns, self.glitches[record])
@@ -98,9 +95,13 @@ def fit_autoregression(
     """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted."""
     bridged = [bridge(e[:, None], gaps)[:, 0] for e, gaps in zip(residuals, glitches, strict=True)]
     estimate = estimate_noise(bridged, order)
-    model = Autoregression(estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches)
+    model = Autoregression(
+        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches, order + 1
+    )
     total = 0.0
     for record, e in enumerate(residuals):
         white = model.whiten(e[:, None], record)[~glitches[record], 0]
         total -= 0.5 * float(white @ white) + len(white) * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
-    return Autoregression(estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches)
+    return Autoregression(
+        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches, order + 1
+    )

@@ -60,8 +60,10 @@ def _followed(
     its prior's width."""
     axis, count = target.axis, len(prior_sd)
     noise = as_values(target.noise, coordinates[count:, None])[:, 0]
-    autoregression = autoregression_from_partial(noise[1:, None])[:, 0]
-    innovation_sigma = noise[0] * np.sqrt(np.prod(1 - noise[1:] ** 2))
+    correlated = np.array([parameter.name.startswith("noise.partial") for parameter in target.noise])
+    partial = noise[correlated]
+    autoregression = autoregression_from_partial(partial[:, None])[:, 0]
+    innovation_sigma = noise[0] * np.sqrt(np.prod(1 - partial**2))
     centre = coordinates.copy()
     others = [i for i in range(count) if i != row]
     for _ in range(FOLLOWING_STEPS):

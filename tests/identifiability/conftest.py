@@ -10,7 +10,7 @@ import pytest
 from simulated_records import coloured_noise
 
 from bayes_hw.identifiability.structure import rich_command
-from bayes_hw.infer import sampler
+from bayes_hw.infer import pilot
 from bayes_hw.model.excitation import balancing_offset
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units
@@ -33,8 +33,8 @@ def swinging(
 def _short_pilot() -> Iterator[None]:
     """Sampling's pilot in a third of its steps."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sampler, "PILOT_STEPS", 30)
-        patch.setattr(sampler, "TRIAL_PROPOSALS", 512)
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

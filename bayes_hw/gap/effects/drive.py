@@ -167,6 +167,7 @@ class DynamicBacklash(Effect):
     label: ClassVar[str] = "backlash"
     needs_drive_train: ClassVar[bool] = True
     derivative_step: ClassVar[float] = 0.02
+    chaotic: ClassVar[bool] = True
     starts_tried: ClassVar[int] = 2
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "gap in the compliance"

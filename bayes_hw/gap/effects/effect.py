@@ -25,7 +25,8 @@ class Effect(ABC):
     A subclass says in its docstring the equation, the source and when not to believe it. `label` is that of
     the catalogue, `form` tells forms of one label apart, `test_values` are parameters that a test can use,
     `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
-    screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations.
+    screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations,
+    `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic.
     """
 
     label: ClassVar[str]
@@ -35,6 +36,7 @@ class Effect(ABC):
     needs_drive_train: ClassVar[bool] = False
     starts_tried: ClassVar[int] = 1
     derivative_step: ClassVar[float] = 3e-4
+    chaotic: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
