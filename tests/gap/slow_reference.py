@@ -1,0 +1,126 @@
+"""The axis with effects, slowly: its equations of motion in state space, in steps of a fifth of a millisecond.
+
+Torques are taken from the motion at the start of every step, the command as a continuous function of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from drive_axis import LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED, TRAIN, W, held
+
+from bayes_hw.arrays import FloatArray
+
+STEP = 2e-4
+
+Torques = Callable[[FloatArray], tuple[float, float]]
+"""(w, motor angle, motor speed, load speed) -> torques on motor and load."""
+
+
+def no_torques(motion: FloatArray) -> tuple[float, float]:  # noqa: ARG001
+    return 0.0, 0.0
+
+
+@dataclass
+class Setting:
+    """What differs from the linear axis; functions of time in s and of w."""
+
+    torques: Torques = no_torques
+    resonator: tuple[float, float, float] | None = None
+    extra_delay: float = 0.0
+    command_rate: float = np.inf
+    limits_at: Callable[[float], float] = lambda w: 1.0  # noqa: ARG005
+    gain_at: Callable[[float], float] = lambda t: 1.0  # noqa: ARG005
+    bias: float = 0.0
+    fine: bool = True
+
+
+def slow_w(
+    u: FloatArray, rate: float, delay: int, lower: float, upper: float, setting: Setting
+) -> FloatArray:
+    """w (samples,) from rest; limits and gain change at samples, the rest within them."""
+    substeps = round(1 / (rate * STEP)) if setting.fine else 1
+    h = 1 / (rate * substeps)
+    a, b, c = TRAIN.state_space(setting.resonator)
+    ad, bd = held(a, b, h)
+    x, w = np.zeros(len(a)), np.zeros(len(u))
+    followed, force = 0.0, np.zeros(3)
+    for k in range(len(u)):
+        w[k] = c[W] @ x
+        swing, gain = setting.limits_at(w[k]), setting.gain_at(k / rate)
+        for j in range(substeps):
+            index = int(np.floor(k + j / substeps - delay - setting.extra_delay + 1e-9))
+            command = u[index] if index >= 0 else 0.0
+            if setting.command_rate < np.inf:
+                reach = setting.command_rate * h
+                followed += min(max(command - followed, -reach), reach)
+                command = followed
+            force[0] = gain * min(max(command, lower * swing), upper * swing) + setting.bias
+            if setting.torques is not no_torques:
+                force[1:] = setting.torques(c @ x)
+            x = ad @ x + bd @ force
+    return w
+
+
+def coulomb(torque: float, smoothing: float, where: int) -> Torques:
+    """-torque sign(speed), proportional to speed below `smoothing`; at motor or load by the speed's row."""
+
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        rub = -torque * min(max(motion[where] / smoothing, -1.0), 1.0)
+        return (rub, 0.0) if where == MOTOR_SPEED else (0.0, rub)
+
+    return torques
+
+
+def stribeck(torque: float, excess: float, speed: float, smoothing: float) -> Torques:
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        v = motion[MOTOR_SPEED]
+        size = torque * (1 + excess * np.exp(-((v / speed) ** 2)))
+        return -size * min(max(v / smoothing, -1.0), 1.0), 0.0
+
+    return torques
+
+
+def dahl(torque: float, stiffness: float) -> Torques:
+    """z' = v - |v| stiffness z / torque, and -stiffness z."""
+    z = 0.0
+
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        nonlocal z
+        v = motion[MOTOR_SPEED]
+        z += STEP * (v - abs(v) * stiffness * z / torque)
+        return -stiffness * z, 0.0
+
+    return torques
+
+
+def ripple(amplitude: float, period: float, phase: float) -> Torques:
+    return lambda motion: (amplitude * np.sin(2 * np.pi * motion[MOTOR_ANGLE] / period + phase), 0.0)
+
+
+def spring(torsion_torque: Callable[[float, float], float]) -> Torques:
+    """The compliance's torque per stiffness in place of phi + c phi'."""
+
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        phi, rate = motion[MOTOR_ANGLE] - motion[W], motion[MOTOR_SPEED] - motion[LOAD_SPEED]
+        more = torsion_torque(phi, rate) - (phi + TRAIN.c * rate)
+        return -TRAIN.km * more, TRAIN.kl * more
+
+    return torques
+
+
+def stiffening(cubic: float) -> Torques:
+    return spring(lambda phi, rate: phi + cubic * phi**3 + TRAIN.c * rate)
+
+
+def free_gap(half_gap: float) -> Torques:
+    """No torque inside the gap, spring and damper beyond."""
+
+    def torque(phi: float, rate: float) -> float:
+        if abs(phi) < half_gap:
+            return 0.0
+        return phi - np.copysign(half_gap, phi) + TRAIN.c * rate
+
+    return spring(torque)

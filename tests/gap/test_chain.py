@@ -1,0 +1,231 @@
+"""The compiled chain: the Hammerstein-Wiener model without effects, the equations of motion with each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from drive_axis import LOAD_SPEED, MOTOR_SPEED, RATE, command, drive_axis, hypothesis
+from slow_reference import Setting, coulomb, dahl, free_gap, ripple, slow_w, stiffening, stribeck
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import ChainBuilder, Resonator
+from bayes_hw.gap.effects.catalogue import (
+    CommandBias,
+    CoulombFrictionAtLoad,
+    CoulombFrictionAtMotor,
+    CubicStiffness,
+    DynamicBacklash,
+    EncoderEccentricity,
+    GainAsymmetry,
+    GainDrift,
+    KinematicBacklash,
+    LinearSensorDrift,
+    PreslidingFriction,
+    RateLimit,
+    SaturationDrift,
+    StribeckFrictionAtMotor,
+    ThermalSensorDrift,
+    TorqueRipple,
+    TransportDelay,
+    UnmodelledMode,
+)
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+SAMPLES = 240
+AXIS = drive_axis()
+U = command(SAMPLES, seed=3)
+T = np.arange(SAMPLES) / RATE
+LIMITS = AXIS.saturation.lower, AXIS.saturation.upper
+TWICE = np.hypot(0.1, 0.05)
+TURN = np.arctan2(0.05, 0.1)
+
+
+def simulated(effect: Effect, values: Sequence[float], u: FloatArray = U) -> tuple[FloatArray, FloatArray]:
+    """w and y of the axis with one effect."""
+    found = hypothesis(AXIS, [u], effect)
+    start = np.concatenate([found.builder.axis.nominal, values])
+    return found.simulate_signals(start)[0]
+
+
+def relative_error(effect: Effect, values: Sequence[float], setting: Setting, u: FloatArray = U) -> float:
+    """Error of w over the size of the effect, both root mean square."""
+    expected = slow_w(u, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
+    size = np.sqrt(np.mean((expected - AXIS.simulate(u).w) ** 2))
+    assert size > 1e-3, "the effect must show"
+    return float(np.sqrt(np.mean((simulated(effect, values, u)[0] - expected) ** 2)) / size)
+
+
+def dead_zone(w: FloatArray) -> FloatArray:
+    half = AXIS.dead_zone.half_width
+    return np.where(w > half, w - half, np.where(w < -half, w + half, 0.0))
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_without_effects_it_is_the_hammerstein_wiener_model(
+    known: bool, small_axis: HammersteinWiener
+) -> None:
+    """w and y to 1e-9, of an axis whose drive train is known and of one where it is not."""
+    model = AXIS if known else small_axis
+    found = hypothesis(model, [U])
+    expected = model.simulate(U)
+    w, y = found.simulate_signals(found.builder.axis.nominal)[0]
+    np.testing.assert_allclose(w, expected.w, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(y, expected.y, rtol=0, atol=1e-9)
+
+
+def test_base_parameters_move_it_as_they_move_the_model() -> None:
+    """Limits, dead zone, gain, modes: the same model rebuilt from its parameter vector."""
+    builder = ChainBuilder(AXIS)
+    values = builder.axis.nominal * np.array([0.9, 1.1, 1.5, 0.95, 1.03, 0.8, 0.98, 1.2])
+    found = hypothesis(AXIS, [U])
+    expected = builder.axis.to_model(values).simulate(U)
+    np.testing.assert_allclose(found.simulate(values)[0], expected.y, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [20.0, 100.0])
+def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
+    """A torque of no size switches the drive train's inner steps on and changes nothing."""
+    axis = drive_axis(rate=rate)
+    u = command(SAMPLES, 4, rate)
+    found = hypothesis(axis, [u], CoulombFrictionAtMotor())
+    y = found.simulate(np.concatenate([found.builder.axis.nominal, [1e-12, 0.01]]))[0]
+    np.testing.assert_allclose(y, axis.simulate(u).y, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "setting", "tolerance"),
+    [
+        (CoulombFrictionAtMotor(), (8.0, 0.02), Setting(coulomb(8.0, 0.02, MOTOR_SPEED)), 0.02),
+        (CoulombFrictionAtLoad(), (1.0, 0.02), Setting(coulomb(1.0, 0.02, LOAD_SPEED)), 0.02),
+        pytest.param(
+            *(StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02)),
+            *(Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
+            marks=pytest.mark.xfail(strict=True, reason="Stribeck's curve at the speed without friction"),
+        ),
+        pytest.param(
+            *(PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03),
+            marks=pytest.mark.xfail(strict=True, reason="bristles bent by the speed without friction"),
+        ),
+        (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
+        (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
+        (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
+        (DynamicBacklash(), (0.003,), Setting(free_gap(0.003)), 0.07),
+    ],
+    ids=lambda value: value.name if isinstance(value, Effect) else "",
+)
+def test_torques_follow_the_equations_of_motion(
+    effect: Effect, values: tuple[float, ...], setting: Setting, tolerance: float
+) -> None:
+    """Steps of 10 ms against 0.2 ms, as a share of what the effect changes."""
+    assert relative_error(effect, values, setting) < tolerance
+
+
+@pytest.mark.parametrize("inertia", [0.05, 0.3, 2.0])
+def test_a_resonator_is_a_mode_hung_on_the_load(inertia: float) -> None:
+    """Poles and residues found by polynomials, against nine states."""
+    values = (inertia, 1.3, 0.02)
+    setting = Setting(resonator=values, fine=False)
+    assert relative_error(UnmodelledMode(), values, setting) < 1e-6
+
+
+def test_no_resonator_without_inertia() -> None:
+    builder = ChainBuilder(AXIS)
+    plain, with_none = (
+        builder.chain(builder.axis.nominal, resonator) for resonator in (None, Resonator(0.0, 1.3, 0.02))
+    )
+    np.testing.assert_array_equal(plain.command_path[0], with_none.command_path[0])
+
+
+BEFORE_THE_LIMITER: Any = [
+    (RateLimit(), (0.3,), Setting(command_rate=0.3), 1e-3),
+    (TransportDelay(), (2.0,), Setting(extra_delay=2.0), 1e-9),
+    (SaturationDrift(), (0.1, 0.05, 1.5), None, 1e-9),
+    (CommandBias(), (0.01,), Setting(bias=0.01, fine=False), 1e-9),
+    (GainDrift(), (0.05, 7.0), Setting(gain_at=lambda t: 1.05 - 0.05 * np.exp(-t / 7), fine=False), 1e-9),
+]
+
+
+@pytest.mark.parametrize(("effect", "values", "setting", "tolerance"), BEFORE_THE_LIMITER)
+def test_command_side(
+    effect: Effect, values: tuple[float, ...], setting: Setting | None, tolerance: float
+) -> None:
+    """Rate limit, whole delay, limits by position, bias, warming drive."""
+
+    def swing(w: float) -> float:
+        return 1 + float(TWICE * np.sin(2 * np.pi * w / 1.5 + TURN))
+
+    setting = setting or Setting(limits_at=swing, fine=False)
+    assert relative_error(effect, values, setting) < tolerance
+
+
+@pytest.mark.parametrize("share", [0.3, 1.3])
+@pytest.mark.parametrize(
+    "saturates",
+    [
+        False,
+        pytest.param(
+            True, marks=pytest.mark.xfail(strict=True, reason="commands are mixed before they are limited")
+        ),
+    ],
+)
+def test_a_fractional_delay(share: float, saturates: bool) -> None:
+    """A held command that arrives between samples; limited or not."""
+    u = U if saturates else 0.3 * U
+    assert relative_error(TransportDelay(), (share,), Setting(extra_delay=share), u) < 5e-3
+
+
+def test_play_remembers() -> None:
+    """The play operator sample by sample, and its dead zone behind it."""
+    half, w, expected = 0.01, AXIS.simulate(U).w, np.zeros(SAMPLES)
+    held = 0.0
+    for k in range(SAMPLES):
+        held = min(max(held, w[k] - half), w[k] + half)
+        expected[k] = held
+    found, y = simulated(KinematicBacklash(), (half,))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_allclose(y, dead_zone(expected), atol=1e-12)
+
+
+def test_eccentricity_starts_at_zero() -> None:
+    w = AXIS.simulate(U).w
+    size, phase = np.hypot(0.01, 0.004), np.arctan2(0.004, 0.01)
+    expected = w + size * (np.sin(2 * np.pi * w / 0.4 + phase) - np.sin(phase))
+    found, _ = simulated(EncoderEccentricity(), (0.01, 0.004, 0.4))
+    assert found[0] == 0
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_unequal_gains_and_drifts_of_the_encoder() -> None:
+    """The ratio holds in front of the dead zone; drifts are added behind it."""
+    simulation = AXIS.simulate(U)
+    w, y = simulation.w, simulation.y
+    assert w.min() < 0 < w.max()
+    ratio = simulated(GainAsymmetry(), (1.2,))[1]
+    np.testing.assert_allclose(ratio, dead_zone(np.where(w > 0, 1.2 * w, w)), atol=1e-12)
+    np.testing.assert_allclose(simulated(LinearSensorDrift(), (0.002,))[1], y + 0.002 * T, atol=1e-12)
+    warm = y + 0.03 * (1 - np.exp(-T / 4))
+    np.testing.assert_allclose(simulated(ThermalSensorDrift(), (0.03, 4.0))[1], warm, atol=1e-12)
+
+
+def test_an_axis_that_sticks_stays_where_it_is() -> None:
+    """Friction above the loop's torque holds the motor; what steps of 10 ms let it creep is a few per cent."""
+    u = np.full(SAMPLES, 1e-4)
+    stuck, _ = simulated(CoulombFrictionAtMotor(), (1e3, 1e-6), u)
+    free = AXIS.simulate(u).w
+    assert np.abs(stuck).max() < 0.03 * np.abs(free).max()
+
+
+def test_two_effects_at_once() -> None:
+    """Delay in front and play behind: each in its place."""
+    found = hypothesis(AXIS, [U], TransportDelay(), KinematicBacklash())
+    w = found.simulate_signals(np.concatenate([found.builder.axis.nominal, [2.0, 0.01]]))[0][0]
+    late = AXIS.simulate(np.concatenate([np.zeros(2), U[:-2]])).w
+    held, expected = 0.0, np.zeros(SAMPLES)
+    for k in range(SAMPLES):
+        held = min(max(held, late[k] - 0.01), late[k] + 0.01)
+        expected[k] = held
+    np.testing.assert_allclose(w, expected, atol=1e-9)

@@ -1,0 +1,148 @@
+"""The decision from hand-made evidences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bayes_hw.gap.decide import (
+    Calibration,
+    best_of_sets,
+    choose,
+    decide,
+    encoder_sigma,
+    probability_of_other,
+    score,
+)
+from bayes_hw.gap.leftover import Leftover
+
+LABELS = ("friction", "backlash", "wind", "encoder_quantization")
+CONSTANTS = Calibration(
+    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, left_gain=40.0, left_size=0.3,
+    left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25,
+)  # fmt: skip
+
+
+@dataclass
+class Stub:
+    """As much of an explanation as a decision looks at."""
+
+    labels: tuple[str, ...]
+    log_evidence: float
+    rmse: float = 1.0
+    sigma: float = 1.0
+    stochastic: Any = None
+
+    @property
+    def fit(self) -> Any:
+        return SimpleNamespace(rmse=self.rmse, whitener=SimpleNamespace(sigma=self.sigma))
+
+
+def chosen(*stubs: Stub, nominal: float = 1.0) -> tuple[str, ...]:
+    return choose(SimpleNamespace(explanations=stubs), nominal, CONSTANTS)[0].labels  # type: ignore[arg-type]
+
+
+def probabilities(answer: Stub, scores: dict[tuple[str, ...], float], left: list[Leftover]) -> Any:
+    return decide(
+        explanation=answer,  # type: ignore[arg-type]
+        scores=scores,
+        left=left,
+        labels=LABELS,
+        calibration=CONSTANTS,
+    )
+
+
+def test_constants_come_with_the_program() -> None:
+    constants = Calibration.built_in()
+    assert all(getattr(constants, field.name) > 0 for field in fields(constants))
+    assert constants.floor < 0.05
+
+
+def test_the_best_form_stands_for_its_label() -> None:
+    stubs = [Stub((), 0), Stub(("friction",), 20), Stub(("friction",), 30), Stub(("wind",), 5)]
+    best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
+    assert {key: value.log_evidence for key, value in best.items()} == {
+        (): 0, ("friction",): 30, ("wind",): 5,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("gain", "answer"), [(9.0, ()), (11.0, ("friction",))])
+def test_an_effect_must_earn_its_name(gain: float, answer: tuple[str, ...]) -> None:
+    assert chosen(Stub((), 0), Stub(("friction",), gain), Stub(("backlash",), gain - 5)) == answer
+
+
+@pytest.mark.parametrize(
+    ("evidence", "rmse", "answer"),
+    [
+        (55.0, 0.5, ("backlash", "friction")),
+        (48.0, 0.5, ("friction",)),
+        (55.0, 0.98, ("friction",)),
+    ],
+)
+def test_both_of_a_pair_must_earn_their_places(
+    evidence: float, rmse: float, answer: tuple[str, ...]
+) -> None:
+    """In evidence against the better single, and in error removed."""
+    singles = [Stub(("friction",), 40, rmse=1.0), Stub(("backlash",), 30, rmse=1.2)]
+    assert chosen(Stub((), 0, rmse=2.0), *singles, Stub(("backlash", "friction"), evidence, rmse)) == answer
+
+
+def test_rounded_data_are_rounded() -> None:
+    """A lattice is a fact: it is chosen however the evidences compare."""
+    rounded = ("encoder_quantization",)
+    assert chosen(Stub((), 0), Stub(rounded, -50), Stub(("friction",), 40)) == rounded
+
+
+def test_noise_unlike_the_nominal_counts_against_an_explanation() -> None:
+    """Half the square of the log-ratio in standard deviations; bounded; nothing where none is nominal."""
+    twice = Stub((), 100, sigma=2.0)
+    assert score(twice, 1.0, CONSTANTS) == pytest.approx(100 - 0.5 * (0.6931472 / 0.25) ** 2)
+    assert score(Stub((), 100, sigma=1e9), 1.0, CONSTANTS) == pytest.approx(-100)
+    assert score(twice, float("nan"), CONSTANTS) == 100
+    beside = Stub((), 0, sigma=3.0, stochastic=SimpleNamespace(encoder_sigma=0.5))
+    assert encoder_sigma(beside) == 0.5  # type: ignore[arg-type]
+
+
+def test_probabilities_are_tempered_and_sum_over_sets() -> None:
+    """Worked by hand: sets at 0, 20 and 25 with handicaps 0, 10, 10 and temperature 5."""
+    scores = {(): 0.0, ("friction",): 25.0, ("backlash",): 20.0}
+    decision = probabilities(Stub(("friction",), 25), scores, [])
+    weights = {"none": 2.718281828 ** (-15 / 5), "friction": 1.0, "backlash": 2.718281828**-1}
+    total = sum(weights.values())
+    assert decision.answer == ("friction",)
+    for name, weight in weights.items():
+        assert decision.probability[name] == pytest.approx(weight / total, rel=1e-6)
+    assert set(decision.probability) == {*LABELS, "none", "other"}
+    assert decision.probability["wind"] == CONSTANTS.floor
+    assert sum(decision.sets.values()) + decision.probability["other"] == pytest.approx(1, abs=2e-3)
+
+
+def test_a_pair_counts_for_both_labels() -> None:
+    scores = {(): 0.0, ("friction",): 40.0, ("friction", "wind"): 90.0}
+    decision = probabilities(Stub(("friction", "wind"), 90), scores, [])
+    assert decision.probability["friction"] == decision.probability["wind"] > 0.98
+    assert decision.probability["friction"] <= 1 - CONSTANTS.floor
+
+
+def test_other_needs_gain_and_size() -> None:
+    """Even odds at both thresholds; a large gain of no size, or the reverse, is nothing."""
+
+    def other(gain: float, size: float) -> float:
+        return probability_of_other([Leftover("step", gain, size)], CONSTANTS)
+
+    assert other(40.0, 0.3) == pytest.approx(0.5)
+    assert other(4000.0, 0.9) > 0.95
+    assert other(4000.0, 0.03) < 0.05 and other(4.0, 0.9) < 0.05
+    assert other(-1.0, 0.9) == pytest.approx(0, abs=1e-10)
+    assert probability_of_other([], CONSTANTS) == pytest.approx(0, abs=1e-10)
+
+
+def test_other_takes_the_place_of_a_name() -> None:
+    left = [Leftover("line in time", 4000.0, 0.9)]
+    decision = probabilities(Stub(("friction",), 25), {(): 0.0, ("friction",): 25.0}, left)
+    assert decision.answer == ("other",)
+    assert decision.probability["other"] > 0.95 > 0.05 > decision.probability["friction"]
+    assert decision.leftovers == tuple(left)

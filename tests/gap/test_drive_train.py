@@ -1,0 +1,168 @@
+"""The drive train behind G: read back from poles and zeros alone, its torque paths those of the state space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import (
+    LOAD_SPEED,
+    LOAD_TORQUE,
+    MOTOR_ANGLE,
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    RATE,
+    TRAIN,
+    KnownTrain,
+    V,
+    W,
+    drive_axis,
+    frequency_response,
+)
+
+from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.drive_train import (
+    ContinuousPoles,
+    DriveTrain,
+    TorqueSystem,
+    UnknownTrain,
+    continuous_poles,
+    realise,
+)
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock
+
+S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
+OUTPUTS = (W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED)
+TRAINS = (TRAIN, KnownTrain(kp=150, ki=1500, km=350, kl=210, ks=130, kss=540, c=0.005, cs=0.001, gain=1.1))
+
+
+def continuous(model: HammersteinWiener) -> ContinuousPoles:
+    """G of `model` in continuous time."""
+    builder = ChainBuilder(model)
+    batch = builder.axis.linear_batch(builder.axis.nominal[:, None])
+    real, pairs, _ = batch.residues()
+    system = continuous_poles(
+        batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], model.sample_rate_hz
+    )
+    assert system is not None
+    return system
+
+
+def path(system: TorqueSystem, kind: int, torque: int, s: np.ndarray) -> np.ndarray:
+    """Response of an output to a torque, the lower poles of the pairs included."""
+    total = np.zeros_like(s)
+    for pole, into, out in zip(system.poles, system.inputs[torque], system.outputs[kind], strict=True):
+        total = total + into * out / (s - pole)
+        if pole.imag > 0:
+            total = total + np.conj(into * out) / (s - np.conj(pole))
+    return total
+
+
+@pytest.mark.parametrize("train", TRAINS)
+def test_g_in_continuous_time_is_that_of_the_state_space(train: KnownTrain) -> None:
+    """Undoing the hold of poles and zeros gives w per v of the equations of motion."""
+    a, b, c = train.state_space()
+    expected = frequency_response(a, b, c, S_AXIS)[:, W, V]
+    np.testing.assert_allclose(continuous(drive_axis(train)).response(S_AXIS), expected, rtol=1e-6)
+
+
+def test_no_continuous_system_has_a_negative_real_pole() -> None:
+    none = np.zeros(0, dtype=np.complex128)
+    assert continuous_poles(np.array([1.0, -0.2]), none, np.ones(2), none, RATE) is None
+
+
+@pytest.mark.parametrize("train", TRAINS)
+@pytest.mark.parametrize("rate", [20.0, 50.0])
+def test_known_stiffnesses_are_read_back(train: KnownTrain, rate: float) -> None:
+    """All ten numbers to 1e-4, from G sampled at two rates, and its response to the misfit said."""
+    system = continuous(drive_axis(train, rate))
+    found = realise(system, rate)
+    assert found is not None
+    np.testing.assert_allclose(found.logs, train.logs, atol=1e-4)
+    np.testing.assert_allclose(found.response(S_AXIS), system.response(S_AXIS), rtol=1e-5)
+    assert found.stiffness == pytest.approx((train.km, train.kl), rel=1e-4)
+    assert found.contact_damping == pytest.approx(train.c, rel=1e-4)
+
+
+def test_a_reversed_axis_keeps_its_stiffnesses() -> None:
+    """A negative gain of G is the sign of the drive train."""
+    system = continuous(drive_axis())
+    turned = ContinuousPoles(system.poles, -system.residues, system.real)
+    found = realise(turned, RATE)
+    assert found is not None and found.sign == -1
+    np.testing.assert_allclose(found.logs, TRAIN.logs, atol=1e-4)
+
+
+@pytest.mark.parametrize("torque", [MOTOR_TORQUE, LOAD_TORQUE])
+@pytest.mark.parametrize("kind", OUTPUTS)
+def test_torque_paths_are_those_of_the_state_space(kind: int, torque: int) -> None:
+    """Torque at motor or load to each of the four outputs."""
+    a, b, c = TRAIN.state_space()
+    system = DriveTrain(TRAIN.logs, 1.0, 0.0).torque_system(continuous(drive_axis()))
+    expected = frequency_response(a, b, c, S_AXIS)[:, kind, torque]
+    found = path(system, kind, torque - MOTOR_TORQUE, S_AXIS)
+    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-12)
+
+
+def test_inner_motion_answers_to_the_command_as_in_the_state_space() -> None:
+    """Motor angle, motor speed and load speed per v: the residues of G times the ratios at its poles."""
+    a, b, c = TRAIN.state_space()
+    system = continuous(drive_axis())
+    ratios = DriveTrain(TRAIN.logs, 1.0, 0.0).ratios(system.poles)
+    expected = frequency_response(a, b, c, S_AXIS)[:, :, V]
+    for row, kind in enumerate((MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED)):
+        inner = ContinuousPoles(system.poles, system.residues * ratios[row], system.real)
+        np.testing.assert_allclose(inner.response(S_AXIS), expected[:, kind], rtol=1e-5)
+
+
+def test_load_torque_ratio_at_the_poles_of_g() -> None:
+    """Path of a load torque to w over that of the command: residues of the one give those of the other."""
+    a, b, c = TRAIN.state_space()
+    system = continuous(drive_axis())
+    ratio = DriveTrain(TRAIN.logs, 1.0, 0.0).load_torque_ratio(system.poles)
+    by_load = ContinuousPoles(system.poles, system.residues * ratio, system.real)
+    expected = frequency_response(a, b, c, S_AXIS)[:, W, LOAD_TORQUE]
+    np.testing.assert_allclose(by_load.response(S_AXIS), expected, rtol=1e-4, atol=1e-9)
+
+
+def test_another_g_has_no_drive_train(small_axis: HammersteinWiener) -> None:
+    """One mode only, and a G whose second mode is of the wrong sign."""
+    assert realise(continuous(small_axis), small_axis.sample_rate_hz) is None
+    system = continuous(drive_axis())
+    residues = system.residues.copy()
+    residues[-1] *= -30
+    assert realise(ContinuousPoles(system.poles, residues, system.real), RATE) is None
+
+
+def test_an_unknown_train_is_g_behind_a_velocity_loop(small_axis: HammersteinWiener) -> None:
+    """Torque to w is s / (bandwidth (s + corner)) G; motor and load move as one."""
+    builder = ChainBuilder(small_axis)
+    train, _ = builder.paths(builder.axis.nominal)
+    assert isinstance(train, UnknownTrain)
+    g = continuous(small_axis)
+    paths = train.torque_system(g)
+    expected = S_AXIS / (train.bandwidth * (S_AXIS + train.corner)) * g.response(S_AXIS)
+    for torque in (0, 1):
+        np.testing.assert_allclose(path(paths, W, torque, S_AXIS), expected, rtol=1e-9)
+        np.testing.assert_allclose(path(paths, MOTOR_ANGLE, torque, S_AXIS), expected, rtol=1e-9)
+
+
+def test_an_unknown_train_moves_at_the_speed_of_w(small_axis: HammersteinWiener) -> None:
+    """Held torques: the difference of w over a short step is the speed."""
+    g = continuous(small_axis)
+    paths = UnknownTrain().torque_system(g)
+    slow = 2j * np.pi * np.geomspace(0.05, 3.0, 20)
+    moved = path(paths, W, 0, slow) * slow
+    gain_at_once = np.real(np.sum((paths.inputs[0] * paths.outputs[W]) * np.where(paths.poles.imag > 0, 2, 1)))
+    np.testing.assert_allclose(path(paths, LOAD_SPEED, 0, slow), moved - gain_at_once, rtol=1e-7, atol=1e-12)
+
+
+def test_chain_refuses_g_that_is_no_sampled_system() -> None:
+    """A negative real pole is refused with a remedy."""
+    from bayes_hw.errors import InputError
+
+    axis = drive_axis()
+    linear = LinearBlock(axis.linear.zeros, np.append(axis.linear.poles, -0.3), axis.linear.gain, 1)
+    bad = HammersteinWiener("bad", RATE, axis.saturation, linear, axis.dead_zone)
+    with pytest.raises(InputError, match=r"linear\.poles: .*; identify"):
+        ChainBuilder(bad)

@@ -1,0 +1,183 @@
+"""The catalogue: one walk over every effect, and effects that other packages register."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import EntryPoint
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from drive_axis import RATE, command, drive_axis, hypothesis
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.effects import catalogue as catalogue_module
+from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue
+from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect
+from bayes_hw.gap.effects.priors import positive
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.model.priors import Logarithm
+
+STOCHASTIC_LABELS = {"wind", "encoder_quantization", "timing_jitter", "outliers"}
+EVERY = catalogue()
+AXIS = drive_axis()
+U = command(200, seed=5)
+BASE = hypothesis(AXIS, [U])
+SCALE = BASE.scale
+Y = AXIS.simulate(U).y
+
+
+def output(effect: Effect, values: Sequence[float]) -> FloatArray:
+    found = hypothesis(AXIS, [U], effect)
+    return found.simulate(np.concatenate([found.builder.axis.nominal, values]))[0]
+
+
+def test_the_labels_are_the_seventeen_of_the_format() -> None:
+    assert len(LABEL_BLOCKS) == 17
+    assert {effect.label for effect in EVERY} == set(LABEL_BLOCKS) - STOCHASTIC_LABELS
+    assert set(LABEL_BLOCKS.values()) == set(BLOCKS)
+    names = [effect.name for effect in EVERY]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
+def test_every_effect_says_what_it_is(effect: Effect) -> None:
+    """Docstring, block, parameters LABEL.NAME whose priors are finite where starts and test values are."""
+    text = " ".join((type(effect).__doc__ or "").split())
+    assert len(text) > 80
+    assert effect.block == LABEL_BLOCKS[effect.label] == block_of(effect.label)
+    parameters = effect.parameters(SCALE)
+    assert len(parameters) == len(effect.test_values)
+    assert len({p.name for p in parameters}) == len(parameters)
+    points = [effect.test_values, tuple(p.nominal or 1e-3 for p in parameters), *effect.starts(SCALE)]
+    for point in points:
+        assert len(point) == len(parameters)
+        for parameter, value in zip(parameters, point, strict=True):
+            label, dot, name = parameter.name.partition(".")
+            assert label == effect.label and dot and name.isidentifier()
+            coordinate = parameter.transform.to_coordinate(np.asarray(value))
+            assert np.isfinite(parameter.prior.log_density(np.asarray(value)))
+            assert np.isfinite(coordinate)
+            back = float(parameter.transform.to_value(coordinate))
+            assert back == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
+def test_every_effect_shows_and_vanishes_with_its_size(effect: Effect) -> None:
+    """At its test values it moves the output; nearly at its neutral values it does not."""
+    moved = output(effect, effect.test_values)
+    assert np.isfinite(moved).all()
+    assert np.sqrt(np.mean((moved - Y) ** 2)) > 1e-5
+    size = {
+        "rate_limit": (1e9,),
+        "gain_asymmetry": (1 + 1e-9,),
+        "unmodelled_mode": (1e-9, *effect.test_values[1:]),
+        "friction": (1e-9, *effect.test_values[1:]),
+        "gain_drift": (1e-9, *effect.test_values[1:]),
+    }
+    tiny = size.get(effect.label)
+    if tiny is None:
+        linear = 2 if isinstance(effect, PeriodicEffect) else 1
+        tiny = (*(1e-9,) * linear, *effect.test_values[linear:])
+    np.testing.assert_allclose(output(effect, tiny), Y, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
+def test_apply_touches_only_its_own_settings(effect: Effect) -> None:
+    """Base settings stay: several effects can be applied one after the other."""
+    settings = S.NEUTRAL.copy()
+    effect.apply(np.array(effect.test_values), settings, SCALE)
+    base = [S.LOWER, S.UPPER, S.DEAD_ZONE, S.MOTOR_STIFFNESS, S.LOAD_STIFFNESS, S.CONTACT_DAMPING]
+    np.testing.assert_array_equal(settings[base], S.NEUTRAL[base])
+    changed = not np.array_equal(settings, S.NEUTRAL)
+    assert changed == (effect.resonator(np.array(effect.test_values)) is None)
+
+
+@pytest.mark.parametrize(
+    "effect", [e for e in EVERY if isinstance(e, PeriodicEffect)], ids=lambda effect: effect.name
+)
+def test_periodic_effects_are_a_sine_and_a_cosine(effect: PeriodicEffect) -> None:
+    """Small amplitudes of both add up, which the scan over periods relies on."""
+    unit = 1e-3 * effect.unit_amplitude(SCALE) if effect.door != "command" else 1e-5
+    period = effect.test_values[2]
+    sine, cosine, both = (output(effect, (a * unit, b * unit, period)) - Y for a, b in ((1, 0), (0, 1), (1, 1)))
+    moving = np.abs(AXIS.simulate(U).w) > 2 * AXIS.dead_zone.half_width
+    np.testing.assert_allclose(both[moving], (sine + cosine)[moving], atol=0.02 * np.abs(both).max())
+
+
+def test_labels_can_be_struck() -> None:
+    left = catalogue(frozenset({"friction", "backlash"}))
+    assert {effect.label for effect in EVERY} - {effect.label for effect in left} == {"friction", "backlash"}
+
+
+class CableDrag(Effect):
+    """An offset of the output gain: what a package of its own could register."""
+
+    label: ClassVar[str] = "cable_drag"
+    block: ClassVar[Block] = "drive"
+    test_values = (1.1,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+        return (positive("cable_drag.ratio", "", 1.0, 0.1),)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:  # noqa: ARG002
+        settings[S.GAIN_RATIO] = values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:  # noqa: ARG002
+        return [(1.05,)]
+
+
+NOT_AN_EFFECT = dict
+
+
+def register(monkeypatch: pytest.MonkeyPatch, value: str) -> None:
+    point = EntryPoint("extra", value, ENTRY_POINT_GROUP)
+
+    def points(group: str) -> list[EntryPoint]:
+        assert group == "bayes_hw.effects"
+        return [point]
+
+    monkeypatch.setattr(catalogue_module, "entry_points", points)
+
+
+def test_another_package_registers_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One class and one entry point: it is in the catalogue, has a block, and simulates."""
+    register(monkeypatch, f"{__name__}:CableDrag")
+    added = catalogue()[-1]
+    assert added.label == "cable_drag"
+    assert block_of("cable_drag", (added,)) == "drive"
+    assert np.abs(output(added, (1.1,)) - Y).max() > 1e-3
+    assert len(catalogue(frozenset({"cable_drag"}))) == len(EVERY)
+
+
+@pytest.mark.parametrize(
+    ("value", "what"),
+    [
+        ("no_such_package:Thing", "cannot be loaded"),
+        (f"{__name__}:no_such_class", "cannot be loaded"),
+        (f"{__name__}:NOT_AN_EFFECT", "no subclass of Effect"),
+    ],
+)
+def test_a_broken_registration_is_named(monkeypatch: pytest.MonkeyPatch, value: str, what: str) -> None:
+    register(monkeypatch, value)
+    with pytest.raises(InputError, match=what) as raised:
+        catalogue()
+    assert "'extra'" in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_positive_parameters_are_scanned_by_factors() -> None:
+    parameter = positive("a.b", "deg", 2.0, 0.5)
+    assert isinstance(parameter.transform, Logarithm)
+    assert float(parameter.prior.quantile(np.asarray(0.5))) == pytest.approx(2.0)
+
+
+def test_scales_follow_the_records() -> None:
+    """The speed is the limit where commands pass it, else the largest command."""
+    assert SCALE.rate == RATE and SCALE.travel == pytest.approx(np.ptp(Y))
+    assert SCALE.speed == pytest.approx(0.32)
+    slow = hypothesis(AXIS, [0.1 * U]).scale
+    assert slow.speed == pytest.approx(0.1 * np.abs(U).max())
+    assert slow.output_speed == pytest.approx(slow.speed * 0.75)

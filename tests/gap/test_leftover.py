@@ -1,0 +1,90 @@
+"""What is left: nothing in noise, the right kind where there is structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drive_axis import RATE, SIGMA, coloured, command, white
+from fitted import SAMPLES, explained
+from scipy import signal
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.decide import Calibration
+from bayes_hw.gap.leftover import leftovers
+
+INPUTS = [command(SAMPLES, seed) for seed in range(2)]
+T = np.arange(SAMPLES) / RATE
+TRIFLE = Calibration.built_in().left_gain
+"""Gain below which a leftover counts for nothing."""
+
+
+def noise(seed: int = 0) -> list[FloatArray]:
+    return [white(SAMPLES, SIGMA, 2 * seed + record) for record in range(2)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("correlation", [0.0, 0.8])
+def test_noise_leaves_nothing(seed: int, correlation: float) -> None:
+    """White or first-order noise: no description gains what would count."""
+    residuals = [coloured(SAMPLES, SIGMA, correlation, 100 + 2 * seed + r) for r in range(2)]
+    left = leftovers(explained(residuals), INPUTS)
+    assert left == sorted(left, key=lambda item: -item.gain)
+    assert left[0].gain < 0.5 * TRIFLE, left[0]
+
+
+def test_a_sine_is_a_line_in_time() -> None:
+    """Its size in units of the residual, whatever its phase in each record."""
+    residuals = [e + SIGMA * np.sin(2 * np.pi * 0.83 * T + r) for r, e in enumerate(noise())]
+    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    line = found["line in time"]
+    assert line.gain > 5 * TRIFLE
+    assert line.size == pytest.approx(np.sqrt(0.5 / 1.5), rel=0.1)
+    assert line.gain > found["step"].gain
+
+
+def test_a_jump_is_a_step() -> None:
+    """One lasting jump of five sigma a record."""
+    residuals = [e + 5 * SIGMA * (T > 20 + 5 * r) for r, e in enumerate(noise(1))]
+    best = leftovers(explained(residuals), INPUTS)
+    step = next(item for item in best if item.kind == "step")
+    assert step.gain > 2 * TRIFLE
+    assert step.size > 0.7
+
+
+def test_a_resonance_is_a_spectrum() -> None:
+    """Second-order noise that first-order noise cannot be."""
+    pole = 0.97 * np.exp(2j * np.pi * 1.7 / RATE)
+    residuals = [
+        e + signal.lfilter([1.0], np.real(np.poly([pole, pole.conjugate()])), 0.3 * f)
+        for e, f in zip(noise(2), noise(3), strict=True)
+    ]
+    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    assert found["spectrum"].gain > 3 * TRIFLE
+    assert found["spectrum"].size > 0.35
+
+
+def test_an_error_that_follows_the_motion_is_a_function() -> None:
+    """The square of the position, which no base parameter makes."""
+    explanation = explained(noise(4))
+    simulated = explanation.fit.simulated
+    shape = [np.sin(6 * np.pi * y / np.ptp(y)) for y in simulated]
+    residuals = [e + SIGMA * s for e, s in zip(noise(4), shape, strict=True)]
+    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    assert found["function of command and motion"].gain > TRIFLE
+    assert found["function of command and motion"].size > 0.3
+
+
+def test_known_glitches_are_bridged_first() -> None:
+    """Outliers that the explanation has named are not found again."""
+    from bayes_hw.gap.stochastic import outliers
+
+    rng, residuals = np.random.default_rng(3), noise(5)
+    for e in residuals:
+        e[rng.choice(SAMPLES, 20, replace=False)] += 40 * SIGMA * rng.choice([-1, 1], 20)
+    plain = explained(residuals)
+    found = outliers(plain.fit)
+    assert found is not None
+    named = replace(plain, stochastic=found, fit=replace(plain.fit, whitener=found.whitener))
+    assert leftovers(named, INPUTS)[0].gain < 0.5 * TRIFLE

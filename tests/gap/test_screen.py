@@ -1,0 +1,101 @@
+"""Screening: of the whole catalogue the effect that is there promises most, and what it promises is true."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, simulated_with
+
+from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.effects.catalogue import (
+    CommandBias,
+    CoulombFrictionAtMotor,
+    EncoderEccentricity,
+    GainAsymmetry,
+    KinematicBacklash,
+    RateLimit,
+    TorqueRipple,
+    TransportDelay,
+    catalogue,
+)
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(600, seed) for seed in (11, 12)]
+
+
+def base_fit(effect: Effect, values: tuple[float, ...]) -> Fit:
+    """The base model fitted to records with an effect that it lacks, its modes as given."""
+    measured = [y + white(600, SIGMA, 50 + i) for i, y in enumerate(simulated_with(effect, values, INPUTS))]
+    found = hypothesis(AXIS, INPUTS)
+    return fit(found, measured, found.prior_means, Plain(SIGMA), free=np.arange(8) < 4)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        (CommandBias(), (0.006,)),
+        (TransportDelay(), (1.5,)),
+        (KinematicBacklash(), (0.02,)),
+        (CoulombFrictionAtMotor(), (25.0, 0.01)),
+        (EncoderEccentricity(), (0.012, 0.006, 0.5)),
+        (GainAsymmetry(), (1.06,)),
+        (RateLimit(), (0.25,)),
+        (TorqueRipple(), (30.0, 15.0, 0.3)),
+    ],
+    ids=lambda value: value.name if isinstance(value, Effect) else "",
+)
+def test_the_effect_that_is_there_promises_most(effect: Effect, values: tuple[float, ...]) -> None:
+    """Its label comes first, or within a tenth of one that does nearly the same (a bias and a ramp)."""
+    base = base_fit(effect, values)
+    screen = Screen(base, Plain(base.rmse))
+    promised = {e.name: max((c.reduction for c in screen.candidates(e)), default=0.0) for e in catalogue()}
+    own = max(value for name, value in promised.items() if name.startswith(effect.label))
+    best = sorted(promised.items(), key=lambda item: -item[1])[:4]
+    assert own > 100 and own >= 0.9 * best[0][1], best
+
+
+def test_periods_and_amplitudes_are_found() -> None:
+    """A scan over periods starts a fit where the truth is."""
+    base = base_fit(EncoderEccentricity(), (0.012, 0.006, 0.5))
+    best = Screen(base, Plain(base.rmse)).candidates(EncoderEccentricity())[0]
+    assert best.values[2] == pytest.approx(0.5, rel=0.05)
+    assert np.hypot(*best.values[:2]) == pytest.approx(np.hypot(0.012, 0.006), rel=0.25)
+
+
+def test_what_the_base_could_do_itself_is_not_promised() -> None:
+    """A response in the span of the base tangents promises nothing; an orthogonal one what it removes."""
+    base = base_fit(CommandBias(), (0.006,))
+    screen = Screen(base, Plain(SIGMA))
+    tangent = [jacobian[:, [3]] for jacobian in base.jacobians]
+    assert np.abs(screen.project(tangent)).max() < 1e-6 * np.abs(np.concatenate(tangent) / SIGMA).max()
+    itself = screen.residual[:, None]
+    assert screen.reduction(itself) == pytest.approx(float(screen.residual @ screen.residual), rel=1e-6)
+
+
+def test_a_residual_of_noise_promises_little() -> None:
+    base = base_fit(CommandBias(), (0.0,))
+    screen = Screen(base, Plain(SIGMA))
+    for effect in (CommandBias(), GainAsymmetry(), KinematicBacklash()):
+        assert max(c.reduction for c in screen.candidates(effect)) < 12
+
+
+def test_impulse_responses_are_those_of_the_chain() -> None:
+    """A pulse of the command, and one of the motor's torque by the torque path; the output door is itself."""
+    found = hypothesis(AXIS, [np.zeros(200)])
+    builder = ChainBuilder(AXIS)
+    chain = builder.chain(builder.axis.nominal)
+    pulse = np.zeros(200)
+    pulse[0] = 0.1
+    w = found.simulate_signals(builder.axis.nominal, [pulse])[0][0]
+    response = impulse_response(chain, "command", 200)
+    delayed = np.concatenate([np.zeros(AXIS.linear.delay_samples), response])[:200]
+    np.testing.assert_allclose(w, 0.1 * delayed, atol=1e-12)
+    np.testing.assert_array_equal(impulse_response(chain, "output", 5), [1, 0, 0, 0, 0])
+    signals = np.random.default_rng(0).normal(size=(200, 2))
+    expected = np.stack([np.convolve(response, s)[:200] for s in signals.T], axis=1)
+    np.testing.assert_allclose(convolve(response, signals), expected, atol=1e-12)
