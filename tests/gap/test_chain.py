@@ -104,12 +104,8 @@ def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
         pytest.param(
             *(StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02)),
             *(Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
-            marks=pytest.mark.xfail(strict=True, reason="Stribeck's curve at the speed without friction"),
         ),
-        pytest.param(
-            *(PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03),
-            marks=pytest.mark.xfail(strict=True, reason="bristles bent by the speed without friction"),
-        ),
+        pytest.param(*(PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03)),
         (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
         (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
         (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
@@ -167,9 +163,7 @@ def test_command_side(
     "saturates",
     [
         False,
-        pytest.param(
-            True, marks=pytest.mark.xfail(strict=True, reason="commands are mixed before they are limited")
-        ),
+        pytest.param(True),
     ],
 )
 def test_a_fractional_delay(share: float, saturates: bool) -> None:

@@ -46,7 +46,7 @@ def test_a_sine_is_a_line_in_time() -> None:
 
 def test_a_jump_is_a_step() -> None:
     """One lasting jump of five sigma a record."""
-    residuals = [e + 5 * SIGMA * (T > 20 + 5 * r) for r, e in enumerate(noise(1))]
+    residuals = [e + 5 * SIGMA * (20 + 5 * r < T) for r, e in enumerate(noise(1))]
     best = leftovers(explained(residuals), INPUTS)
     step = next(item for item in best if item.kind == "step")
     assert step.gain > 2 * TRIFLE
