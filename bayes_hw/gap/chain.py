@@ -8,7 +8,6 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.errors import InputError
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain_kernel import simulate_chain
 from bayes_hw.gap.drive_train import (
@@ -82,18 +81,11 @@ class ChainBuilder:
     """Builds chains from base parameter vectors (those of `AxisParameters`, dominant)."""
 
     def __init__(self, model: HammersteinWiener) -> None:
-        """Raises InputError where G is no sampled continuous system."""
         self.model = model
         self.axis = AxisParameters(model)
         self._known: dict[bytes, tuple[DriveTrain | UnknownTrain, TorquePath]] = {}
         self._chains: dict[tuple[bytes, Resonator | None, bool], Chain] = {}
-        nominal = self._system(self.axis.nominal)
-        if nominal is None:
-            raise InputError(
-                "linear.poles: a real pole is not positive, so that G is no sampled continuous system; "
-                "identify a model without it"
-            )
-        self.reference = realise(nominal, model.sample_rate_hz)
+        self.reference = realise(self._system(self.axis.nominal), model.sample_rate_hz)
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
         """The torque paths behind G at base parameters `values` (parameters,).
@@ -104,7 +96,6 @@ class ChainBuilder:
         known = self._known.get(key)
         if known is None:
             system = self._system(values)
-            assert system is not None
             train: DriveTrain | UnknownTrain | None = None
             if self.reference is not None:
                 train = realise(system, self.model.sample_rate_hz, self.reference)
@@ -115,7 +106,7 @@ class ChainBuilder:
             self._known[key] = known
         return known
 
-    def _system(self, values: FloatArray) -> ContinuousPoles | None:
+    def _system(self, values: FloatArray) -> ContinuousPoles:
         batch = self.axis.linear_batch(values[:, None])
         real, pairs, _ = batch.residues()
         return continuous_poles(
@@ -140,7 +131,6 @@ class ChainBuilder:
 
     def _built(self, values: FloatArray, resonator: Resonator | None, needs_train: bool) -> Chain:
         system = self._system(values)
-        assert system is not None
         s, r = system.poles, system.residues
         train, torque_path = self.paths(values if needs_train else self.axis.nominal)
         if resonator is not None and resonator.inertia_ratio > 0:
@@ -155,7 +145,7 @@ class ChainBuilder:
                 np.ascontiguousarray(outputs[:, ~real]),
             ),
             torque_path,
-            0.0,
+            float(self.axis.linear_batch(values[:, None]).residues()[2][0]),
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,
             train.stiffness,

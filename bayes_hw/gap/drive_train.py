@@ -42,6 +42,9 @@ USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
 VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
 
+FASTEST_POLE = 1e-9
+"""In z."""
+
 MOTOR_TORQUE, LOAD_TORQUE = range(2)
 W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 
@@ -201,22 +204,25 @@ def continuous_poles(
     real_residues: FloatArray,
     pair_residues: ComplexArray,
     rate: float,
-) -> ContinuousPoles | None:
+) -> ContinuousPoles:
     """The continuous-time system whose zero-order-hold equivalent has the given poles and residues.
 
-    None where a real pole is not positive, which no continuous system has. A pole p = exp(s / rate) with
-    residue r has the continuous residue r s / (p - 1).
+    A pole p = exp(s / rate) with residue r has the continuous residue r s / (p - 1). A negative pole is that
+    of a pair at half the sample rate, both of which are seen at p; a pole at zero is taken for a very fast one.
     """
-    if np.any(real_poles <= 0):
-        return None
-    p = np.concatenate([real_poles.astype(np.complex128), pair_poles])
-    r = np.concatenate([real_residues.astype(np.complex128), pair_residues])
-    s = np.log(p) * rate
+    positive = np.maximum(real_poles[real_poles >= 0], FASTEST_POLE)
+    negative = real_poles < 0
+    p = np.concatenate(
+        [positive.astype(np.complex128), pair_poles, real_poles[negative].astype(np.complex128)]
+    )
+    r = np.concatenate(
+        [real_residues[real_poles >= 0].astype(np.complex128), pair_residues, 0.5 * real_residues[negative]]
+    )
     integrator = np.abs(p - 1) < 1e-9
-    s = np.where(integrator, 0, s)
+    s = np.where(integrator, 0, np.log(p) * rate)
     safe = np.where(integrator, 2, p)
     residues = r * np.where(integrator, rate, s / (safe - 1))
-    real = np.concatenate([np.ones(len(real_poles)), np.zeros(len(pair_poles))])
+    real = np.concatenate([np.ones(len(positive)), np.zeros(len(p) - len(positive))])
     return ContinuousPoles(s, residues, real)
 
 
