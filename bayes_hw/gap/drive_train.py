@@ -207,8 +207,9 @@ def continuous_poles(
 ) -> ContinuousPoles:
     """The continuous-time system whose zero-order-hold equivalent has the given poles and residues.
 
-    A pole p = exp(s / rate) with residue r has the continuous residue r s / (p - 1). A negative pole is that
-    of a pair at half the sample rate, both of which are seen at p; a pole at zero is taken for a very fast one.
+    A pole p = exp(s / rate) with residue r has the continuous residue r s / (p - 1). A negative pole is
+    that of a pair at half the sample rate, both of which are seen at p; a pole at zero is taken for a very
+    fast one.
     """
     positive = np.maximum(real_poles[real_poles >= 0], FASTEST_POLE)
     negative = real_poles < 0
