@@ -101,15 +101,8 @@ def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
     [
         (CoulombFrictionAtMotor(), (8.0, 0.02), Setting(coulomb(8.0, 0.02, MOTOR_SPEED)), 0.02),
         (CoulombFrictionAtLoad(), (1.0, 0.02), Setting(coulomb(1.0, 0.02, LOAD_SPEED)), 0.02),
-        pytest.param(
-            *(StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02)),
-            *(Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
-            marks=pytest.mark.xfail(strict=True, reason="Stribeck's curve at the speed without friction"),
-        ),
-        pytest.param(
-            *(PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03),
-            marks=pytest.mark.xfail(strict=True, reason="bristles bent by the speed without friction"),
-        ),
+        (StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02), Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
+        (PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03),
         (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
         (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
         (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
@@ -163,15 +156,7 @@ def test_command_side(
 
 
 @pytest.mark.parametrize("share", [0.3, 1.3])
-@pytest.mark.parametrize(
-    "saturates",
-    [
-        False,
-        pytest.param(
-            True, marks=pytest.mark.xfail(strict=True, reason="commands are mixed before they are limited")
-        ),
-    ],
-)
+@pytest.mark.parametrize("saturates", [False, True])
 def test_a_fractional_delay(share: float, saturates: bool) -> None:
     """A held command that arrives between samples; limited or not."""
     u = U if saturates else 0.3 * U

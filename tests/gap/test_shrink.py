@@ -65,11 +65,11 @@ def test_what_no_one_can_track_stays() -> None:
 
 
 def test_intervals_cover() -> None:
-    """y = theta x + noise with theta estimated: the true closed fraction in at least 88 % of 60 intervals."""
+    """y = theta x + noise with theta estimated: the true closed fraction in at least 88 % of 120 intervals."""
     rng, n, hits = np.random.default_rng(5), 300, []
-    x, theta = rng.normal(size=n), 0.012
+    x, theta = rng.normal(size=n), 0.5 * SIGMA
     error = SIGMA / np.sqrt(np.sum(x**2))
-    for seed in range(60):
+    for seed in range(120):
         estimate = theta + rng.normal(0, error)
         draws = [(estimate + rng.normal(0, error)) * x for _ in range(64)]
         held = theta * x + rng.normal(0, SIGMA, n)
