@@ -64,7 +64,10 @@ def _too_short(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda folder: (folder / "case.json").unlink(), r"case\.json: cannot be read .*; give a case folder"),
+        (
+            lambda folder: (folder / "case.json").unlink(),
+            r"case\.json: cannot be read .*; give a case folder",
+        ),
         (lambda folder: _write(folder, "{"), r"case\.json: is not JSON"),
         (lambda folder: _write(folder, "[" * 100_000), r"case\.json: is not JSON"),
         (lambda folder: _write(folder, "[]"), 'needs "model"'),

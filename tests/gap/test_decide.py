@@ -82,9 +82,7 @@ def test_an_effect_must_earn_its_name(gain: float, answer: tuple[str, ...]) -> N
         (55.0, 0.98, ("friction",)),
     ],
 )
-def test_both_of_a_pair_must_earn_their_places(
-    evidence: float, rmse: float, answer: tuple[str, ...]
-) -> None:
+def test_both_of_a_pair_must_earn_their_places(evidence: float, rmse: float, answer: tuple[str, ...]) -> None:
     """In evidence against the better single, and in error removed."""
     singles = [Stub(("friction",), 40, rmse=1.0), Stub(("backlash",), 30, rmse=1.2)]
     assert chosen(Stub((), 0, rmse=2.0), *singles, Stub(("backlash", "friction"), evidence, rmse)) == answer

@@ -153,7 +153,9 @@ def test_an_unknown_train_moves_at_the_speed_of_w(small_axis: HammersteinWiener)
     paths = UnknownTrain().torque_system(g)
     slow = 2j * np.pi * np.geomspace(0.05, 3.0, 20)
     moved = path(paths, W, 0, slow) * slow
-    gain_at_once = np.real(np.sum((paths.inputs[0] * paths.outputs[W]) * np.where(paths.poles.imag > 0, 2, 1)))
+    gain_at_once = np.real(
+        np.sum((paths.inputs[0] * paths.outputs[W]) * np.where(paths.poles.imag > 0, 2, 1))
+    )
     np.testing.assert_allclose(path(paths, LOAD_SPEED, 0, slow), moved - gain_at_once, rtol=1e-7, atol=1e-12)
 
 

@@ -103,7 +103,9 @@ def test_periodic_effects_are_a_sine_and_a_cosine(effect: PeriodicEffect) -> Non
     """Small amplitudes of both add up, which the scan over periods relies on."""
     unit = 1e-3 * effect.unit_amplitude(SCALE) if effect.door != "command" else 1e-5
     period = effect.test_values[2]
-    sine, cosine, both = (output(effect, (a * unit, b * unit, period)) - Y for a, b in ((1, 0), (0, 1), (1, 1)))
+    sine, cosine, both = (
+        output(effect, (a * unit, b * unit, period)) - Y for a, b in ((1, 0), (0, 1), (1, 1))
+    )
     moving = np.abs(AXIS.simulate(U).w) > 2 * AXIS.dead_zone.half_width
     np.testing.assert_allclose(both[moving], (sine + cosine)[moving], atol=0.02 * np.abs(both).max())
 

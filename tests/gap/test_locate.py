@@ -75,9 +75,7 @@ def test_regimes_are_where_the_motion_says() -> None:
     """Saturated samples by the delayed command; an error put there alone is found there."""
     fit = with_residuals(noise())
     masks = regime_masks(fit, INPUTS)
-    for u, saturated, y, slow in zip(
-        INPUTS, masks["saturated"], fit.simulated, masks["slow"], strict=True
-    ):
+    for u, saturated, y, slow in zip(INPUTS, masks["saturated"], fit.simulated, masks["slow"], strict=True):
         late = np.concatenate([np.zeros(AXIS.linear.delay_samples), u])[:SAMPLES]
         expected = (late < AXIS.saturation.lower) | (late > AXIS.saturation.upper)
         np.testing.assert_array_equal(saturated, expected)

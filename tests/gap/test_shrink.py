@@ -57,6 +57,16 @@ def test_what_stays_on_the_record_counts() -> None:
     assert found.closed_hdi94[0] < 0.8 < found.closed_hdi94[1]
 
 
+@pytest.mark.xfail(strict=True, reason="the measured error before is not used")
+@pytest.mark.parametrize(("before", "after"), [(3.0, 1.0), (1.0, -0.4)])
+def test_what_is_left_may_lie_along_what_was_removed(before: float, after: float) -> None:
+    """An effect of the right shape and the wrong size, as on a record beyond the training travel."""
+    shape = np.sqrt(2) * np.sin(7 * T)
+    measured = TRUTH + white(N, SIGMA, 6)
+    found = closed(TRUTH + before * shape, TRUTH + after * shape, [TRUTH + after * shape] * 60, measured)
+    assert found.closed == pytest.approx(1 - (after / before) ** 2, abs=0.02)
+
+
 def test_what_no_one_can_track_stays() -> None:
     """Half of the reducible error is a disturbance."""
     measured = TRUTH + white(N, SIGMA, 3) + white(N, 0.5, 4)
