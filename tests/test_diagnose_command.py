@@ -68,7 +68,7 @@ def test_bad_usage_is_one_line(refused: Callable[..., str], arguments: tuple[str
 
 
 def test_an_output_that_is_a_file_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["diagnose", ".", "--out", "holdout.csv", "--quiet"]) == 2
+    assert main(["diagnose", str(folder), "--out", "holdout.csv", "--quiet"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "holdout.csv" in line
 

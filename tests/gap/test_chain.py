@@ -197,7 +197,7 @@ def test_unequal_gains_and_drifts_of_the_encoder() -> None:
 
 
 def test_an_axis_that_sticks_stays_where_it_is() -> None:
-    """Friction above the loop's torque holds the motor; what steps of 10 ms let it creep is a few per cent."""
+    """Friction above the loop's torque holds the motor; steps of 10 ms let it creep by a few per cent."""
     u = np.full(SAMPLES, 1e-4)
     stuck, _ = simulated(CoulombFrictionAtMotor(), (1e3, 1e-6), u)
     free = AXIS.simulate(u).w

@@ -1,4 +1,4 @@
-"""Posterior draws of an explanation: moments of its Laplace approximation, reproducible, with or without time."""
+"""Posterior draws of an explanation: moments of its Laplace approximation, with time to sample or without."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def test_what_no_one_can_track_stays() -> None:
 
 
 def test_intervals_cover() -> None:
-    """y = theta x + noise with theta estimated: the true closed fraction in at least 88 % of 120 intervals."""
+    """y = theta x + noise with theta estimated: 88 % or more of 120 intervals hold the true fraction."""
     rng, n, hits = np.random.default_rng(5), 300, []
     x, theta = rng.normal(size=n), 0.5 * SIGMA
     error = SIGMA / np.sqrt(np.sum(x**2))
