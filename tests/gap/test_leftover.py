@@ -46,7 +46,7 @@ def test_a_sine_is_a_line_in_time() -> None:
 
 def test_a_jump_is_a_step() -> None:
     """One lasting jump of five sigma a record, and the share of the residual that it makes."""
-    jumps = [np.where(T > 20 + 5 * r, 5 * SIGMA, 0.0) for r in range(2)]
+    jumps = [np.where(20 + 5 * r < T, 5 * SIGMA, 0.0) for r in range(2)]
     residuals = [e + jump for e, jump in zip(noise(1), jumps, strict=True)]
     best = leftovers(explained(residuals), INPUTS)
     step = next(item for item in best if item.kind == "step")
