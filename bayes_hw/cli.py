@@ -34,6 +34,11 @@ train, dead zone, with honest uncertainties.
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
                                   bayes-hw predict --posterior posterior/ new.csv --out bands.csv
   the model alone                 bayes-hw simulate --model model/model.json azimuth.csv --out run.csv
+  what records cannot tell        bayes-hw identifiability model/model.json azimuth.csv --out identifiability/
+  the next experiment             bayes-hw design-experiment --posterior posterior/ --velocity 1.5 --out next/
+  for the controller              bayes-hw design --posterior posterior/ --out design/
+  simulator against records       bayes-hw diagnose case/ --out diagnosis/
+  is that diagnosis right         bayes-hw blind make, run, score
 """
 
 EPILOG = """\

@@ -110,10 +110,15 @@ class Attributor:
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
 
     def _each(self, work: Callable[[Given], Made], items: Sequence[Given]) -> list[Made]:
+        def quietly(item: Given) -> Made:
+            """Trial parameters may overflow; such trials have no finite cost and are not taken."""
+            with np.errstate(all="ignore"):
+                return work(item)
+
         if self.jobs == 1:
-            return [work(item) for item in items]
+            return [quietly(item) for item in items]
         with ThreadPoolExecutor(self.jobs) as pool:
-            return list(pool.map(work, items))
+            return list(pool.map(quietly, items))
 
     def base_fits(self) -> list[Fit]:
         """Base fits from the nominal model and from the best of many draws about it, best first."""

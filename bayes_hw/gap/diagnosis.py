@@ -65,7 +65,7 @@ def diagnose(
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
     calibration = calibration or Calibration.built_in()
-    with one_blas_thread():
+    with one_blas_thread(), np.errstate(all="ignore"):
         builder = ChainBuilder(case.model)
         nominal = case.model.noise_sigma
         travel = max(float(np.ptp(record.y)) for record in case.train)

@@ -23,6 +23,7 @@ class RateLimit(Effect):
 
     label: ClassVar[str] = "rate_limit"
     block: ClassVar[Block] = "input"
+    starts_tried: ClassVar[int] = 3
     test_values = (3.0,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
@@ -32,7 +33,7 @@ class RateLimit(Effect):
         settings[S.COMMAND_RATE] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [(factor * scale.speed,) for factor in (0.7, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0, 100.0)]
+        return [(float(factor) * scale.speed,) for factor in np.geomspace(0.5, 100.0, 16)]
 
 
 class SaturationDrift(PeriodicEffect):
