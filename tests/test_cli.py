@@ -25,7 +25,7 @@ from bayes_hw.infer import pilot
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design")
+COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design", "diagnose")
 SHORT = ("--walkers", "32", "--max-steps", "50")
 """A run too short to converge."""
 

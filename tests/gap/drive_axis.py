@@ -49,7 +49,7 @@ class KnownTrain:
         """A, B for (v, motor torque, load torque), C for w, motor angle, motor speed, load speed.
 
         States: integral of gain v - motor angle, then angle and speed of motor, load and structure; with
-        `resonator` (inertia ratio, frequency in Hz, damping ratio) angle and speed of a mass hung on the load.
+        `resonator` (inertia ratio, frequency in Hz, damping ratio) angle and speed of a mass on the load.
         """
         n = 7 if resonator is None else 9
         lag, motor, motor_speed, load, load_speed, structure, structure_speed = range(7)

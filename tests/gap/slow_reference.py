@@ -1,4 +1,4 @@
-"""The axis with effects, slowly: its equations of motion in state space, in steps of a fifth of a millisecond.
+"""The axis with effects, slowly: its equations of motion in state space, in steps of 0.2 ms.
 
 Torques are taken from the motion at the start of every step, the command as a continuous function of time.
 """

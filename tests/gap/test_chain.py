@@ -101,11 +101,8 @@ def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
     [
         (CoulombFrictionAtMotor(), (8.0, 0.02), Setting(coulomb(8.0, 0.02, MOTOR_SPEED)), 0.02),
         (CoulombFrictionAtLoad(), (1.0, 0.02), Setting(coulomb(1.0, 0.02, LOAD_SPEED)), 0.02),
-        pytest.param(
-            *(StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02)),
-            *(Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
-        ),
-        pytest.param(*(PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03)),
+        (StribeckFrictionAtMotor(), (8.0, 0.5, 0.05, 0.02), Setting(stribeck(8.0, 0.5, 0.05, 0.02)), 0.03),
+        (PreslidingFriction(), (8.0, 1e3), Setting(dahl(8.0, 1e3)), 0.03),
         (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
         (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
         (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
@@ -159,13 +156,7 @@ def test_command_side(
 
 
 @pytest.mark.parametrize("share", [0.3, 1.3])
-@pytest.mark.parametrize(
-    "saturates",
-    [
-        False,
-        pytest.param(True),
-    ],
-)
+@pytest.mark.parametrize("saturates", [False, True])
 def test_a_fractional_delay(share: float, saturates: bool) -> None:
     """A held command that arrives between samples; limited or not."""
     u = U if saturates else 0.3 * U
@@ -206,7 +197,7 @@ def test_unequal_gains_and_drifts_of_the_encoder() -> None:
 
 
 def test_an_axis_that_sticks_stays_where_it_is() -> None:
-    """Friction above the loop's torque holds the motor; what steps of 10 ms let it creep is a few per cent."""
+    """Friction above the loop's torque holds the motor; steps of 10 ms let it creep by a few per cent."""
     u = np.full(SAMPLES, 1e-4)
     stuck, _ = simulated(CoulombFrictionAtMotor(), (1e3, 1e-6), u)
     free = AXIS.simulate(u).w

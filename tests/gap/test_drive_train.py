@@ -1,4 +1,4 @@
-"""The drive train behind G: read back from poles and zeros alone, its torque paths those of the state space."""
+"""The drive train behind G: read back from poles and zeros, its torque paths those of the state space."""
 
 from __future__ import annotations
 

@@ -57,6 +57,16 @@ def test_what_stays_on_the_record_counts() -> None:
     assert found.closed_hdi94[0] < 0.8 < found.closed_hdi94[1]
 
 
+@pytest.mark.xfail(strict=True, reason="the measured error before is not used")
+@pytest.mark.parametrize(("before", "after"), [(3.0, 1.0), (1.0, -0.4)])
+def test_what_is_left_may_lie_along_what_was_removed(before: float, after: float) -> None:
+    """An effect of the right shape and the wrong size, as on a record beyond the training travel."""
+    shape = np.sqrt(2) * np.sin(7 * T)
+    measured = TRUTH + white(N, SIGMA, 6)
+    found = closed(TRUTH + before * shape, TRUTH + after * shape, [TRUTH + after * shape] * 60, measured)
+    assert found.closed == pytest.approx(1 - (after / before) ** 2, abs=0.02)
+
+
 def test_what_no_one_can_track_stays() -> None:
     """Half of the reducible error is a disturbance."""
     measured = TRUTH + white(N, SIGMA, 3) + white(N, 0.5, 4)
@@ -65,11 +75,11 @@ def test_what_no_one_can_track_stays() -> None:
 
 
 def test_intervals_cover() -> None:
-    """y = theta x + noise with theta estimated: the true closed fraction in at least 88 % of 60 intervals."""
+    """y = theta x + noise with theta estimated: 88 % or more of 120 intervals hold the true fraction."""
     rng, n, hits = np.random.default_rng(5), 300, []
-    x, theta = rng.normal(size=n), 0.012
+    x, theta = rng.normal(size=n), 0.5 * SIGMA
     error = SIGMA / np.sqrt(np.sum(x**2))
-    for seed in range(60):
+    for seed in range(120):
         estimate = theta + rng.normal(0, error)
         draws = [(estimate + rng.normal(0, error)) * x for _ in range(64)]
         held = theta * x + rng.normal(0, SIGMA, n)

@@ -1,0 +1,123 @@
+"""The whole diagnosis of one simulated case with a large gap."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drive_axis import RATE, SIGMA, coloured, command
+from fitted import AXIS, simulated_with
+
+from bayes_hw.gap.case import Case
+from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
+from bayes_hw.gap.sentence import sentence
+from bayes_hw.model.blocks import Saturation
+from bayes_hw.record import Record
+
+SAMPLES = 500
+SEEDS = (69, 78, 74)
+"""Of the commands; the record held out, the last, stays within the travel of the others."""
+
+ECCENTRICITY = (0.02, 0.012, 0.5)
+TRUE_SIZE = float(np.hypot(*ECCENTRICITY[:2]))
+STRUCK = frozenset({"unmodelled_mode", "cubic_stiffness", "friction", "torque_ripple"})
+"""Left out for speed."""
+
+
+@pytest.fixture(scope="module")
+def clean() -> list[np.ndarray]:
+    inputs = [command(SAMPLES, seed) for seed in SEEDS]
+    return simulated_with(EncoderEccentricity(), ECCENTRICITY, inputs)
+
+
+@pytest.fixture(scope="module")
+def case(clean: list[np.ndarray]) -> Case:
+    """Two records to train on and one held out; the nominal limits and gain are off."""
+    t = np.arange(SAMPLES) / RATE
+    records = [
+        Record(
+            str(seed), t, command(SAMPLES, seed), y + coloured(SAMPLES, SIGMA, 0.3, seed), RATE, AXIS.units
+        )
+        for seed, y in zip(SEEDS, clean, strict=True)
+    ]
+    linear = replace(AXIS.linear, gain=1.03 * AXIS.linear.gain)
+    nominal = replace(AXIS, linear=linear, saturation=Saturation(-0.31, 0.31))
+    return Case.of_records("tiny", nominal, records[:2], records[2:])
+
+
+@pytest.fixture(scope="module")
+def diagnosis(case: Case) -> Diagnosis:
+    return diagnose(case, np.random.default_rng(1), jobs=1, without=STRUCK)
+
+
+def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
+    """Label, block, probability, parameters within five standard deviations."""
+    verdict = diagnosis.verdict
+    assert verdict.answer == ("encoder_eccentricity",)
+    assert verdict.where.block == "sensor"
+    assert verdict.probability["encoder_eccentricity"] > 0.9 > 0.1 > verdict.probability["none"]
+    assert set(verdict.probability) == {"none", "other", *LABEL_BLOCKS} - STRUCK
+    sizes = verdict.parameters
+    size = np.hypot(sizes["encoder_eccentricity.sine"].mean, sizes["encoder_eccentricity.cosine"].mean)
+    assert size == pytest.approx(TRUE_SIZE, rel=0.15)
+    period = sizes["encoder_eccentricity.period"]
+    assert abs(period.mean - ECCENTRICITY[2]) < 5 * period.sd
+    assert "encoder_eccentricity" in sentence(diagnosis)
+
+
+def test_base_parameters_are_estimated_beside_it(diagnosis: Diagnosis) -> None:
+    base = diagnosis.verdict.base
+    truth = {
+        "saturation.lower": AXIS.saturation.lower,
+        "saturation.upper": AXIS.saturation.upper,
+        "dead_zone.half_width": AXIS.dead_zone.half_width,
+        "gain": AXIS.linear.gain,
+        "noise.sigma": SIGMA,
+    }
+    for name, value in truth.items():
+        assert abs(base[name].mean - value) < 5 * base[name].sd, name
+    assert {"mode1.frequency_hz", "mode2.damping_ratio"} <= set(base)
+
+
+def test_the_gap_shrinks_to_the_floor(diagnosis: Diagnosis, clean: list[np.ndarray], case: Case) -> None:
+    """Said and true closed fraction on the record held out, by the noise-free output; the band covers."""
+    gap = diagnosis.verdict.gap_holdout
+    true = 1 - np.mean((diagnosis.after - clean[2]) ** 2) / np.mean((diagnosis.before - clean[2]) ** 2)
+    assert true > 0.9
+    assert gap.closed == pytest.approx(true, abs=0.08)
+    assert gap.closed_hdi94[0] - 0.03 <= true <= gap.closed_hdi94[1] + 0.03
+    assert gap.rmse_after == pytest.approx(SIGMA, rel=0.2)
+    assert gap.rmse_before > 1.5 * gap.rmse_after
+    y = case.holdout[0].y
+    assert 0.88 < np.mean((diagnosis.low <= y) & (y <= diagnosis.high)) <= 0.99
+
+
+def test_writes_both_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> None:
+    out = tmp_path / "new"
+    write_results(diagnosis, out)
+    content = json.loads((out / "verdict.json").read_text())
+    assert content["answer"] == ["encoder_eccentricity"] and content["seconds"] > 0
+    with (out / "holdout_prediction.csv").open() as stream:
+        header, *rows = csv.reader(stream)
+    assert header[:5] == ["t", "before", "after", "lo", "hi"]
+    table = np.array(rows, dtype=float)
+    np.testing.assert_allclose(table[:, 0], case.holdout[0].t)
+    assert (table[:, 3] < table[:, 2]).all() and (table[:, 2] < table[:, 4]).all()
+    assert {path.name for path in out.iterdir()} == {"verdict.json", "holdout_prediction.csv"}
+
+
+def test_held_out_outputs_are_never_fitted(case: Case, diagnosis: Diagnosis) -> None:
+    """Another output of the record held out: predictions and parameters stay, the score moves."""
+    held = case.holdout[0]
+    spoilt = replace(case, holdout=(replace(held, y=held.y + 0.1),))
+    again = diagnose(spoilt, np.random.default_rng(1), jobs=1, without=STRUCK)
+    np.testing.assert_array_equal(again.before, diagnosis.before)
+    np.testing.assert_array_equal(again.after, diagnosis.after)
+    assert again.verdict.answer == diagnosis.verdict.answer
+    assert again.verdict.probability == diagnosis.verdict.probability
+    assert again.verdict.gap_holdout.rmse_after > 5 * diagnosis.verdict.gap_holdout.rmse_after

@@ -1,0 +1,71 @@
+"""verdict.json: the keys of the format, and numbers that are not finite."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.locate import Location
+from bayes_hw.gap.shrink import Closure
+from bayes_hw.gap.verdict import Estimate, Verdict
+
+KEYS = {
+    *("schema", "answer", "probability", "confusable", "where", "gap", "parameters", "base"),
+    *("next_experiment", "seconds"),
+}
+GAP_KEYS = {"rmse_before", "rmse_after", "noise_floor", "closed", "closed_hdi94"}
+
+
+@pytest.fixture
+def verdict() -> Verdict:
+    where = Location("drive", {"drive": 1.0}, (0.1, 0.4), "reversing", {"all": 2.0}, {"u": 0.1}, (1.0,))
+    gap = Closure(0.02, 0.01, 0.01, float("nan"), (float("-inf"), 0.9))
+    size = Estimate(0.01, 0.001, (0.008, 0.012), "deg")
+    probability = {"none": 0.01, "other": 0.02, **dict.fromkeys(LABEL_BLOCKS, 0.001)}
+    return Verdict(
+        answer=("backlash",),
+        probability=probability,
+        confusable=[("backlash", "friction")],
+        where=where,
+        gap_train=gap,
+        gap_holdout=gap,
+        parameters={"backlash.half_gap": size},
+        base={"gain": size},
+        next_experiment=None,
+        seconds=1.5,
+    )
+
+
+def test_keys_are_those_of_the_format(verdict: Verdict, tmp_path: Path) -> None:
+    verdict.write(tmp_path / "verdict.json")
+    content = json.loads((tmp_path / "verdict.json").read_text())
+    assert set(content) >= KEYS
+    assert content["schema"] == "bayes-hw/verdict/1"
+    assert content["answer"] == ["backlash"] and content["confusable"] == [["backlash", "friction"]]
+    assert set(content["probability"]) == {*LABEL_BLOCKS, "none", "other"}
+    assert set(content["gap"]) == {"train", "holdout"}
+    assert set(content["gap"]["holdout"]) == GAP_KEYS
+    assert set(content["where"]) >= {"block", "band_hz", "regime", "share"}
+    for entry in (*content["parameters"].values(), *content["base"].values()):
+        assert set(entry) == {"mean", "sd", "hdi94", "unit"}
+    assert content["next_experiment"] is None
+
+
+def test_numbers_that_are_not_finite_are_null(verdict: Verdict, tmp_path: Path) -> None:
+    verdict.write(tmp_path / "verdict.json")
+    text = (tmp_path / "verdict.json").read_text()
+    assert "NaN" not in text and "Infinity" not in text
+    gap = json.loads(text)["gap"]["train"]
+    assert gap["closed"] is None and gap["closed_hdi94"] == [None, 0.9]
+
+
+def test_an_estimate_of_draws() -> None:
+    """Mean, standard deviation and the shortest interval of normal draws."""
+    draws = np.random.default_rng(1).normal(3, 0.5, 20_000)
+    found = Estimate.of(draws, "deg")
+    assert found.mean == pytest.approx(3, abs=0.02) and found.sd == pytest.approx(0.5, rel=0.03)
+    assert found.hdi94 == pytest.approx((3 - 0.94, 3 + 0.94), abs=0.06)

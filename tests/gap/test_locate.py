@@ -1,0 +1,119 @@
+"""Where the gap lies: block, band, regime, time, coherence of residuals made to lie there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from drive_axis import RATE, SIGMA, command, white
+from fitted import AXIS, SAMPLES, base, explained, with_residuals
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
+from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.locate import (
+    block_shares,
+    command_coherences,
+    excess_band,
+    locate,
+    regime_masks,
+    regime_ratios,
+)
+
+INPUTS = [command(SAMPLES, seed) for seed in range(2)]
+T = np.arange(SAMPLES) / RATE
+
+
+def noise() -> list[FloatArray]:
+    return [white(SAMPLES, SIGMA, record) for record in range(2)]
+
+
+@dataclass
+class Stub:
+    """A single explanation with an evidence."""
+
+    labels: tuple[str, ...]
+    log_evidence: float
+    fit: Any
+
+
+def attribution(residuals: list[FloatArray], **evidences: float) -> Attribution:
+    """A base with `residuals` at evidence zero and single effects above it."""
+    found = replace(explained(residuals), log_evidence=0.0)
+    singles = [Stub((label,), gain, found.fit) for label, gain in evidences.items()]
+    everything: Any = (*sorted(singles, key=lambda stub: -stub.log_evidence), found)
+    return Attribution(base=found, explanations=everything, base_costs=(1.0,), singles=())
+
+
+def test_shares_of_the_blocks() -> None:
+    """Gain in evidence of each block's best effect over the best of all."""
+    shares = block_shares(attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0, wind=-5.0))
+    assert shares == pytest.approx(dict.fromkeys(BLOCKS, 0.0) | {"drive": 1.0, "input": 0.25})
+
+
+@pytest.mark.parametrize(
+    ("answer", "block"),
+    [(("command_bias",), "input"), ((), "none"), (("other",), "drive"), (("backlash", "wind"), "drive")],
+)
+def test_the_block_is_that_of_the_answer(answer: tuple[str, ...], block: str) -> None:
+    found = attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0, wind=10.0)
+    assert locate(found, answer, INPUTS, SIGMA).block == block
+
+
+@pytest.mark.parametrize("frequency", [0.3, 1.7, 5.0])
+def test_the_band_holds_the_frequency(frequency: float) -> None:
+    residuals = [e + 3 * SIGMA * np.sin(2 * np.pi * frequency * T) for e in noise()]
+    low, high = excess_band(with_residuals(residuals), RATE)
+    assert low <= 1.1 * frequency and high >= 0.9 * frequency
+    assert high < 2 * low
+
+
+def test_regimes_are_where_the_motion_says() -> None:
+    """Saturated samples by the delayed command; an error put there alone is found there."""
+    fit = with_residuals(noise())
+    masks = regime_masks(fit, INPUTS)
+    for u, saturated, y, slow in zip(INPUTS, masks["saturated"], fit.simulated, masks["slow"], strict=True):
+        late = np.concatenate([np.zeros(AXIS.linear.delay_samples), u])[:SAMPLES]
+        expected = (late < AXIS.saturation.lower) | (late > AXIS.saturation.upper)
+        np.testing.assert_array_equal(saturated, expected)
+        assert 0 < saturated.sum() < SAMPLES
+        assert np.abs(np.gradient(y))[slow].max() < np.abs(np.gradient(y))[~slow].max()
+    for name in ("saturated", "slow", "reversing"):
+        residuals = [e + 5 * SIGMA * mask for e, mask in zip(noise(), masks[name], strict=True)]
+        ratios = regime_ratios(with_residuals(residuals), INPUTS, SIGMA)
+        assert max(ratios, key=lambda regime: ratios[regime]) == name
+        assert ratios[name] == pytest.approx(26, rel=0.1)
+    quiet = regime_ratios(fit, INPUTS, SIGMA)
+    assert all(value == pytest.approx(1, abs=0.35) for value in quiet.values())
+
+
+@pytest.mark.parametrize("name", ["u", "|u|", "sign of speed"])
+def test_coherence_with_what_makes_the_error(name: str) -> None:
+    simulated = with_residuals(noise()).simulated
+    shapes = {
+        "u": INPUTS,
+        "|u|": [np.abs(u) for u in INPUTS],
+        "sign of speed": [0.1 * np.sign(np.gradient(y)) for y in simulated],
+    }[name]
+    residuals = [e + 0.2 * s for e, s in zip(noise(), shapes, strict=True)]
+    found = command_coherences(with_residuals(residuals), INPUTS, RATE)
+    assert set(found) == {"u", "u^2", "|u|", "sign of speed"}
+    assert max(found, key=lambda key: found[key]) == name
+    assert found[name] > 0.5
+
+
+def test_segments_follow_the_time() -> None:
+    """An error in the last third stands in the last third of the segments."""
+    residuals = [e + 4 * SIGMA * (2 * T / T[-1] > 4 / 3) for e in noise()]
+    found = locate(attribution(residuals, wind=10.0), ("wind",), INPUTS, SIGMA)
+    assert np.array(found.segments[:8]) == pytest.approx(1, abs=0.25)
+    assert min(found.segments[8:]) > 3
+    content = found.to_dict()
+    assert {"block", "band_hz", "regime", "share"} <= set(content)
+    assert base().with_effect(CommandBias()).with_effect(KinematicBacklash()).labels == (
+        "command_bias",
+        "backlash",
+    )

@@ -1,0 +1,106 @@
+"""bayes-hw diagnose: bad usage is one line and status 2, a good run writes the fixed files."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from command_files import files_below, write_axis
+
+from bayes_hw.cli import main
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+FEW = ("--without", *(label for label in LABEL_BLOCKS if label not in ("command_bias", "sensor_drift")))
+"""A catalogue of two labels, for speed."""
+
+MODEL = ("--model", "model/model.json")
+TRAIN = ("--train", "train_1.csv", "train_2.csv")
+HOLDOUT = ("--holdout", "holdout.csv")
+
+
+@pytest.fixture
+def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A case folder, the working folder as well."""
+    write_axis(tmp_path, small_axis)
+    case = {"model": "model/model.json", "train": list(TRAIN[1:]), "holdout": list(HOLDOUT[1:])}
+    (tmp_path / "case.json").write_text(json.dumps(case))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Runs the command, which must be refused; the line it says."""
+
+    def run(*arguments: str) -> str:
+        before = files_below(folder)
+        assert main(["diagnose", *arguments, "--out", "new"]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        (line,) = printed.err.splitlines()
+        assert line.startswith("bayes-hw: error: ") and line.isprintable()
+        assert files_below(folder) == before
+        return line
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "either a case folder or --model"),
+        ((".", *MODEL), "either a case folder or --model"),
+        ((".", *TRAIN), "--train and --holdout go with --model"),
+        ((".", "--without", "gremlins"), "--without gremlins: not in the catalogue; use one of rate_limit"),
+        (("nowhere",), "case.json: cannot be read"),
+        ((*MODEL, *TRAIN), "no record held out"),
+        ((*MODEL, *HOLDOUT), "no record to train on"),
+        (("--model", "no.json", *TRAIN, *HOLDOUT), "no.json: cannot be read"),
+        ((*MODEL, "--train", "no.csv", *HOLDOUT), "no.csv"),
+    ],
+)
+def test_bad_usage_is_one_line(refused: Callable[..., str], arguments: tuple[str, ...], said: str) -> None:
+    assert said in refused(*arguments)
+
+
+def test_an_output_that_is_a_file_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diagnose", str(folder), "--out", "holdout.csv", "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "holdout.csv" in line
+
+
+def verdict(folder: Path, name: str, *arguments: str) -> dict[str, object]:
+    given = ["diagnose", *arguments, "--out", name, "--no-report", "--jobs", "1", *FEW]
+    assert main(given) == 0
+    assert files_below(folder / name) == {"verdict.json", "holdout_prediction.csv"}
+    content: dict[str, object] = json.loads((folder / name / "verdict.json").read_text())
+    assert content.pop("seconds") > 0  # type: ignore[operator]
+    return content
+
+
+def test_a_case_folder_or_its_files_give_one_verdict(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An axis without a gap: no structural gap is said, on stdout too; --quiet says nothing."""
+    content = verdict(folder, "case_out", ".")
+    printed = capsys.readouterr()
+    assert printed.out.startswith("No structural gap")
+    assert len(printed.err.splitlines()) > 3
+    assert content["schema"] == "bayes-hw/verdict/1" and content["answer"] == []
+    assert set(content["probability"]) == {"none", "other", "command_bias", "sensor_drift"}  # type: ignore[call-overload]
+    with (folder / "case_out" / "holdout_prediction.csv").open() as stream:
+        header, *rows = csv.reader(stream)
+    assert header[:5] == ["t", "before", "after", "lo", "hi"] and len(rows) == 400
+    assert verdict(folder, "files_out", *MODEL, *TRAIN, *HOLDOUT, "--quiet") == content
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_report_unless_told_otherwise(folder: Path) -> None:
+    pytest.importorskip("bayes_hw.report.diagnosis_report", reason="the report of a diagnosis is not there")
+    assert main(["diagnose", ".", "--out", "new", "--jobs", "1", "--quiet", *FEW]) == 0
+    found = files_below(folder / "new")
+    assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}
