@@ -15,6 +15,9 @@ PROBABILITY = 0.94
 LOWER_TAIL = 0.03
 """Below the interval of a closed fraction, whose density piles up at its largest value: there it ends."""
 
+SIGNIFICANT = 3.0
+"""Standard deviations of the noise's mean square that make what is left count as measured."""
+
 DRAWS_SIMULATED = 64
 HELD_AGES = 12
 
@@ -94,11 +97,14 @@ def closure(
 
     Each of `draws` (predictions at a posterior draw) is taken for the truth in turn: the squared errors of
     `before` and `after` against it, plus what is left on the record beyond the noise, whose own scatter over
-    a record of this length and `correlation` of the noise is drawn.
+    a record of this length and `correlation` of the noise is drawn. Where that is much, it need not be at
+    right angles to what was removed, and the error before is taken from the record as well.
     """
     y = np.concatenate(measured)
     b, a = np.concatenate(list(before)), np.concatenate(list(after))
     effective = len(y) * (1 - correlation**2) / (1 + correlation**2)
+    square_before = float(np.mean((y - b) ** 2))
+    drifting = any(np.any(x != z) for x, z in zip(shown, after, strict=True))
     square_after = float(np.mean((y - np.concatenate(list(shown))) ** 2))
     fractions = []
     for draw in draws:
@@ -106,8 +112,12 @@ def closure(
         reducible = float(np.mean((b - truth) ** 2))
         remaining = float(np.mean((a - truth) ** 2))
         scatter = square_after * np.sqrt(2 / effective)
-        left = max(0.0, square_after - remaining - untracked - noise_sigma**2 + rng.normal() * scatter)
+        beyond = square_after - remaining - untracked - noise_sigma**2
+        left = max(0.0, beyond + rng.normal() * scatter)
         total = reducible + left + untracked
+        if beyond > SIGNIFICANT * scatter and not drifting:
+            measured_total = square_before - noise_sigma**2 + rng.normal() * scatter
+            total = max(measured_total, 1e-3 * total)
         fractions.append(1 - (remaining + left + untracked) / total if total > 0 else 0.0)
     values = np.array(fractions)
     low, high = float(np.quantile(values, LOWER_TAIL)), float(values.max())

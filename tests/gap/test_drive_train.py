@@ -19,6 +19,7 @@ from drive_axis import (
     frequency_response,
 )
 
+from bayes_hw.gap import settings as S
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
@@ -66,9 +67,13 @@ def test_g_in_continuous_time_is_that_of_the_state_space(train: KnownTrain) -> N
     np.testing.assert_allclose(continuous(drive_axis(train)).response(S_AXIS), expected, rtol=1e-6)
 
 
-def test_no_continuous_system_has_a_negative_real_pole() -> None:
+def test_a_negative_pole_is_a_pair_at_half_the_sample_rate() -> None:
+    """Sampled back with a zero-order hold it has the pole and the residue it came from."""
     none = np.zeros(0, dtype=np.complex128)
-    assert continuous_poles(np.array([1.0, -0.2]), none, np.ones(2), none, RATE) is None
+    system = continuous_poles(np.array([1.0, -0.2]), none, np.array([1.0, 0.7]), none, RATE)
+    pole, residue = system.poles[1], system.residues[1]
+    assert np.exp(pole / RATE) == pytest.approx(-0.2)
+    assert 2 * residue * (np.exp(pole / RATE) - 1) / pole == pytest.approx(0.7)
 
 
 @pytest.mark.parametrize("train", TRAINS)
@@ -159,12 +164,17 @@ def test_an_unknown_train_moves_at_the_speed_of_w(small_axis: HammersteinWiener)
     np.testing.assert_allclose(path(paths, LOAD_SPEED, 0, slow), moved - gain_at_once, rtol=1e-7, atol=1e-12)
 
 
-def test_chain_refuses_g_that_is_no_sampled_system() -> None:
-    """A negative real pole is refused with a remedy."""
-    from bayes_hw.errors import InputError
-
+@pytest.mark.parametrize("pole", [-0.3, -0.99, 0.0])
+def test_a_pole_that_no_continuous_system_has(pole: float) -> None:
+    """The chain answers at the samples as the model does."""
     axis = drive_axis()
-    linear = LinearBlock(axis.linear.zeros, np.append(axis.linear.poles, -0.3), axis.linear.gain, 1)
-    bad = HammersteinWiener("bad", RATE, axis.saturation, linear, axis.dead_zone)
-    with pytest.raises(InputError, match=r"linear\.poles: .*; identify"):
-        ChainBuilder(bad)
+    linear = LinearBlock(axis.linear.zeros, np.append(axis.linear.poles, pole), axis.linear.gain, 1)
+    model = HammersteinWiener(
+        "alternating", RATE, axis.saturation, linear, axis.dead_zone, axis.dominant_modes
+    )
+    builder = ChainBuilder(model)
+    settings = S.NEUTRAL.copy()
+    settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = builder.axis.nominal[:3]
+    u = 0.2 * np.random.default_rng(0).normal(size=400)
+    _, y = builder.chain(builder.axis.nominal).simulate(u, settings)
+    np.testing.assert_allclose(y, model.simulate(u).y, atol=1e-7)
