@@ -19,7 +19,7 @@ from drive_axis import (
     frequency_response,
 )
 
-from bayes_hw.gap import settings as S
+from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
