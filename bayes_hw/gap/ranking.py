@@ -13,8 +13,8 @@ class Ranked:
     """One set of effects on the training records.
 
     `gain` is the log-evidence over the base model with coloured noise, None where the set was screened on
-    plain residuals only; `rmse` what it leaves, output units; `closes` the share of the base model's reducible
-    squared error that it removes, None where a stochastic effect leaves the response as it is.
+    plain residuals only; `rmse` what it leaves, output units; `closes` the share of the reducible squared
+    error of the base model that it removes, None where a stochastic effect leaves the response as it is.
     """
 
     name: str
@@ -25,7 +25,7 @@ class Ranked:
 
 
 def ranking(attribution: Attribution, noise_sigma: float) -> list[Ranked]:
-    """The best explanation of every set of labels, then labels that did not come so far, by the error left."""
+    """The best explanation of every set of labels, then labels that came less far, by the error left."""
     base = attribution.base
     reducible = base.fit.rmse**2 - noise_sigma**2
 

@@ -20,7 +20,7 @@ SHORTEST_WINDOW = 32
 
 @dataclass(frozen=True, eq=False)
 class ResidualMap:
-    """`decibels` (frequencies, times) of a residual's power over the noise's; Hz, and s from the first sample."""
+    """`decibels` (frequencies, times) of a residual's power over the noise; Hz, s from the first sample."""
 
     times: FloatArray
     frequencies: FloatArray
@@ -28,7 +28,7 @@ class ResidualMap:
 
 
 def noise_power(explanation: Explanation, frequencies: FloatArray) -> FloatArray:
-    """Power a sample (output units squared) of the encoder's noise under an explanation, at frequencies in Hz.
+    """Power a sample (output units squared) of the encoder noise under an explanation, at frequencies in Hz.
 
     Of a stochastic effect the encoder's own noise counts, taken for white, and not the effect's.
     """

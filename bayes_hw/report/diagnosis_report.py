@@ -36,7 +36,7 @@ def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
     """The report whose first page answers: is there a gap, which effect is it, how far does it shrink."""
     return Report(
         title=f"Sim-to-real gap of {diagnosis.case.name}",
-        subtitle="Where the simulation departs from the records, which effect it lacks, how far the gap shrinks",
+        subtitle="Where simulation and records differ, which effect is missing, how far the gap shrinks",
         verdict=_verdict(diagnosis),
         badges=_badges(diagnosis),
         key_figure=gap_on_record(
@@ -149,8 +149,8 @@ def _records_section(diagnosis: Diagnosis) -> Section:
                 (str(i + 1), format_number(cost, 5), format_number(cost - starts[0], 3) if i else NO_NUMBER)
                 for i, cost in enumerate(starts)
             ),
-            "Fits of the base model from several starts, best first: half the sum of squared residuals in units "
-            "of the nominal noise, priors included.",
+            "Fits of the base model from several starts, best first: half the sum of squared residuals in "
+            "units of the nominal noise, priors included.",
             (1, 2),
         ),
     ]
@@ -166,16 +166,17 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
     tried = len(diagnosis.verdict.probability) - 2
     items = [
         f"Effects other than the {tried} labels of the catalogue: they can be seen as “other”, not named.",
-        "Cause: the records show which description fits, not what brings it about. An effect that acts on the "
-        "output as another does carries the other's name.",
-        f"Gaps below {SMALLEST_GAP:g} of the noise: they are not looked for, and “no structural gap” does not deny "
-        "them.",
-        f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it holds for "
-        "commands like these.",
+        "Cause: the records show which description fits, not what brings it about. An effect that acts on "
+        "the output as another does carries the other's name.",
+        f"Gaps below {SMALLEST_GAP:g} of the noise: they are not looked for, and “no structural gap” does "
+        "not deny them.",
+        f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it "
+        "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
-        "The structure of the base model (order and delay of G, roots other than the dominant modes) was taken "
-        "as given; only its parameters were estimated again.",
-        "The probabilities were calibrated on simulated axes; a real axis that is unlike them can be less sure.",
+        "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
+        "taken as given; only its parameters were estimated again.",
+        "The probabilities were calibrated on simulated axes; a real axis that is unlike them can be less "
+        "sure.",
         "The intervals take the noise's own parameters as estimated.",
     ]
     return Section("What was not checked", (Bullets(tuple(items)),))

@@ -81,8 +81,8 @@ def where_section(diagnosis: Diagnosis) -> Section:
             Callout(
                 "info",
                 "Before and after look alike",
-                f"{explanation.stochastic.label} is stochastic: it changes what is expected of the residuals, "
-                "and leaves the residuals themselves.",
+                f"{explanation.stochastic.label} is stochastic: it changes what is expected of the "
+                "residuals, and leaves the residuals themselves.",
             )
         )
     blocks += [
@@ -116,9 +116,9 @@ def which_section(diagnosis: Diagnosis) -> Section:
                 (left.kind, format_number(left.gain), format_number(left.size, 2))
                 for left in diagnosis.decision.leftovers
             ),
-            f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that name no "
-            "cause, each with its gain beyond the cost of its parameters (below zero: nothing there). A large "
-            "one makes the verdict “other”.",
+            f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
+            "name no cause, each with its gain beyond the cost of its parameters (below zero: nothing "
+            "there). A large one makes the verdict “other”.",
             (1, 2),
         )
     )
@@ -140,11 +140,11 @@ def _ranking_table(diagnosis: Diagnosis) -> Table:
     return Table(
         ("effect", "gain in log-evidence", f"rmse left ({unit})", "would close"),
         tuple(_ranked_row(row, diagnosis.decision.explanation.labels) for row in ranked[:RANKED_SHOWN]),
-        "Ranking of what was tried, the best form of every effect and pair, on the training records. The gain is "
-        f"over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on plain residuals "
-        "only, and not among the best. “Would close”: share of the reducible squared error that it removes; a "
-        f"stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation chosen. Evidences are raw; the "
-        "probabilities above are tempered and calibrated on simulated cases.",
+        "Ranking of what was tried, the best form of every effect and pair, on the training records. The "
+        f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
+        "plain residuals only, and not among the best. “Would close”: share of the reducible squared error "
+        f"that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation chosen. "
+        "Evidences are raw; the probabilities above are tempered and calibrated on simulated cases.",
         (1, 2, 3),
     )
 
@@ -168,9 +168,9 @@ def how_far_section(diagnosis: Diagnosis) -> Section:
                 _closure_row("training", verdict.gap_train, unit),
                 _closure_row("held out", verdict.gap_holdout, unit),
             ),
-            "Root mean square errors, and the share of the reducible squared error (beyond the noise) that the "
-            "answer's effects remove. The interval counts the uncertainty of the parameters and the finite "
-            "length of the records.",
+            "Root mean square errors, and the share of the reducible squared error (beyond the noise) that "
+            "the answer's effects remove. The interval counts the uncertainty of the parameters and the "
+            "finite length of the records.",
             (1, 2, 3, 4, 5),
         ),
     ]
@@ -214,9 +214,9 @@ def _unclosed(diagnosis: Diagnosis) -> list[Block]:
         Callout(
             "info",
             "No simulator can track a stochastic effect",
-            f"{explanation.stochastic.label} is random: its course on another record is not known beforehand. What "
-            "is gained is a better description of the error, and with it of the band: log-evidence "
-            f"{format_number(gain)} over the re-estimated model with coloured noise.",
+            f"{explanation.stochastic.label} is random: its course on another record is not known "
+            "beforehand. What is gained is a better description of the error, and with it of the band: "
+            f"log-evidence {format_number(gain)} over the re-estimated model with coloured noise.",
         )
     ]
 
@@ -269,8 +269,8 @@ def _widest_gap(diagnosis: Diagnosis) -> tuple[float, float]:
 def _base_table(diagnosis: Diagnosis) -> Table:
     added = bool(diagnosis.verdict.answer) and diagnosis.verdict.answer != OTHER
     pushed = (
-        " Pushed: fitted alone less estimated with the effects, in standard deviations of the latter: what the "
-        "missing effect had done to the parameter."
+        " Pushed: fitted alone less estimated with the effects, in standard deviations of the latter: what "
+        "the missing effect had done to the parameter."
         if added
         else ""
     )
@@ -279,9 +279,9 @@ def _base_table(diagnosis: Diagnosis) -> Table:
     return Table(
         (*header, "pushed (sd)") if added else header,
         tuple(_base_row(shift, added) for shift in shifts),
-        "Parameters of the base model: as given in the model file, fitted to the training records without any "
-        f"effect, and estimated {'jointly with the effects of the answer' if added else 'without effects'}."
-        + pushed,
+        "Parameters of the base model: as given in the model file, fitted to the training records without "
+        "any effect, and estimated "
+        f"{'jointly with the effects of the answer' if added else 'without effects'}." + pushed,
         (1, 2, 3, 4, 5) if added else (1, 2, 3, 4),
     )
 

@@ -77,9 +77,9 @@ def gap_on_record(
         canvas.legend(handles + more, labels + words, loc="outside upper center", ncols=5, columnspacing=1.1)
         return finished(
             canvas,
-            f"The record held out, “{record.name}”{part}: measured output and its prediction by the re-estimated "
-            "model (before) and by the same with the answer's effects (after). Below, record minus prediction "
-            "with the 94 % band of the measured output and the noise floor.",
+            f"The record held out, “{record.name}”{part}: measured output and its prediction by the "
+            "re-estimated model (before) and by the same with the answer's effects (after). Below, record "
+            "minus prediction with the 94 % band of the measured output and the noise floor.",
             "Output and prediction errors over time, before and after the effects are added.",
         )
 
@@ -90,8 +90,8 @@ def block_shares(share: Mapping[str, float], named: str) -> Figure:
         {name: 100 * value for name, value in share.items()},
         {named},
         "gain in log-evidence, % of the best explanation's",
-        "Where by block: gain in log-evidence of the best single effect of every block, as a share of what the "
-        f"best explanation of all gains. Verdict: {named}.",
+        "Where by block: gain in log-evidence of the best single effect of every block, as a share of what "
+        f"the best explanation of all gains. Verdict: {named}.",
         f"Bars of {len(share)} blocks; the verdict is {named}.",
         100.0,
     )
@@ -168,8 +168,9 @@ def residual_spectrum(
         second = "" if after is None else f", and with {after_name}"
         return finished(
             canvas,
-            f"Where by band: spectrum of the training residuals of the re-estimated model{second}, with that of "
-            f"the noise. Shaded: {low:.3g} to {high:.3g} Hz, the shortest band that holds most of the excess.",
+            f"Where by band: spectrum of the training residuals of the re-estimated model{second}, with "
+            f"that of the noise. Shaded: {low:.3g} to {high:.3g} Hz, the shortest band that holds most of "
+            "the excess.",
             "Residual spectra before and after, with the noise and the named band.",
         )
 
@@ -205,7 +206,7 @@ def time_frequency(shown: ResidualMap, record_name: str) -> Figure:
 def regimes_and_coherences(
     regimes: Mapping[str, float], coherences: Mapping[str, float], named: str
 ) -> Figure:
-    """Mean square over the noise's in every regime; coherence of the residual with functions of the command."""
+    """Mean square over the noise in every regime; coherence of the residual with functions of u."""
     with drawing_settings():
         canvas = new_canvas(0.75 + 0.24 * max(len(regimes), len(coherences)))
         left, right = canvas.subplots(1, 2, width_ratios=(1.25, 1.0))
