@@ -1,0 +1,37 @@
+"""How far the missing effect had pushed the parameters of the base model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bayes_hw.gap.decide import encoder_sigma
+from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.verdict import Estimate
+
+
+@dataclass(frozen=True)
+class BaseShift:
+    """A base parameter: as given, fitted without effects, and estimated jointly with the answer's effects."""
+
+    name: str
+    nominal: float
+    alone: float
+    joint: Estimate
+
+    @property
+    def pushed(self) -> float:
+        """Fit alone less joint estimate, in standard deviations of the joint estimate."""
+        return (self.alone - self.joint.mean) / self.joint.sd if self.joint.sd > 0 else float("nan")
+
+
+def base_shifts(diagnosis: Diagnosis) -> list[BaseShift]:
+    """Every base parameter of the verdict."""
+    base = diagnosis.attribution.base
+    hypothesis = base.fit.hypothesis
+    nominal = {p.name: p.nominal for p in hypothesis.parameters}
+    alone = {p.name: float(v) for p, v in zip(hypothesis.parameters, base.fit.values, strict=True)}
+    nominal["noise.sigma"] = diagnosis.case.model.noise_sigma
+    alone["noise.sigma"] = encoder_sigma(base)
+    return [
+        BaseShift(name, nominal[name], alone[name], joint) for name, joint in diagnosis.verdict.base.items()
+    ]

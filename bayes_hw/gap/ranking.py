@@ -1,0 +1,52 @@
+"""What was tried, in order of evidence, and what each would close of the gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.decide import best_of_sets
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """One set of effects on the training records.
+
+    `gain` is the log-evidence over the base model with coloured noise, None where the set was screened on
+    plain residuals only; `rmse` what it leaves, output units; `closes` the share of the reducible squared
+    error of the base model that it removes, None where a stochastic effect leaves the response as it is.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    gain: float | None
+    rmse: float
+    closes: float | None
+
+
+def ranking(attribution: Attribution, noise_sigma: float) -> list[Ranked]:
+    """The best explanation of every set of labels, then labels that came less far, by the error left."""
+    base = attribution.base
+    reducible = base.fit.rmse**2 - noise_sigma**2
+
+    def closes(rmse: float) -> float | None:
+        return (base.fit.rmse**2 - rmse**2) / reducible if reducible > 0 else None
+
+    best = best_of_sets(attribution)
+    found = [
+        Ranked(
+            e.name,
+            labels,
+            e.log_evidence - base.log_evidence,
+            e.fit.rmse,
+            closes(e.fit.rmse) if e.fit.hypothesis.effects else None,
+        )
+        for labels, e in sorted(best.items(), key=lambda item: -item[1].log_evidence)
+    ]
+    seen = set(best)
+    for single in sorted(attribution.singles, key=lambda f: f.rmse):
+        if single.hypothesis.labels not in seen:
+            seen.add(single.hypothesis.labels)
+            name = single.hypothesis.effects[-1].name
+            found.append(Ranked(name, single.hypothesis.labels, None, single.rmse, closes(single.rmse)))
+    return found

@@ -1,0 +1,298 @@
+"""Sections of a diagnosis: where the gap lies, which effect it is, how far it shrinks."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+
+from bayes_hw.gap.base_shift import BaseShift, base_shifts
+from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.ranking import Ranked, ranking
+from bayes_hw.gap.residual_map import noise_power, residual_map
+from bayes_hw.gap.shrink import Closure
+from bayes_hw.gap.spectra import mean_spectrum
+from bayes_hw.report.document import Block, Bullets, Callout, Paragraph, Section, Table, ZoomableRecord
+from bayes_hw.report.figures_diagnosis import (
+    block_shares,
+    error_before_and_after,
+    gap_on_record,
+    label_probabilities,
+    regimes_and_coherences,
+    residual_spectrum,
+    time_frequency,
+    time_segments,
+)
+from bayes_hw.report.names import parameter_name
+from bayes_hw.report.rounding import (
+    format_estimate,
+    format_interval,
+    format_number,
+    format_percent,
+    format_value,
+)
+
+OTHER = ("other",)
+ZOOM_SHARE = 0.1
+RANKED_SHOWN = 24
+NO_NUMBER = "—"
+
+BLOCK_MEANINGS = {
+    "input": "the command side: what happens between the command and the limited velocity",
+    "linear": "the linear dynamics G",
+    "drive": "the drive train: friction, play, ripple",
+    "disturbance": "a disturbance from outside that no record shows",
+    "sensor": "the output: encoder and output map",
+    "none": "no block",
+}
+
+
+def where_section(diagnosis: Diagnosis) -> Section:
+    """By block, by band, in time and frequency, by regime, in time."""
+    where, explanation = diagnosis.verdict.where, diagnosis.decision.explanation
+    base = diagnosis.attribution.base.fit
+    rate = base.hypothesis.scale.rate
+    before = mean_spectrum(base.residuals, rate)
+    changed = explanation is not diagnosis.attribution.base
+    name = explanation.name
+    if diagnosis.verdict.answer == OTHER:
+        name += " (the best of the catalogue, which is not the answer)"
+    loudest = int(np.argmax([np.mean(e**2) for e in base.residuals]))
+    low, high = where.band_hz
+    blocks: list[Block] = [
+        Paragraph(
+            f"Block: {where.block}, {BLOCK_MEANINGS.get(where.block, 'registered by another package')}. "
+            f"Most of the excess lies between {format_number(low)} and {format_number(high, unit='Hz')}; the "
+            f"residual is largest in the regime “{where.regime}”. All of this is of the re-estimated model's "
+            "residuals on the training records."
+        ),
+        block_shares(where.share, where.block),
+        residual_spectrum(
+            before,
+            mean_spectrum(explanation.fit.residuals, rate) if changed else None,
+            noise_power(explanation, before.frequencies),
+            where.band_hz,
+            diagnosis.case.model.units.output,
+            name,
+        ),
+    ]
+    if explanation.stochastic is not None:
+        blocks.append(
+            Callout(
+                "info",
+                "Before and after look alike",
+                f"{explanation.stochastic.label} is stochastic: it changes what is expected of the "
+                "residuals, and leaves the residuals themselves.",
+            )
+        )
+    blocks += [
+        time_frequency(
+            residual_map(base.residuals[loudest], explanation), diagnosis.case.train[loudest].name
+        ),
+        regimes_and_coherences(where.regimes, where.coherences, where.regime),
+        time_segments(where.segments),
+    ]
+    return Section("Where", tuple(blocks))
+
+
+def which_section(diagnosis: Diagnosis) -> Section:
+    """Probabilities, ranking, what cannot be told apart, the next experiment, what is left."""
+    verdict = diagnosis.verdict
+    blocks: list[Block] = [
+        label_probabilities(verdict.probability, verdict.answer),
+        _ranking_table(diagnosis),
+    ]
+    if verdict.confusable:
+        pairs = tuple(f"{one} and {other}" for one, other in verdict.confusable)
+        blocks += [Paragraph("These records cannot tell apart:"), Bullets(pairs)]
+    else:
+        blocks.append(Paragraph("No other single effect comes near the evidence of the answer."))
+    if verdict.next_experiment:
+        blocks.append(Callout("info", "Next experiment", verdict.next_experiment))
+    blocks.append(
+        Table(
+            ("what is left", "gain in log-likelihood", "size / rms of the residual"),
+            tuple(
+                (left.kind, format_number(left.gain), format_number(left.size, 2))
+                for left in diagnosis.decision.leftovers
+            ),
+            f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
+            "name no cause, each with its gain beyond the cost of its parameters (below zero: nothing "
+            "there). A large one makes the verdict “other”.",
+            (1, 2),
+        )
+    )
+    described = [
+        Callout("info", f"What {effect.name} means here", _one_paragraph(inspect.getdoc(type(effect)) or ""))
+        for effect in diagnosis.decision.explanation.fit.hypothesis.effects
+        if effect.label in verdict.answer
+    ]
+    return Section("Which effect", (*blocks, *described))
+
+
+def _one_paragraph(docstring: str) -> str:
+    return " ".join(docstring.replace("`", "").split())
+
+
+def _ranking_table(diagnosis: Diagnosis) -> Table:
+    unit = diagnosis.case.model.units.output
+    ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor)
+    return Table(
+        ("effect", "gain in log-evidence", f"rmse left ({unit})", "would close"),
+        tuple(_ranked_row(row, diagnosis.decision.explanation.labels) for row in ranked[:RANKED_SHOWN]),
+        "Ranking of what was tried, the best form of every effect and pair, on the training records. The "
+        f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
+        "plain residuals only, and not among the best. “Would close”: share of the reducible squared error "
+        f"that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation chosen. "
+        "Evidences are raw; the probabilities above are tempered and calibrated on simulated cases.",
+        (1, 2, 3),
+    )
+
+
+def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
+    mark = "▸ " if row.labels == chosen else ""
+    gain = NO_NUMBER if row.gain is None else format_number(row.gain, 4)
+    closes = NO_NUMBER if row.closes is None else format_percent(row.closes)
+    return (mark + row.name, gain, format_number(row.rmse), closes)
+
+
+def how_far_section(diagnosis: Diagnosis) -> Section:
+    """Errors before and after, the hold-out record to zoom, parameters of effects and base."""
+    verdict = diagnosis.verdict
+    unit = diagnosis.case.model.units.output
+    blocks: list[Block] = [
+        error_before_and_after(verdict.gap_train, verdict.gap_holdout, unit),
+        Table(
+            ("records", "rmse before", "rmse after", "noise floor", "closed", "94 % interval"),
+            (
+                _closure_row("training", verdict.gap_train, unit),
+                _closure_row("held out", verdict.gap_holdout, unit),
+            ),
+            "Root mean square errors, and the share of the reducible squared error (beyond the noise) that "
+            "the answer's effects remove. The interval counts the uncertainty of the parameters and the "
+            "finite length of the records.",
+            (1, 2, 3, 4, 5),
+        ),
+    ]
+    blocks += _unclosed(diagnosis)
+    blocks.append(_zoomable(diagnosis))
+    if verdict.parameters:
+        blocks.append(
+            Table(
+                ("parameter of the effect", "posterior mean ± sd", "94 % HDI"),
+                tuple(
+                    (name, format_estimate(e.mean, e.sd, e.unit), format_interval(*e.hdi94, e.unit))
+                    for name, e in verdict.parameters.items()
+                ),
+                "Parameters of the answer's effects. HDI: highest-density interval.",
+                (1, 2),
+            )
+        )
+    elif verdict.answer == OTHER:
+        blocks.append(Paragraph("No effect of the catalogue was added, so there are no parameters of one."))
+    blocks.append(_base_table(diagnosis))
+    return Section("How far it shrinks", tuple(blocks))
+
+
+def _unclosed(diagnosis: Diagnosis) -> list[Block]:
+    """Why nothing, or not all, is closed, where that is so by nature."""
+    verdict, explanation = diagnosis.verdict, diagnosis.decision.explanation
+    if not verdict.answer:
+        return [Paragraph("Nothing was added to the model: before and after are the same.")]
+    if verdict.answer == OTHER:
+        return [
+            Callout(
+                "warn",
+                "Nothing was added",
+                "No entry of the catalogue explains the gap, so before and after are the same model.",
+            )
+        ]
+    if explanation.stochastic is None:
+        return []
+    gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
+    return [
+        Callout(
+            "info",
+            "No simulator can track a stochastic effect",
+            f"{explanation.stochastic.label} is random: its course on another record is not known "
+            "beforehand. What is gained is a better description of the error, and with it of the band: "
+            f"log-evidence {format_number(gain)} over the re-estimated model with coloured noise.",
+        )
+    ]
+
+
+def _closure_row(name: str, gap: Closure, unit: str) -> tuple[str, ...]:
+    low, high = gap.closed_hdi94
+    return (
+        name,
+        format_number(gap.rmse_before, 3, unit),
+        format_number(gap.rmse_after, 3, unit),
+        format_number(gap.noise_floor, 3, unit),
+        format_percent(gap.closed),
+        f"{format_percent(low)} to {format_percent(high)}",
+    )
+
+
+def _zoomable(diagnosis: Diagnosis) -> ZoomableRecord:
+    record = diagnosis.case.holdout[0]
+    return ZoomableRecord(
+        record.t - record.t[0],
+        record.y,
+        diagnosis.after,
+        diagnosis.low,
+        diagnosis.high,
+        record.units.time,
+        record.units.output,
+        "94 % band of y",
+        gap_on_record(
+            record,
+            diagnosis.before,
+            diagnosis.after,
+            diagnosis.low,
+            diagnosis.high,
+            diagnosis.verdict.gap_holdout.noise_floor,
+            _widest_gap(diagnosis),
+        ),
+    )
+
+
+def _widest_gap(diagnosis: Diagnosis) -> tuple[float, float]:
+    """The stretch, in s from the first sample, about the largest error before."""
+    record = diagnosis.case.holdout[0]
+    t = record.t - record.t[0]
+    length = ZOOM_SHARE * t[-1]
+    middle = t[int(np.argmax(np.abs(record.y - diagnosis.before)))]
+    start = float(np.clip(middle - length / 2, 0.0, t[-1] - length))
+    return start, start + float(length)
+
+
+def _base_table(diagnosis: Diagnosis) -> Table:
+    added = bool(diagnosis.verdict.answer) and diagnosis.verdict.answer != OTHER
+    pushed = (
+        " Pushed: fitted alone less estimated with the effects, in standard deviations of the latter: what "
+        "the missing effect had done to the parameter."
+        if added
+        else ""
+    )
+    header = ("base parameter", "as given", "fitted alone", "estimated", "94 % HDI")
+    shifts = base_shifts(diagnosis)
+    return Table(
+        (*header, "pushed (sd)") if added else header,
+        tuple(_base_row(shift, added) for shift in shifts),
+        "Parameters of the base model: as given in the model file, fitted to the training records without "
+        "any effect, and estimated "
+        f"{'jointly with the effects of the answer' if added else 'without effects'}." + pushed,
+        (1, 2, 3, 4, 5) if added else (1, 2, 3, 4),
+    )
+
+
+def _base_row(shift: BaseShift, added: bool) -> tuple[str, ...]:
+    joint = shift.joint
+    row = (
+        parameter_name(shift.name).words,
+        format_value(shift.nominal, joint.sd),
+        format_value(shift.alone, joint.sd),
+        format_estimate(joint.mean, joint.sd, joint.unit),
+        format_interval(*joint.hdi94),
+    )
+    return (*row, format_number(shift.pushed, 2)) if added else row
