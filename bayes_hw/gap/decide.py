@@ -101,13 +101,13 @@ def choose(
         top = max(singles, key=lambda labels: scores[labels])
         if scores[top] > scores[()] + calibration.single_gain:
             chosen = top
-    pairs = [
-        labels
-        for labels in best
-        if len(labels) == 2
-        and (rounded != chosen or rounded[0] in labels)
-        and _earned(best, scores, labels, calibration)
-    ]
+    pairs = []
+    for labels in [key for key in best if len(key) == 2]:
+        fits_lattice = rounded != chosen or rounded[0] in labels
+        if fits_lattice and _earned(best, scores, labels, calibration):
+            pairs.append(labels)
+        else:
+            scores[labels] = -np.inf
     if pairs:
         best_pair = max(pairs, key=lambda labels: scores[labels])
         if scores[best_pair] > scores[chosen] + calibration.pair_gain:
