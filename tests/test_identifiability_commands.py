@@ -53,6 +53,7 @@ def test_identifiability_writes_its_files(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
+    monkeypatch.setattr("bayes_hw.infer.convergence.ESS_LIMIT", 1e5)
     assert main([*example(identifiability), *SHORT]) == 0
     out = folder / "identifiability"
     assert files_below(out) == {"identifiability.json", "freed_draws.csv", "report.html", "report.pdf"}

@@ -50,6 +50,9 @@ TRIED_FROM_BASE = 2
 SINGLES_FINISHED = 8
 
 SINGLES_WITH_NOISE = 12
+LARGEST_WANDER = 1.3
+"""Growth of the plain error at which a refit has left the record to the noise; it is not taken."""
+
 WORTH_REFITTING = 3.0
 WORTH_EVERY_EFFECT = 50.0
 """Gains of log-likelihood over autoregressive noise."""
@@ -290,7 +293,8 @@ class Attributor:
                 break
             stochastic = again
             trial = with_stochastic(stochastic, current)
-            if trial.log_evidence < best.log_evidence + 1:
+            wandered = current.rmse > LARGEST_WANDER * host.rmse
+            if wandered or trial.log_evidence < best.log_evidence + 1:
                 break
             best = trial
         return best

@@ -30,6 +30,7 @@ HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr("bayes_hw.infer.convergence.ESS_LIMIT", 1e5)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
