@@ -43,6 +43,7 @@ FIRST_EFFECTS = 2
 PAIRS_KEPT = 5
 JOINT_EFFECTS = 12
 JOINT_STARTS = 6
+PAIRS_PRUNED = 2
 FIRST_ITERATIONS = 4
 MORE_ITERATIONS = 10
 TRIED_FROM_NOMINAL = 14
@@ -106,7 +107,11 @@ class Attributor:
         self.tell("pairs of effects")
         firsts = [e.fit for e in sorted(coloured, key=_worst_first)[:FIRST_EFFECTS]]
         pairs = self.pair_fits(firsts, singles)
-        coloured += self._each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
+        paired = self._each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
+        coloured += paired
+        coloured += self._each(
+            self._without_one, self._parts(sorted(paired, key=_worst_first)[:PAIRS_PRUNED])
+        )
         self.tell("stochastic effects")
         found = self.stochastic_explanations(base, coloured, singles)
         everything = sorted([base, *coloured, *found], key=_worst_first)
@@ -211,6 +216,22 @@ class Attributor:
             ranked.sort(key=lambda c: -c.reduction)
             starts += [(first, [candidate]) for candidate in ranked[:PARTNERS_TRIED]]
         return self._in_two_rounds(starts, PAIRS_KEPT)
+
+    def _parts(self, pairs: Sequence[Explanation]) -> list[tuple[Fit, int]]:
+        """Every pair with the number of the effect to keep."""
+        return [(pair.fit, kept) for pair in pairs for kept in range(len(pair.fit.hypothesis.effects))]
+
+    def _without_one(self, part: tuple[Fit, int]) -> Explanation:
+        """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
+        pair, kept = part
+        effect = pair.hypothesis.effects[kept]
+        hypothesis = self.base.with_effect(effect)
+        first = self.base.base_count
+        for earlier in pair.hypothesis.effects[:kept]:
+            first += len(earlier.parameters(self.base.scale))
+        own = pair.coordinates[first : first + len(hypothesis.parameters) - self.base.base_count]
+        start = np.concatenate([pair.coordinates[: self.base.base_count], own])
+        return with_coloured_noise(fit(hypothesis, self.measured, start, self.plain), self.measured)
 
     def stochastic_explanations(
         self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]

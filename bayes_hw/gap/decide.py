@@ -29,6 +29,7 @@ class Calibration:
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
     `left_gain` and `left_size` the leftover (log-likelihood, share of the residual) at which "other" is even
     odds; `left_sharpness` how fast the odds change with the logarithm of the gain; `floor` the least doubt;
+    `pair_ceiling` the largest probability of a label in an answer of two;
     `sigma_log_sd` how far a nominal noise may be off.
     """
 
@@ -40,6 +41,7 @@ class Calibration:
     left_size: float
     left_sharpness: float
     floor: float
+    pair_ceiling: float
     sigma_log_sd: float
 
     @classmethod
@@ -188,6 +190,10 @@ def decide(
         k: float(np.clip(p, calibration.floor, 1 - calibration.floor)) for k, p in probability.items()
     }
     answer: tuple[str, ...] = explanation.labels
+    if len(answer) > 1:
+        probability = {
+            k: min(p, calibration.pair_ceiling) if k in answer else p for k, p in probability.items()
+        }
     if other > 0.5:
         answer = (OTHER,)
     return Decision(answer, explanation, probability, tuple(left), sets)
