@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.ticker import LogLocator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.residual_map import ResidualMap
@@ -54,21 +55,26 @@ def gap_on_record(
     b, a, lower, upper = before[kept], after[kept], low[kept], high[kept]
     part = "" if stretch is None else f", {stretch[0]:.4g} to {stretch[1]:.4g} s"
     with drawing_settings():
-        canvas = new_canvas(3.6)
-        whole, error = canvas.subplots(2, 1, height_ratios=(1.0, 1.25), sharex=True)
+        canvas = new_canvas(4.2)
+        whole, *errors = canvas.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0), sharex=True)
         whole.plot(*outline(t, y), color=DATA, linewidth=1.6, label="record")
         whole.plot(*outline(t, b), color=BEFORE, linewidth=0.9, label="before")
         whole.plot(*outline(t, a), color=AFTER, linewidth=0.9, label="after")
         whole.set_ylabel(with_unit("output", record.units.output))
-        error.fill_between(
-            *envelope(t, lower - a, upper - a), color=BAND_NOISE, linewidth=0, label="94 % band"
-        )
-        error.plot(*outline(t, y - b), color=BEFORE, linewidth=0.7)
-        error.plot(*outline(t, y - a), color=AFTER, linewidth=0.7)
-        for side in (-1, 1):
-            label = "noise floor, ± one sd" if side > 0 else None
-            error.axhline(side * noise_sigma, color=INK, linewidth=0.9, linestyle="--", label=label)
-        error.set_ylabel(with_unit("error", record.units.output))
+        reach = 1.05 * max(float(np.abs(y - b).max()), float(np.abs(y - a).max()))
+        for axes, mean, colour, name in zip(
+            errors, (b, a), (BEFORE, AFTER), ("before", "after"), strict=True
+        ):
+            if name == "after":
+                band = envelope(t, lower - a, upper - a)
+                axes.fill_between(*band, color=BAND_NOISE, linewidth=0, label="94 % band")
+            axes.plot(*outline(t, y - mean), color=colour, linewidth=0.7)
+            for side in (-1, 1):
+                label = "noise floor, ± one sd" if (name, side) == ("after", 1) else None
+                axes.axhline(side * noise_sigma, color=INK, linewidth=0.9, linestyle="--", label=label)
+            axes.set_ylim(-reach, reach)
+            axes.set_ylabel(with_unit(f"error {name}", record.units.output))
+        error = errors[1]
         error.set_xlabel(with_unit("time from first sample", record.units.time))
         error.set_xlim(t[0], t[-1])
         canvas.align_ylabels()
@@ -189,6 +195,7 @@ def time_frequency(shown: ResidualMap, record_name: str) -> Figure:
             starts, edges, shown.decibels, cmap=LOUDEST, vmin=0.0, vmax=top, rasterized=True
         )
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         plain_log_ticks(axes, "y")
         axes.grid(False)
         axes.set(xlabel="time from first sample (s)", ylabel="frequency (Hz)")
