@@ -268,7 +268,7 @@ def error_before_and_after(train: Closure, holdout: Closure, unit: str) -> Figur
                 color=INK,
                 linestyle="--",
                 linewidth=1.3,
-                label="noise floor" if row == 0 else None,
+                label="noise floor" if row == 0 else "_",
             )
         axes.set_yticks(range(2), [name for name, _ in rows])
         axes.invert_yaxis()
