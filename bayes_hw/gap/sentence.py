@@ -35,7 +35,7 @@ def sentence(diagnosis: Diagnosis) -> str:
     low, high = gap.closed_hdi94
     return (
         f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); adding it removes "
-        f"{100 * gap.closed:.0f} % [{100 * low:.0f}, {100 * high:.0f}] of the reducible "
+        f"{_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the reducible "
         "error on the record held out."
     )
 
@@ -47,3 +47,9 @@ def _percent(probability: float) -> str:
 def _amount(estimate: Estimate) -> str:
     unit = f" {estimate.unit}" if estimate.unit else ""
     return f"{estimate.mean:.3g} +- {estimate.sd:.1g}{unit}"
+
+
+def _share(fraction: float) -> str:
+    """Percent that never rounds up to all of it."""
+    percent = 100 * fraction
+    return f"{percent:.0f}" if percent < 99 else f"{min(percent, 99.99):.4g}"

@@ -29,7 +29,7 @@ HALF = 0.5
 BAND_GOOD = (0.88, 0.98)
 BAND_POOR = 0.8
 SMALLEST_GAP = 0.3
-"""Of the noise: a gap below it is not looked for."""
+"""Of the noise: below it nothing is claimed."""
 
 
 def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
@@ -71,7 +71,7 @@ def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
     return (
         _answer_badge(diagnosis),
         _closed_badge(diagnosis),
-        _rival_badge(diagnosis),
+        *_rival_badges(diagnosis),
         _band_badge(diagnosis),
     )
 
@@ -110,13 +110,19 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     )
 
 
-def _rival_badge(diagnosis: Diagnosis) -> Badge:
-    confusable = diagnosis.verdict.confusable
+def _rival_badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
+    """Rivals are sought of a single effect only."""
+    answer, confusable = diagnosis.verdict.answer, diagnosis.verdict.confusable
+    if not answer:
+        return ()
     if confusable:
-        return Badge("not told apart", "warn", "; ".join(f"{one} or {other}" for one, other in confusable))
-    if diagnosis.verdict.answer == OTHER:
-        return Badge("cause open", "warn", "see what is left, and the next experiment")
-    return Badge("no rival", "good", "no other effect has evidence near that of the answer")
+        pairs = "; ".join(f"{one} or {other}" for one, other in confusable)
+        return (Badge("not told apart", "warn", pairs),)
+    if answer == OTHER:
+        return (Badge("cause open", "warn", "see what is left, and the next experiment"),)
+    if len(answer) > 1:
+        return (Badge("rivals not sought", "warn", "of a pair; see the ranking"),)
+    return (Badge("no rival", "good", "no other single effect has evidence near that of the answer"),)
 
 
 def _band_badge(diagnosis: Diagnosis) -> Badge:
@@ -168,15 +174,14 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         f"Effects other than the {tried} labels of the catalogue: they can be seen as “other”, not named.",
         "Cause: the records show which description fits, not what brings it about. An effect that acts on "
         "the output as another does carries the other's name.",
-        f"Gaps below {SMALLEST_GAP:g} of the noise: they are not looked for, and “no structural gap” does "
-        "not deny them.",
+        f"Gaps below {SMALLEST_GAP:g} of the noise: how often those are named right is not established, and "
+        "“no structural gap” does not deny them.",
         f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it "
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
         "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
         "taken as given; only its parameters were estimated again.",
-        "The probabilities were calibrated on simulated axes; a real axis that is unlike them can be less "
-        "sure.",
+        "The probabilities are tempered, not yet calibrated on many cases; a real axis can be less sure.",
         "The intervals take the noise's own parameters as estimated.",
     ]
     return Section("What was not checked", (Bullets(tuple(items)),))

@@ -25,6 +25,7 @@ from bayes_hw.report.figures_diagnosis import (
 )
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.rounding import (
+    MINUS,
     format_estimate,
     format_interval,
     format_number,
@@ -105,7 +106,9 @@ def which_section(diagnosis: Diagnosis) -> Section:
     if verdict.confusable:
         pairs = tuple(f"{one} and {other}" for one, other in verdict.confusable)
         blocks += [Paragraph("These records cannot tell apart:"), Bullets(pairs)]
-    else:
+    elif len(verdict.answer) > 1:
+        blocks.append(Paragraph("Rivals of a pair were not sought; the ranking shows what comes near."))
+    elif verdict.answer and verdict.answer != OTHER:
         blocks.append(Paragraph("No other single effect comes near the evidence of the answer."))
     if verdict.next_experiment:
         blocks.append(Callout("info", "Next experiment", verdict.next_experiment))
@@ -144,14 +147,14 @@ def _ranking_table(diagnosis: Diagnosis) -> Table:
         f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
         "plain residuals only, and not among the best. “Would close”: share of the reducible squared error "
         f"that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation chosen. "
-        "Evidences are raw; the probabilities above are tempered and calibrated on simulated cases.",
+        "Evidences are raw; the probabilities above are tempered; they are not calibrated on many cases yet.",
         (1, 2, 3),
     )
 
 
 def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
     mark = "▸ " if row.labels == chosen else ""
-    gain = NO_NUMBER if row.gain is None else format_number(row.gain, 4)
+    gain = NO_NUMBER if row.gain is None else f"{row.gain:.1f}".replace("-", MINUS)
     closes = NO_NUMBER if row.closes is None else format_percent(row.closes)
     return (mark + row.name, gain, format_number(row.rmse), closes)
 

@@ -108,10 +108,15 @@ def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis)
 def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None:
     """The same fits under the two verdicts that add no effect."""
     origin = provenance("bayes-hw diagnose", 1, diagnosis.case.train, 2.0)
-    for answer, badge in ((("other",), "gap not explained"), ((), "no structural gap")):
-        verdict = replace(diagnosis.verdict, answer=answer, parameters={})
-        shown = diagnosis_report(replace(diagnosis, verdict=verdict), origin)
+    base = replace(diagnosis.decision, explanation=diagnosis.attribution.base)
+    for answer, badge, decision in (
+        (("other",), "gap not explained", diagnosis.decision),
+        ((), "no structural gap", base),
+    ):
+        verdict = replace(diagnosis.verdict, answer=answer, parameters={}, confusable=[])
+        shown = diagnosis_report(replace(diagnosis, verdict=verdict, decision=decision), origin)
         assert shown.badges[0].label == badge
+        assert "no rival" not in [b.label for b in shown.badges]
         assert "pushed (sd)" not in _tables(shown, "How far it shrinks")[-1].header
 
 
