@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from arviz_base import from_dict
-from arviz_stats.psense import psense
+from arviz_stats import psense
 
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.posterior import Posterior
