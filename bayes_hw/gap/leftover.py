@@ -42,7 +42,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     sigma = float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)))
     found = [_line(residuals, white), _step(residuals)]
     if "encoder_quantization" not in explanation.labels:
-        found += [_spectrum(residuals, explanation), _function(explanation, white, inputs)]
+        found += [_spectrum(residuals, white), _function(explanation, white, inputs)]
     return sorted(
         (Leftover(kind, gain, np.sqrt(max(size, 0.0)) / max(sigma, 1e-300)) for kind, gain, size in found),
         key=lambda left: -left.gain,
@@ -81,10 +81,9 @@ def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple
     return "line in time", gain - penalty, taken / sum(len(e) for e in residuals)
 
 
-def _spectrum(residuals: Sequence[FloatArray], explanation: Explanation) -> tuple[str, float, float]:
+def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
     """A spectrum of many poles against that of the explanation."""
     none = [np.zeros(len(e), dtype=np.bool_) for e in residuals]
-    white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     again = fit_autoregression(white, none, FLEXIBLE_ORDER)
     ratio = again.innovation_sigma / max(again.sigma, 1e-300)
     samples = sum(len(e) for e in residuals)

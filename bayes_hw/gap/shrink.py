@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.stochastic import HeldDisplay
+from bayes_hw.gap.stochastic import MAX_AGE, HeldDisplay
 
 PROBABILITY = 0.94
 LOWER_TAIL = 0.03
@@ -19,7 +19,6 @@ SIGNIFICANT = 3.0
 """Standard deviations of the noise's mean square that make what is left count as measured."""
 
 DRAWS_SIMULATED = 64
-HELD_AGES = 12
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ def predicted(
     if stochastic is None or not isinstance(stochastic.display, HeldDisplay):
         return simulated
     hold = stochastic.parameters["timing_jitter.repeated_share"][0]
-    weights = (1 - hold) * hold ** np.arange(HELD_AGES + 1)
+    weights = (1 - hold) * hold ** np.arange(MAX_AGE + 1)
     shown = [np.tile(weights / weights.sum(), (len(y), 1)) for y in simulated]
     display = HeldDisplay(tuple(shown))
     return [display.show(y, record) for record, y in enumerate(simulated)]
@@ -122,7 +121,7 @@ def closure(
     values = np.array(fractions)
     low, high = float(np.quantile(values, LOWER_TAIL)), float(values.max())
     return Closure(
-        float(np.sqrt(np.mean((y - b) ** 2))),
+        float(np.sqrt(square_before)),
         float(np.sqrt(square_after)),
         noise_sigma,
         float(np.median(values)),
