@@ -224,12 +224,8 @@ class Attributor:
     def _without_one(self, part: tuple[Fit, int]) -> Explanation:
         """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
         pair, kept = part
-        effect = pair.hypothesis.effects[kept]
-        hypothesis = self.base.with_effect(effect)
-        first = self.base.base_count
-        for earlier in pair.hypothesis.effects[:kept]:
-            first += len(earlier.parameters(self.base.scale))
-        own = pair.coordinates[first : first + len(hypothesis.parameters) - self.base.base_count]
+        hypothesis = self.base.with_effect(pair.hypothesis.effects[kept])
+        own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
         start = np.concatenate([pair.coordinates[: self.base.base_count], own])
         return with_coloured_noise(fit(hypothesis, self.measured, start, self.plain), self.measured)
 

@@ -33,7 +33,7 @@ def posterior_draws(
     hypothesis: Hypothesis = best.hypothesis
     if explanation.stochastic is not None and explanation.stochastic.display is not None:
         hypothesis = ShownHypothesis.of(hypothesis, explanation.stochastic.display)
-    measured = [e + s for e, s in zip(best.residuals, best.simulated, strict=True)]
+    measured = best.measured
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
     covariance = np.linalg.inv(best.precision())
     factor = np.linalg.cholesky(0.5 * (covariance + covariance.T) + 1e-14 * np.diag(np.diag(covariance)))

@@ -41,6 +41,11 @@ class Fit:
         return self.hypothesis.to_values(self.coordinates)
 
     @property
+    def measured(self) -> list[FloatArray]:
+        """The measured outputs that the fit was made to, a record each."""
+        return [e + s for e, s in zip(self.residuals, self.simulated, strict=True)]
+
+    @property
     def rmse(self) -> float:
         """Plain root mean square of the residuals, output units."""
         return float(np.sqrt(np.mean(np.concatenate(self.residuals) ** 2)))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.whitener import no_glitches
 
 FAR = 6.0
 """Robust standard deviations off the neighbours' median."""
@@ -27,5 +28,5 @@ def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
     masks = [np.abs(d) > FAR * robust for d in departures]
     share = sum(int(mask.sum()) for mask in masks) / len(every)
     if robust == 0 or share > LARGEST_SHARE:
-        return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
+        return no_glitches(residuals)
     return masks

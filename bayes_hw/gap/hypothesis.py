@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -60,6 +61,13 @@ class Hypothesis:
     def base_count(self) -> int:
         return len(self.builder.axis.parameters)
 
+    @cached_property
+    def effect_rows(self) -> tuple[slice, ...]:
+        """Where the parameters of every effect stand."""
+        counts = [len(effect.parameters(self.scale)) for effect in self.effects]
+        ends = np.cumsum([self.base_count, *counts]).tolist()
+        return tuple(slice(start, stop) for start, stop in pairwise(ends))
+
     @property
     def labels(self) -> tuple[str, ...]:
         return tuple(effect.label for effect in self.effects)
@@ -79,20 +87,15 @@ class Hypothesis:
         settings[S.MOTOR_STIFFNESS], settings[S.LOAD_STIFFNESS] = chain.stiffness
         settings[S.CONTACT_DAMPING] = chain.contact_damping
         settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
-        row = self.base_count
-        for effect in self.effects:
-            count = len(effect.parameters(self.scale))
-            effect.apply(values[row : row + count], settings, self.scale)
-            row += count
+        for effect, rows in zip(self.effects, self.effect_rows, strict=True):
+            effect.apply(values[rows], settings, self.scale)
         return settings
 
     def chain(self, values: FloatArray) -> Chain:
         """The linear block at parameter values (parameters,)."""
-        row, resonator = self.base_count, None
-        for effect in self.effects:
-            count = len(effect.parameters(self.scale))
-            resonator = effect.resonator(values[row : row + count]) or resonator
-            row += count
+        resonator = None
+        for effect, rows in zip(self.effects, self.effect_rows, strict=True):
+            resonator = effect.resonator(values[rows]) or resonator
         return self.builder.chain(values[: self.base_count], resonator, self.torques)
 
     def simulate(
@@ -136,8 +139,8 @@ class Hypothesis:
     def derivative_steps(self) -> FloatArray:
         """Finite-difference step of every coordinate."""
         relative = [BASE_DERIVATIVE_STEP] * self.base_count
-        for effect in self.effects:
-            relative += [effect.derivative_step] * len(effect.parameters(self.scale))
+        for effect, rows in zip(self.effects, self.effect_rows, strict=True):
+            relative += [effect.derivative_step] * (rows.stop - rows.start)
         return np.array(relative) * self.prior_sds
 
     @cached_property

@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.glitches import find_glitches
-from bayes_hw.gap.whitener import bridge, fit_autoregression
+from bayes_hw.gap.whitener import bridge, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
 STEP_MARGIN = 10
@@ -54,10 +54,9 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
     fit, stochastic = explanation.fit, explanation.stochastic
     residuals = fit.residuals
     if stochastic is not None and stochastic.display is not None:
-        measured = [e + s for e, s in zip(fit.residuals, fit.simulated, strict=True)]
         residuals = [
             y - stochastic.display.show(s, r)
-            for r, (y, s) in enumerate(zip(measured, fit.simulated, strict=True))
+            for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
     if stochastic is not None and stochastic.label == "outliers":
         masks = find_glitches(residuals)
@@ -83,7 +82,7 @@ def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple
 
 def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
     """A spectrum of many poles against that of the explanation."""
-    none = [np.zeros(len(e), dtype=np.bool_) for e in residuals]
+    none = no_glitches(residuals)
     again = fit_autoregression(white, none, FLEXIBLE_ORDER)
     ratio = again.innovation_sigma / max(again.sigma, 1e-300)
     samples = sum(len(e) for e in residuals)

@@ -34,7 +34,7 @@ from bayes_hw.gap.spectra import (
     fit_spectrum,
     mean_spectrum,
 )
-from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression
+from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
 
 MAX_AGE = 12
 NOISE_ORDER = 1
@@ -129,7 +129,7 @@ class JitterWhitener:
 
 def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
     """Autoregressive noise of the fit's residuals, nothing masked."""
-    return fit_autoregression(fit.residuals, [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals], order)
+    return fit_autoregression(fit.residuals, no_glitches(fit.residuals), order)
 
 
 def outliers(fit: Fit) -> StochasticFit | None:
@@ -159,7 +159,7 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
     """Samples off their instants: white noise whose variance grows with the square of the speed."""
     rate = fit.hypothesis.scale.rate
     speeds = [np.gradient(s) * rate for s in fit.simulated]
-    noise = fit_autoregression(fit.residuals, [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals], 1)
+    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
     power = float(np.mean(np.concatenate(speeds) ** 2))
     if power == 0:
         return None
@@ -206,7 +206,7 @@ def held_samples(fit: Fit) -> StochasticFit | None:
     hold, coefficient = 0.3, 0.0
     sigma = 0.5 * fit.rmse
     ages: list[FloatArray] = []
-    measured = [e + s for e, s in zip(fit.residuals, fit.simulated, strict=True)]
+    measured = fit.measured
     total = -np.inf
     for _ in range(8):
         ages, total = [], 0.0
@@ -223,7 +223,7 @@ def held_samples(fit: Fit) -> StochasticFit | None:
         if count < 50:
             return None
         hold = float(np.clip(1 - fresh / count, 0.01, 0.95))
-        noise = fit_autoregression(left, [np.zeros(len(e), dtype=np.bool_) for e in left], 1)
+        noise = fit_autoregression(left, no_glitches(left), 1)
         coefficient = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
         sigma = noise.innovation_sigma
     whitener = Autoregression(
@@ -231,7 +231,7 @@ def held_samples(fit: Fit) -> StochasticFit | None:
         sigma,
         sigma / float(np.sqrt(1 - coefficient**2)),
         total,
-        [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals],
+        no_glitches(fit.residuals),
     )
     if hold < 0.02:
         return None
@@ -264,7 +264,7 @@ def lattice_step(measured: Sequence[FloatArray]) -> float:
 
 def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white."""
-    measured = [e + s for e, s in zip(fit.residuals, fit.simulated, strict=True)]
+    measured = fit.measured
     step = lattice_step(measured)
     if step == 0:
         return None
@@ -360,7 +360,7 @@ def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner)
     rate = fit.hypothesis.scale.rate
     grid = np.fft.rfftfreq(8192, 1 / rate)
     power = model(np.maximum(grid, 0.25 * grid[1]), p)
-    masks = [np.zeros(len(e), dtype=np.bool_) for e in fit.residuals]
+    masks = no_glitches(fit.residuals)
     whitener = autoregression_of_spectrum(power, fit.residuals, masks)
     unit = fit.hypothesis.scale.units.output
     found = {size: (float(np.exp(p[2])), float(0.1 * np.exp(p[2])), unit)}

@@ -77,6 +77,11 @@ class Autoregression:
         return white
 
 
+def no_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
+    """A mask (samples,) a record with nothing in it."""
+    return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
+
+
 def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
     """`columns` (samples, n) with the samples in `gaps` interpolated from their neighbours."""
     if not gaps.any():
