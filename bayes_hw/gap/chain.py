@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -83,8 +84,8 @@ class ChainBuilder:
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
         self.axis = AxisParameters(model)
-        self._known: dict[bytes, tuple[DriveTrain | UnknownTrain, TorquePath]] = {}
-        self._chains: dict[tuple[bytes, Resonator | None, bool], Chain] = {}
+        self._paths = lru_cache(KEPT)(self._paths_of)
+        self._chain = lru_cache(KEPT)(self._chain_of)
         self.reference = realise(self._system(self.axis.nominal), model.sample_rate_hz)
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
@@ -92,19 +93,15 @@ class ChainBuilder:
 
         The latest few are kept: most derivatives leave G as it is.
         """
-        key = values[STATIC_COUNT:].tobytes()
-        known = self._known.get(key)
-        if known is None:
-            system = self._system(values)
-            train: DriveTrain | UnknownTrain | None = None
-            if self.reference is not None:
-                train = realise(system, self.model.sample_rate_hz, self.reference)
-            train = train or UnknownTrain()
-            known = train, _torque_path(train.torque_system(system))
-            if len(self._known) >= KEPT:
-                self._known.pop(next(iter(self._known)), None)
-            self._known[key] = known
-        return known
+        return self._paths(tuple(values[STATIC_COUNT:]))
+
+    def _paths_of(self, of_g: tuple[float, ...]) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
+        system = self._system(_with_static(of_g))
+        train: DriveTrain | UnknownTrain | None = None
+        if self.reference is not None:
+            train = realise(system, self.model.sample_rate_hz, self.reference)
+        train = train or UnknownTrain()
+        return train, _torque_path(train.torque_system(system))
 
     def _system(self, values: FloatArray) -> ContinuousPoles:
         batch = self.axis.linear_batch(values[:, None])
@@ -120,16 +117,10 @@ class ChainBuilder:
 
         Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
         """
-        key = values[STATIC_COUNT:].tobytes(), resonator, needs_train
-        known = self._chains.get(key)
-        if known is None:
-            known = self._built(values, resonator, needs_train)
-            if len(self._chains) >= KEPT:
-                self._chains.pop(next(iter(self._chains)), None)
-            self._chains[key] = known
-        return known
+        return self._chain(tuple(values[STATIC_COUNT:]), resonator, needs_train)
 
-    def _built(self, values: FloatArray, resonator: Resonator | None, needs_train: bool) -> Chain:
+    def _chain_of(self, of_g: tuple[float, ...], resonator: Resonator | None, needs_train: bool) -> Chain:
+        values = _with_static(of_g)
         system = self._system(values)
         s, r = system.poles, system.residues
         train, torque_path = self.paths(values if needs_train else self.axis.nominal)
@@ -151,6 +142,11 @@ class ChainBuilder:
             train.stiffness,
             train.contact_damping,
         )
+
+
+def _with_static(of_g: tuple[float, ...]) -> FloatArray:
+    """A base parameter vector from the parameters of G, the static ones zero: G does not depend on them."""
+    return np.array([*[0.0] * STATIC_COUNT, *of_g])
 
 
 def _torque_path(torques: TorqueSystem) -> TorquePath:
