@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bayes_hw.gap.decide import encoder_sigma
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.verdict import Estimate
 
@@ -31,7 +30,7 @@ def base_shifts(diagnosis: Diagnosis) -> list[BaseShift]:
     nominal = {p.name: p.nominal for p in hypothesis.parameters}
     alone = {p.name: float(v) for p, v in zip(hypothesis.parameters, base.fit.values, strict=True)}
     nominal["noise.sigma"] = diagnosis.case.model.noise_sigma
-    alone["noise.sigma"] = encoder_sigma(base)
+    alone["noise.sigma"] = base.encoder_sigma
     return [
         BaseShift(name, nominal[name], alone[name], joint) for name, joint in diagnosis.verdict.base.items()
     ]

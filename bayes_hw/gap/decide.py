@@ -27,8 +27,8 @@ class Calibration:
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
-    `left_gain` and `left_size` the leftover (log-likelihood, share of the residual) at which "other" is even
-    odds; `left_sharpness` how fast the odds change with the logarithm of the gain; `floor` the least doubt;
+    `left_surprise` and `left_size` the leftover (nats, units of the noise) at which "other" is even odds;
+    `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor` the least doubt;
     `pair_ceiling` the largest probability of a label in an answer of two;
     `sigma_log_sd` how far a nominal noise may be off.
     """
@@ -37,7 +37,7 @@ class Calibration:
     single_gain: float
     pair_gain: float
     pair_size: float
-    left_gain: float
+    left_surprise: float
     left_size: float
     left_sharpness: float
     floor: float
@@ -76,19 +76,11 @@ def best_of_sets(attribution: Attribution) -> dict[tuple[str, ...], Explanation]
     return best
 
 
-def encoder_sigma(explanation: Explanation) -> float:
-    """The stationary noise of the encoder under an explanation, output units."""
-    stochastic = explanation.stochastic
-    if stochastic is not None and stochastic.encoder_sigma is not None:
-        return stochastic.encoder_sigma
-    return explanation.fit.whitener.sigma
-
-
 def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:
     """Log-evidence with what is known of the encoder's noise."""
     if not nominal_sigma > 0:
         return explanation.log_evidence
-    off = np.log(encoder_sigma(explanation) / nominal_sigma) / calibration.sigma_log_sd
+    off = np.log(explanation.encoder_sigma / nominal_sigma) / calibration.sigma_log_sd
     return explanation.log_evidence - 0.5 * float(min(off**2, 400.0))
 
 
@@ -141,12 +133,12 @@ def _earned(
         if pair.stochastic is not None and pair.stochastic.label != label:
             if (
                 pair.stochastic.size is not None
-                and pair.stochastic.size < calibration.pair_size * encoder_sigma(pair)
+                and pair.stochastic.size < calibration.pair_size * pair.encoder_sigma
             ):
                 return False
             continue
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
-        if removed < (calibration.pair_size * encoder_sigma(pair)) ** 2:
+        if removed < (calibration.pair_size * pair.encoder_sigma) ** 2:
             return False
     return True
 
@@ -155,11 +147,11 @@ def probability_of_other(left: Sequence[Leftover], calibration: Calibration) -> 
     """Odds that what is left is structure of a size that matters."""
     odds = -np.inf
     for item in left:
-        if item.gain <= 0 or item.size <= 0:
+        if item.surprise <= 0 or item.size <= 0:
             continue
-        by_gain = calibration.left_sharpness * np.log(item.gain / calibration.left_gain)
+        by_surprise = calibration.left_sharpness * np.log(item.surprise / calibration.left_surprise)
         by_size = 2 * calibration.left_sharpness * np.log(item.size / calibration.left_size)
-        odds = max(odds, min(by_gain, by_size))
+        odds = max(odds, min(by_surprise, by_size))
     return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
 
 

@@ -15,7 +15,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
-from bayes_hw.gap.decide import Calibration, Decision, choose, decide, encoder_sigma
+from bayes_hw.gap.decide import Calibration, Decision, choose, decide
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.explanation import Explanation
@@ -100,7 +100,7 @@ def _finished(
 ) -> Diagnosis:
     hypothesis = final.fit.hypothesis
     _, draws = posterior_draws(final, rng, SECONDS_FOR_DRAWS)
-    sigma = encoder_sigma(final)
+    sigma = final.encoder_sigma
     correlation = _first_autocorrelation(final)
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
     base = attribution.base

@@ -41,6 +41,13 @@ class Explanation:
         return " + ".join(names) or "base"
 
     @property
+    def encoder_sigma(self) -> float:
+        """The stationary noise of the encoder alone, output units."""
+        if self.stochastic is not None and self.stochastic.encoder_sigma is not None:
+            return self.stochastic.encoder_sigma
+        return self.fit.whitener.sigma
+
+    @property
     def innovations(self) -> list[FloatArray]:
         """Whitened residuals of every record: white and of unit variance where the explanation holds."""
         return [self.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(self.fit.residuals)]

@@ -1,9 +1,11 @@
 """What an explanation leaves unexplained: the ground of the verdict "none of these".
 
-Encoder noise is taken to be first-order and Gaussian. Beside the best explanation, four descriptions that
-name no cause are tried on its residuals: a line (a sine of constant frequency in time), a step (a change
-point), a spectrum that first-order noise does not have, and a free function of command, position and
-velocity. Each gives the share of the residual's variance that it takes and the gain in log-likelihood.
+Encoder noise is taken to be first-order and Gaussian. Under a right explanation the whitened residuals are
+then white, of unit variance, and independent of command, motion and time. Descriptions that name no cause
+are held against that: a free function at every block, a spread that changes with the motion, heavy tails, a
+sine of constant frequency in time, a lasting step, and a spectrum that first-order noise does not have.
+Each says how surprising the residuals are where the explanation holds (minus the natural logarithm of the
+tail probability) and how large what it describes is, in units of the encoder's noise.
 """
 
 from __future__ import annotations
@@ -12,9 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2, gamma
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.whitener import bridge, fit_autoregression, no_glitches
 
@@ -23,30 +27,70 @@ STEP_MARGIN = 10
 LARGEST_USUAL_CHANGE = 14.0
 """Half the square of the largest change, in robust standard deviations, that wandering noise reaches."""
 
-FUNCTION_CENTRES = 7
+FARTHEST_WHITE = 4.0
+"""Standard deviations to which whitened residuals are clipped where their spread is compared."""
+
+KURTOSIS_OF_BURSTS = 10.0
+"""Excess kurtosis of a rare disturbance, by which the size of heavy tails is judged."""
+
+LOWEST_LINE = 12
+"""Of the padded periodogram: slower sines are drift."""
+
+LARGEST_SURPRISE = 1e4
+
+SURPRISE_OF_STRUCTURE = 12.0
+SMALLEST_STRUCTURE = 0.08
+"""Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
 
 
 @dataclass(frozen=True)
 class Leftover:
-    """One description: what it is, gain in log-likelihood beyond its parameters' cost, its size in sigma."""
+    """One description: what it is, how surprising (minus log of a tail probability), its size in sigma."""
 
     kind: str
-    gain: float
+    surprise: float
     size: float
 
 
 def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Leftover]:
-    """Descriptions of what is left, largest gain first."""
+    """Descriptions of what is left, most surprising first."""
     residuals = _bridged(explanation)
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
-    sigma = float(np.sqrt(np.mean(np.concatenate(residuals) ** 2)))
+    sigma = max(explanation.encoder_sigma, 1e-300)
     found = [_line(residuals, white), _step(residuals)]
-    if "encoder_quantization" not in explanation.labels:
-        found += [_spectrum(residuals, white), _function(explanation, white, inputs)]
+    fit = explanation.fit
+    chain = fit.hypothesis.chain(fit.values)
+    moved = motions(inputs, fit.simulated, chain, (float(fit.values[0]), float(fit.values[1])))
+    found += [
+        (f"function at {function.block}", _tail(2 * function.gain, function.shapes), function.size**2)
+        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener)
+    ]
+    if explanation.stochastic is None or explanation.stochastic.display is None:
+        found += [_spectrum(residuals, white), _spread(moved, white, sigma), _tails(white, sigma)]
     return sorted(
-        (Leftover(kind, gain, np.sqrt(max(size, 0.0)) / max(sigma, 1e-300)) for kind, gain, size in found),
-        key=lambda left: -left.gain,
+        (
+            Leftover(
+                kind,
+                float(np.clip(surprise, 0.0, LARGEST_SURPRISE)),
+                float(np.sqrt(max(square, 0.0))) / sigma,
+            )
+            for kind, surprise, square in found
+        ),
+        key=lambda left: -left.surprise,
     )
+
+
+def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> bool:
+    """Whether anything is left that a further effect could be the cause of."""
+    return any(
+        left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
+        for left in leftovers(explanation, inputs)
+    )
+
+
+def _tail(statistic: float, degrees: int) -> float:
+    """Minus the logarithm of the probability that chi-squared of so many degrees exceeds `statistic`."""
+    return -float(chi2.logsf(max(statistic, 0.0), max(degrees, 1)))
 
 
 def _bridged(explanation: Explanation) -> list[FloatArray]:
@@ -67,28 +111,25 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
 def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
     """The strongest sine in every record, each with its own phase, the frequency common."""
     length = 4 * max(len(w) for w in white)
-    power = np.sum([np.abs(np.fft.rfft(w, length)) ** 2 / len(w) for w in white], axis=0)
-    lowest = 12
-    peak = lowest + int(np.argmax(power[lowest:]))
-    gain = float(power[peak]) - np.log(len(power))
+    power = np.sum([np.abs(np.fft.rfft(w, length)) ** 2 / max(float(w @ w), 1e-300) for w in white], axis=0)
+    peak = LOWEST_LINE + int(np.argmax(power[LOWEST_LINE:]))
+    surprise = -float(gamma.logsf(power[peak], len(white))) - np.log(len(power))
     omega = 2 * np.pi * peak / length
     taken = 0.0
     for e in residuals:
         columns = np.stack([np.cos(omega * np.arange(len(e))), np.sin(omega * np.arange(len(e)))], axis=1)
         taken += float(np.sum((columns @ np.linalg.lstsq(columns, e, rcond=None)[0]) ** 2))
-    penalty = (2 * len(white) + 1) * 0.5 * np.log(sum(len(w) for w in white))
-    return "line in time", gain - penalty, taken / sum(len(e) for e in residuals)
+    return "line in time", surprise, taken / sum(len(e) for e in residuals)
 
 
 def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
     """A spectrum of many poles against that of the explanation."""
-    none = no_glitches(residuals)
-    again = fit_autoregression(white, none, FLEXIBLE_ORDER)
+    again = fit_autoregression(white, no_glitches(residuals), FLEXIBLE_ORDER)
     ratio = again.innovation_sigma / max(again.sigma, 1e-300)
     samples = sum(len(e) for e in residuals)
-    gain = -samples * np.log(max(ratio, 1e-12)) - 0.5 * FLEXIBLE_ORDER * np.log(samples)
+    statistic = -2 * samples * np.log(max(ratio, 1e-12))
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
-    return "spectrum", float(gain), mean_square * (1 - ratio**2)
+    return "spectrum", _tail(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
 
 
 def _step(residuals: Sequence[FloatArray]) -> tuple[str, float, float]:
@@ -96,46 +137,43 @@ def _step(residuals: Sequence[FloatArray]) -> tuple[str, float, float]:
 
     Noise that wanders has many changes of like size; a step is one far larger than all the rest.
     """
-    gain, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
+    surprise, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
     for e in residuals:
         sums = np.concatenate([[0.0], np.cumsum(e)])
         middle = np.arange(STEP_MARGIN, len(e) - STEP_MARGIN)
         change = (sums[middle + STEP_MARGIN] - 2 * sums[middle] + sums[middle - STEP_MARGIN]) / STEP_MARGIN
         usual = 1.4826 * float(np.median(np.abs(change - np.median(change))))
         at = int(np.argmax(np.abs(change)))
-        gain += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
+        surprise += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
         share = (at + STEP_MARGIN) / len(e)
         taken += len(e) * share * (1 - share) * float(change[at]) ** 2
-    return "step", gain, taken / samples
+    return "step", surprise, taken / samples
 
 
-def _function(
-    explanation: Explanation, white: Sequence[FloatArray], inputs: Sequence[FloatArray]
-) -> tuple[str, float, float]:
-    """A sum of bumps over command, position and speed, and the signs of speed and command."""
-    fit = explanation.fit
-    scale = fit.hypothesis.scale
-    columns = []
-    for u, y in zip(inputs, fit.simulated, strict=True):
-        speed = np.gradient(y) * scale.rate
-        bumps = []
-        for signal in (u, y, speed):
-            low, high = np.quantile(signal, [0.02, 0.98])
-            width = max((high - low) / (FUNCTION_CENTRES - 1), 1e-300)
-            centres = np.linspace(low, high, FUNCTION_CENTRES)
-            bumps.append(np.exp(-0.5 * ((signal[:, None] - centres) / width) ** 2))
-        bumps.append(np.stack([np.sign(speed), np.sign(u), np.abs(speed), speed * np.abs(speed)], axis=1))
-        columns.append(np.concatenate(bumps, axis=1))
-    whitened = np.concatenate([fit.whitener.whiten(c, r) for r, c in enumerate(columns)])
-    tangents, _ = np.linalg.qr(
-        np.concatenate([fit.whitener.whiten(j, r) for r, j in enumerate(fit.jacobians)])
+def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:
+    """A variance of the whitened residuals that changes with command, speed and position."""
+    every = np.concatenate(list(white))
+    unit = every / max(float(np.sqrt(np.mean(every**2))), 1e-300)
+    square = np.clip(unit, -FARTHEST_WHITE, FARTHEST_WHITE) ** 2
+    square = square - square.mean()
+    shapes = [hats([getattr(m, name) for m in found]) for name in ("command", "speed", "w")]
+    shapes.append([np.abs(np.gradient(m.command))[:, None] for m in found])
+    columns = np.concatenate([np.concatenate(list(shape)) for shape in shapes], axis=1)
+    columns = columns - columns.mean(axis=0)
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    u = u[:, s > 1e-5 * s[0]]
+    amplitude = u.T @ square
+    statistic = float(amplitude @ amplitude) / max(float(np.var(square)), 1e-300)
+    changing = float(
+        np.sqrt(max(float(amplitude @ amplitude) - u.shape[1] * np.var(square), 0.0) / len(square))
     )
-    stacked = np.concatenate(list(white))
-    basis = whitened - tangents @ (tangents.T @ whitened)
-    scales = np.linalg.norm(basis, axis=0)
-    left, values, _ = np.linalg.svd(basis / np.maximum(scales, 1e-300), full_matrices=False)
-    left = left[:, values > 1e-6 * values[0]]
-    gain = 0.5 * float(np.sum((left.T @ stacked) ** 2))
-    penalty = 0.5 * left.shape[1] * np.log(len(stacked))
-    mean_square = float(np.mean(np.concatenate(fit.residuals) ** 2))
-    return "function of command and motion", gain - penalty, mean_square * 2 * gain / len(stacked)
+    return "spread", _tail(statistic, u.shape[1]), changing * sigma**2
+
+
+def _tails(white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:
+    """Kurtosis of the whitened residuals."""
+    every = np.concatenate(list(white))
+    excess = float(np.mean(every**4) / max(float(np.mean(every**2)), 1e-300) ** 2 - 3)
+    share = np.sqrt(min(max(excess, 0.0) / KURTOSIS_OF_BURSTS, 1.0))
+    return "heavy tails", 0.5 * max(excess, 0.0) ** 2 * len(every) / 24, share * sigma**2

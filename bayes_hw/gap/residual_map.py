@@ -8,7 +8,6 @@ import numpy as np
 from scipy.signal import spectrogram
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.decide import encoder_sigma
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.whitener import Autoregression
 
@@ -34,7 +33,7 @@ def noise_power(explanation: Explanation, frequencies: FloatArray) -> FloatArray
     """
     whitener = explanation.fit.whitener
     if explanation.stochastic is not None or not isinstance(whitener, Autoregression):
-        return np.full(len(frequencies), encoder_sigma(explanation) ** 2)
+        return np.full(len(frequencies), explanation.encoder_sigma**2)
     rate = explanation.fit.hypothesis.scale.rate
     lags = np.arange(1, len(whitener.coefficients) + 1)
     turns = np.exp(-2j * np.pi * np.outer(frequencies, lags) / rate)

@@ -24,7 +24,7 @@ def sentence(diagnosis: Diagnosis) -> str:
         return (
             f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
             f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) "
-            f"a {left.kind} of {left.size:.2g} of what is left stays."
+            f"a {left.kind} of {left.size:.2g} times the noise stays."
         )
     effects = diagnosis.decision.explanation.fit.hypothesis.effects
     parts = []

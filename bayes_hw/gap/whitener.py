@@ -44,14 +44,21 @@ class Whitener(Protocol):
 
 @dataclass(frozen=True)
 class Plain:
-    """White noise of a given sigma: the plain residuals that a first fit starts on."""
+    """White noise of a given sigma: the plain residuals that a first fit starts on.
+
+    Samples in `masked` (a mask a record, or no mask at all) do not count.
+    """
 
     sigma: float
     log_likelihood: float = float("nan")
     parameter_count: int = 1
+    masked: tuple[BoolArray, ...] = ()
 
-    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
-        return columns / self.sigma
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        white = columns / self.sigma
+        if self.masked:
+            white[self.masked[record]] = 0.0
+        return white
 
 
 @dataclass(frozen=True)

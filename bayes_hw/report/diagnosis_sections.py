@@ -114,14 +114,14 @@ def which_section(diagnosis: Diagnosis) -> Section:
         blocks.append(Callout("info", "Next experiment", verdict.next_experiment))
     blocks.append(
         Table(
-            ("what is left", "gain in log-likelihood", "size / rms of the residual"),
+            ("what is left", "surprise (nats)", "size / noise"),
             tuple(
-                (left.kind, format_number(left.gain), format_number(left.size, 2))
+                (left.kind, format_number(left.surprise), format_number(left.size, 2))
                 for left in diagnosis.decision.leftovers
             ),
             f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
-            "name no cause, each with its gain beyond the cost of its parameters (below zero: nothing "
-            "there). A large one makes the verdict “other”.",
+            "name no cause, each with minus the logarithm of the probability of as much by chance, and its "
+            "size in units of the noise. A surprising one of some size makes the verdict “other”.",
             (1, 2),
         )
     )

@@ -1,0 +1,152 @@
+"""Free functions of command, motion, position and time, entering at every block of an axis.
+
+They name no cause. Each is a sum of a few fixed shapes (hats over a signal, lags, knots in time) that enters
+where its block does and reaches the output through the linear block, so that what is missing can have any
+form. Where one of them still takes something of the residual, structure is left; which of them takes most
+says where. Base tangents are projected off: what re-estimating the base could do does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.effects.effect import Door
+from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.whitener import Whitener
+
+HATS = 7
+LAGS = (1, 2, 4, 8, 16, 32)
+TIME_KNOTS = 12
+SMALLEST_DIRECTION = 1e-5
+"""Of the largest singular value; a combination of shapes below it is left out."""
+
+WEAK_DIRECTION = 0.03
+"""Of a shape's own norm: combinations that reach the output less are shrunk in what is shown as taken."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One record as the base model sees it: command, limited and delayed command, w and its speed."""
+
+    command: FloatArray
+    limited: FloatArray
+    w: FloatArray
+    speed: FloatArray
+
+
+@dataclass(frozen=True)
+class FreeFunction:
+    """What the free function of one block takes.
+
+    `gain` is in log-likelihood, half of what is chi-squared of `shapes` degrees where nothing is left;
+    `taken` the response (samples,) a record, output units.
+    """
+
+    block: str
+    gain: float
+    taken: tuple[FloatArray, ...]
+    shapes: int
+
+    @property
+    def size(self) -> float:
+        """Root mean square of what is taken, output units."""
+        return float(np.sqrt(np.mean(np.concatenate(self.taken) ** 2)))
+
+
+def motions(
+    commands: Sequence[FloatArray], simulated: Sequence[FloatArray], chain: Chain, limits: tuple[float, float]
+) -> list[Motion]:
+    """The motion of every record from its command and simulated output."""
+    found = []
+    for u, w in zip(commands, simulated, strict=True):
+        delayed = np.concatenate([np.zeros(chain.delay_samples), u[: len(u) - chain.delay_samples]])
+        found.append(Motion(delayed, np.clip(delayed, *limits), w, np.gradient(w) * chain.rate))
+    return found
+
+
+def hats(signals: Sequence[FloatArray], count: int = HATS) -> list[FloatArray]:
+    """Piecewise linear shapes (samples, count) over a signal, knots at its quantiles in all records."""
+    every = np.concatenate(list(signals))
+    knots = np.unique(np.quantile(every, np.linspace(0.01, 0.99, count)))
+    if len(knots) < 2 or knots[-1] - knots[0] <= 0:
+        return [np.zeros((len(s), 0)) for s in signals]
+    eye = np.eye(len(knots))
+    return [np.stack([np.interp(s, knots, row) for row in eye], axis=1) for s in signals]
+
+
+def _signs(signals: Sequence[FloatArray]) -> list[FloatArray]:
+    return [np.sign(s)[:, None] for s in signals]
+
+
+def _lagged(signals: Sequence[FloatArray]) -> list[FloatArray]:
+    return [
+        np.stack([np.concatenate([np.zeros(lag), s[: len(s) - lag]]) - s for lag in LAGS], axis=1)
+        for s in signals
+    ]
+
+
+def _knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
+    """Hats over time, those of every record its own."""
+    found = []
+    for record, length in enumerate(lengths):
+        columns = np.zeros((length, TIME_KNOTS * len(lengths)))
+        places = np.linspace(0, length - 1, TIME_KNOTS)
+        for i in range(TIME_KNOTS):
+            columns[:, record * TIME_KNOTS + i] = np.interp(np.arange(length), places, np.eye(TIME_KNOTS)[i])
+        found.append(columns)
+    return found
+
+
+def _beside(*groups: Sequence[FloatArray]) -> list[FloatArray]:
+    return [np.concatenate(columns, axis=1) for columns in zip(*groups, strict=True)]
+
+
+def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
+    """For every block its door and shapes (samples, n) a record."""
+    limited, speed, w = ([getattr(m, name) for m in found] for name in ("limited", "speed", "w"))
+    command = [m.command for m in found]
+    change = [np.gradient(c) for c in command]
+    return {
+        "input": ("command", _beside(hats(command), hats(change, 5), hats(w), _signs(change))),
+        "linear": ("command", _lagged(limited)),
+        "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
+        "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
+        "disturbance": ("motor_torque", _knots_in_time([len(m.w) for m in found])),
+    }
+
+
+def free_functions(
+    found: Sequence[Motion],
+    chain: Chain,
+    residuals: Sequence[FloatArray],
+    tangents: Sequence[FloatArray],
+    whitener: Whitener,
+) -> list[FreeFunction]:
+    """What the free function of every block takes of `residuals` (samples,), a record each."""
+    lengths = np.cumsum([len(e) for e in residuals])[:-1]
+    plain = np.concatenate(list(tangents))
+    basis, triangle = np.linalg.qr(np.concatenate([whitener.whiten(j, r) for r, j in enumerate(tangents)]))
+    left = np.concatenate([whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)])
+    left = left - basis @ (basis.T @ left)
+    results = []
+    for block, (door, shapes) in shapes_of_blocks(found).items():
+        responses = [convolve(impulse_response(chain, door, len(s)), s) for s in shapes]
+        columns = np.concatenate([whitener.whiten(c, r) for r, c in enumerate(responses)])
+        scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        columns = columns / scales
+        along = basis.T @ columns
+        columns -= basis @ along
+        u, s, vt = np.linalg.svd(columns, full_matrices=False)
+        kept = s > SMALLEST_DIRECTION * s[0]
+        amplitude = u[:, kept].T @ left
+        gain = 0.5 * float(amplitude @ amplitude)
+        weights = vt[kept].T @ (amplitude * s[kept] / (s[kept] ** 2 + WEAK_DIRECTION**2))
+        refitted = np.linalg.lstsq(triangle, along @ weights, rcond=None)[0]
+        taken = np.concatenate(responses) @ (weights / scales) - plain @ refitted
+        results.append(FreeFunction(block, gain, tuple(np.split(taken, lengths)), int(kept.sum())))
+    return results

@@ -1,0 +1,161 @@
+"""The stochastic effects alone and beside effects of the response, the response refitted under each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochastic
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.stochastic import (
+    StochasticFit,
+    autoregression,
+    clock_jitter,
+    held_samples,
+    lattice_step,
+    outliers,
+    quantization,
+    random_walk,
+    wind,
+)
+
+HOSTS = 2
+SINGLES_WITH_NOISE = 12
+SCREENED_UNDER_NOISE = 4
+ITERATIONS_UNDER_NOISE = 8
+
+LARGEST_WANDER = 1.3
+"""Growth of the plain error at which a refit has left the record to the noise; it is not taken."""
+
+WORTH_REFITTING = 3.0
+WORTH_EVERY_EFFECT = 50.0
+"""Gains of log-likelihood over autoregressive noise."""
+
+Kind: TypeAlias = Callable[[Fit], StochasticFit | None]
+
+
+class StochasticSearch:
+    """Stochastic effects on the records `measured`, those of `labels`; `sigma` the noise to start with."""
+
+    def __init__(
+        self, measured: Sequence[FloatArray], labels: frozenset[str], sigma: float, each: Each
+    ) -> None:
+        self.measured, self.labels, self.sigma, self.each = measured, labels, sigma, each
+
+    @cached_property
+    def lattice(self) -> bool:
+        """Whether the records lie on a lattice, and rounding is in the catalogue."""
+        return "encoder_quantization" in self.labels and lattice_step(self.measured) > 0
+
+    def rounded(self, host: Fit) -> bool:
+        """Whether the records lie on a lattice well above the noise: a fact, no hypothesis."""
+        return self.lattice and self._quantization(host) is not None
+
+    def beside(
+        self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]
+    ) -> list[Explanation]:
+        """Every stochastic effect alone and beside the best of `coloured`, single effects.
+
+        One that helps much anywhere is held against every plain fit of `singles`, since it may hide which of
+        them is right.
+        """
+        rounded = self.rounded(base.fit)
+        best = sorted((e for e in coloured if len(e.labels) == 1), key=lambda e: -e.log_evidence)
+        hosts = [base.fit, *(e.fit for e in (best if rounded else best[:HOSTS]))]
+        noise = [autoregression(host).log_likelihood for host in hosts]
+        tasks = [(kind, host) for kind in self.kinds(rounded) for host in range(len(hosts))]
+        first = self.each(lambda task: task[0](hosts[task[1]]), tasks)
+        chosen: list[tuple[Kind, StochasticFit, Fit]] = []
+        helpful: list[Kind] = []
+        for (kind, host), found in zip(tasks, first, strict=True):
+            if found is None or found.label in hosts[host].hypothesis.labels:
+                continue
+            gain = found.log_likelihood - noise[host]
+            if gain > WORTH_REFITTING or rounded:
+                chosen.append((kind, found, hosts[host]))
+            if gain > WORTH_EVERY_EFFECT and not rounded and kind not in helpful:
+                helpful.append(kind)
+        for kind in helpful:
+            others = [f for f in singles if not any(f is host for host in hosts)][:SINGLES_WITH_NOISE]
+            tried = list(zip(self.each(kind, others), others, strict=True))
+            promising = [(found, f) for found, f in tried if found and found.label not in f.hypothesis.labels]
+            promising.sort(key=lambda pair: -pair[0].log_likelihood)
+            chosen += [(kind, found, f) for found, f in promising[:HOSTS]]
+        return self.each(lambda choice: self._refitted(*choice), chosen)
+
+    def kinds(self, rounded: bool) -> list[Kind]:
+        """The stochastic effects to try."""
+        if rounded:
+            return [self._quantization]
+        kinds: dict[Kind, str] = {
+            outliers: "outliers",
+            clock_jitter: "timing_jitter",
+            held_samples: "timing_jitter",
+            wind: "wind",
+            random_walk: "sensor_drift",
+        }
+        return [kind for kind, label in kinds.items() if label in self.labels]
+
+    def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
+        """Effects screened and fitted under the noise of `explanation`, a stochastic effect alone."""
+        stochastic, host = explanation.stochastic, explanation.fit
+        if stochastic is None or stochastic.display is not None:
+            return []
+        kind = self._kind_of(stochastic, host)
+        screen = Screen(host, stochastic.whitener)
+        ranked = [c[0] for c in self.each(screen.candidates, effects) if c]
+        ranked = [c for c in ranked if c.effect.label not in explanation.labels]
+        ranked.sort(key=lambda candidate: -candidate.reduction)
+
+        def fitted(rank: int) -> Explanation:
+            candidate = ranked[rank]
+            hypothesis = host.hypothesis.with_effect(candidate.effect)
+            start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
+            moved = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
+            again = kind(moved)
+            return self._refitted(kind, again or stochastic, moved)
+
+        return self.each(fitted, range(min(SCREENED_UNDER_NOISE, len(ranked))))
+
+    def _kind_of(self, stochastic: StochasticFit, host: Fit) -> Kind:
+        for kind in self.kinds(rounded=False):
+            found = kind(host)
+            if found is not None and (found.label, found.form) == (stochastic.label, stochastic.form):
+                return kind
+        raise ValueError(f"no stochastic effect makes {stochastic.label} {stochastic.form}")
+
+    def _quantization(self, host: Fit) -> StochasticFit | None:
+        return quantization(host, self.sigma)
+
+    def _refitted(self, kind: Kind, first: StochasticFit, host: Fit) -> Explanation:
+        best = with_stochastic(first, host)
+        current, stochastic = host, first
+        for _ in range(2):
+            hypothesis = current.hypothesis
+            if stochastic.display is not None:
+                hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
+            moved = fit(hypothesis, self.measured, current.coordinates, stochastic.whitener, 5)
+            plain = Hypothesis(hypothesis.builder, hypothesis.scale, hypothesis.inputs, hypothesis.effects)
+            shown = plain.simulate(moved.values)
+            residuals = [y - s for y, s in zip(self.measured, shown, strict=True)]
+            current = Fit(
+                plain, moved.coordinates, residuals, shown, moved.jacobians, stochastic.whitener, moved.cost
+            )
+            again = kind(current)
+            if again is None:
+                break
+            stochastic = again
+            trial = with_stochastic(stochastic, current)
+            wandered = current.rmse > LARGEST_WANDER * host.rmse
+            if wandered or trial.log_evidence < best.log_evidence + 1:
+                break
+            best = trial
+        return best
