@@ -43,6 +43,9 @@ TRIED_WHERE_NOTHING_IS_LEFT = 3
 SINGLES_FINISHED = 8
 FEWEST_GLITCHES = 3
 
+RESTARTED = 3
+RESTARTS = 3
+
 FURTHER_FIRST_EFFECTS = 5
 FURTHER_PARTNERS = 6
 FURTHER_JOINT_STARTS = 18
@@ -96,6 +99,11 @@ class Attributor:
         self.tell("stochastic effects")
         found += [*coloured, *self.stochastic.beside(base, coloured, singles)]
         if structure and self._unfinished(found):
+            self.tell("other starts")
+            restarted = self._restarted(coloured)
+            found += restarted
+            coloured += restarted
+        if structure and self._unfinished(found):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
             pairs = self.pair_fits(firsts[:FIRST_EFFECTS], singles, PARTNERS_TRIED, (0, JOINT_STARTS))
@@ -111,6 +119,32 @@ class Attributor:
 
     def _unfinished(self, found: Sequence[Explanation]) -> bool:
         return leaves_structure(min(found, key=_worst_first), self.base.inputs)
+
+    def _restarted(self, coloured: Sequence[Explanation]) -> list[Explanation]:
+        """The best of `coloured` from other limits, dead zones and gains."""
+        hosts = [e.fit for e in sorted(coloured, key=_worst_first)][:RESTARTED]
+        starts = [(host.hypothesis, start) for host in hosts for start in self._starts_about(host)]
+        fits = self.each(
+            lambda s: fit(s[0], self.measured, s[1], self.plain, FIRST_ITERATIONS + MORE_ITERATIONS),
+            starts,
+        )
+        return self.each(lambda f: with_coloured_noise(f, self.measured), _best_of_each(fits))
+
+    def _starts_about(self, host: Fit) -> FloatArray:
+        """The nearest of many draws of limits, dead zone and gain, the modes nominal, the effect as fitted."""
+        count = self.base.base_count
+        own = np.concatenate([self.base.prior_means, host.coordinates[count:]])
+        draws = np.repeat(own[None], BASE_DRAWS // 2, axis=0)
+        rng = np.random.default_rng(self.seed + 1)
+        draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(len(draws), len(STATIC_SPREAD))) * STATIC_SPREAD
+        return draws[np.argsort([self._square_error(host.hypothesis, draw) for draw in draws])[:RESTARTS]]
+
+    def _square_error(self, hypothesis: Hypothesis, coordinates: FloatArray) -> float:
+        simulated = hypothesis.simulate(hypothesis.to_values(coordinates))
+        return sum(
+            float(np.sum(self.plain.whiten(y - s, r) ** 2))
+            for r, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
+        )
 
     def _paired(self, pairs: Sequence[Fit]) -> list[Explanation]:
         paired = self.each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
@@ -140,12 +174,7 @@ class Attributor:
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
         rng = np.random.default_rng(self.seed)
         draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
-        errors = []
-        for draw in draws:
-            simulated = self.base.simulate(self.base.to_values(draw))
-            errors.append(
-                sum(float(np.sum((y - s) ** 2)) for y, s in zip(self.measured, simulated, strict=True))
-            )
+        errors = [self._square_error(self.base, draw) for draw in draws]
         return np.asarray(draws[np.argsort(errors)])
 
     def single_fits(self, base: Fit, tried_from_nominal: int = TRIED_FROM_NOMINAL) -> list[Fit]:

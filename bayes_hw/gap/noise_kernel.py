@@ -75,3 +75,59 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
             ages[k, a] = before[a]
         log_likelihood += largest + np.log(total) + norm
     return log_likelihood
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def state_filter(columns, transition, output, increment, initial, white):  # type: ignore[no-untyped-def]
+    """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
+
+    x(k+1) = transition x(k) + a(k) with var a = increment (n, n), e(k) = output x(k), x(0) of variance
+    `initial`. `columns` (samples, m) are filtered into `white`, unit innovations where they are such noise.
+    The gain is kept once it no longer changes.
+    """
+    samples, m = columns.shape
+    n = len(output)
+    variance = initial.copy()
+    state = np.zeros((n, m))
+    gain = np.zeros(n)
+    settled = False
+    total, root, log_total = 1.0, 1.0, 0.0
+    log_determinant = 0.0
+    carried = np.zeros((n, n))
+    following = np.zeros((n, n))
+    corrected = np.zeros(n)
+    for k in range(samples):
+        if not settled:
+            column = variance @ output
+            total = max(output @ column, 1e-300)
+            root, log_total = np.sqrt(total), np.log(total)
+            change = 0.0
+            for i in range(n):
+                new = column[i] / total
+                change = max(change, abs(new - gain[i]))
+                gain[i] = new
+            for i in range(n):
+                for j in range(n):
+                    carried[i, j] = variance[i, j] - gain[i] * column[j]
+            following = transition @ carried @ transition.T + increment
+            moved = 0.0
+            for i in range(n):
+                for j in range(n):
+                    scale = np.sqrt(abs(following[i, i] * following[j, j])) + 1e-300
+                    moved = max(moved, abs(following[i, j] - variance[i, j]) / scale)
+                    variance[i, j] = 0.5 * (following[i, j] + following[j, i])
+            settled = moved < 1e-9 and k > n
+        log_determinant += log_total
+        for c in range(m):
+            innovation = columns[k, c]
+            for i in range(n):
+                innovation -= output[i] * state[i, c]
+            white[k, c] = innovation / root
+            for i in range(n):
+                corrected[i] = state[i, c] + gain[i] * innovation
+            for i in range(n):
+                value = 0.0
+                for j in range(n):
+                    value += transition[i, j] * corrected[j]
+                state[i, c] = value
+    return log_determinant

@@ -1,4 +1,4 @@
-"""Spectra of residuals, and the long autoregression that stands for a given spectrum."""
+"""Spectra of residuals, and models fitted to them by Whittle's likelihood."""
 
 from __future__ import annotations
 
@@ -6,17 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 from scipy.optimize import minimize
 
-from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.whitener import LOG_2PI, Autoregression
-
-SPECTRUM_PARAMETERS = 2
-"""Of the encoder's noise; those of a stochastic effect are counted with it."""
-
-LONG_ORDER = 60
-"""Order of the autoregression that stands for a given spectrum."""
+from bayes_hw.arrays import FloatArray
 
 LARGEST_NOISE_CORRELATION = 0.92
 """First autocorrelation that encoder noise may have; what is slower is called wind or drift."""
@@ -61,27 +53,6 @@ def first_order_spectrum(frequency: FloatArray, rate: float, sigma: float, corre
 def whittle(spectrum: Spectrum, model: FloatArray) -> float:
     """Minus Whittle's log-likelihood of the binned spectrum, up to a constant."""
     return float(np.sum(spectrum.counts * (np.log(model) + spectrum.power / model)))
-
-
-def autoregression_of_spectrum(
-    power: FloatArray, residuals: Sequence[FloatArray], glitches: Sequence[BoolArray]
-) -> Autoregression:
-    """The long autoregression of a power spectrum given on a full grid 0 ... rate / 2, and its likelihood."""
-    covariance = np.fft.irfft(power)[: LONG_ORDER + 1]
-    covariance[0] *= 1 + 1e-9
-    coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
-    innovation = float(np.sqrt(max(covariance[0] - coefficients @ covariance[1:], 1e-30)))
-    model = Autoregression(
-        coefficients, innovation, float(np.sqrt(covariance[0])), 0.0, glitches, SPECTRUM_PARAMETERS
-    )
-    total = 0.0
-    for record, e in enumerate(residuals):
-        white = model.whiten(e[:, None], record)[LONG_ORDER:, 0]
-        total -= 0.5 * float(white @ white) + len(white) * (np.log(innovation) + 0.5 * LOG_2PI)
-        total -= LONG_ORDER * (np.log(innovation) + 0.5 * LOG_2PI) + 0.5 * LONG_ORDER
-    return Autoregression(
-        coefficients, innovation, float(np.sqrt(covariance[0])), total, glitches, SPECTRUM_PARAMETERS
-    )
 
 
 def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]

@@ -1,11 +1,8 @@
 """Stochastic effects: what the residuals of a fit say of each, with the whitener that belongs to it.
 
 They change the noise, not the response: no simulator can track their realisation, so what they improve is
-the predictive density and the band.
+the predictive density and the band. Wind and a random walk of the encoder are in `slow_noise`.
 
-- wind: first-order load torque through the drive train's own path, beside the encoder's noise
-  (Davenport's spectrum falls likewise above its corner; doi 10.1002/qj.49708837618)
-- sensor_drift (random walk): increments of variance q a sample, beside the encoder's noise
 - timing_jitter (clock): samples taken off their instants by epsilon ~ N(0, tau^2), an error dy/dt epsilon
 - timing_jitter (held samples): the encoder repeats its last sample with a probability
 - outliers: isolated glitches, a mixture with a wide component
@@ -26,14 +23,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
-from bayes_hw.gap.spectra import (
-    LARGEST_NOISE_CORRELATION,
-    Spectrum,
-    autoregression_of_spectrum,
-    first_order_spectrum,
-    fit_spectrum,
-    mean_spectrum,
-)
+from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
 
 MAX_AGE = 12
@@ -301,77 +291,3 @@ def _log_interval(low: FloatArray, high: FloatArray) -> FloatArray:
     a, b = np.where(flip, -high, low), np.where(flip, -low, high)
     upper, lower = log_ndtr(b), log_ndtr(a)
     return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12)))
-
-
-def wind(fit: Fit) -> StochasticFit | None:
-    """A slow load torque: first-order spectrum through the drive train's path, beside the encoder's noise."""
-    rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
-    chain = fit.hypothesis.chain(fit.values)
-    real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
-    spectrum = mean_spectrum(fit.residuals, rate)
-
-    def path(f: FloatArray) -> FloatArray:
-        s = 2j * np.pi * f
-        total = np.zeros_like(s)
-        for pole, gain in zip(real, real_in[1] * real_out[0], strict=True):
-            total = total + gain / (s - pole)
-        for pole, gain in zip(pairs, pair_in[1] * pair_out[0], strict=True):
-            total = total + gain / (s - pole) + np.conj(gain) / (s - np.conj(pole))
-        return np.abs(total) ** 2
-
-    static = max(float(path(np.array([1e-3]))[0]), 1e-300)
-
-    def model(f: FloatArray, p: FloatArray) -> FloatArray:
-        noise = first_order_spectrum(f, rate, np.exp(p[0]), _correlation(p[1]))
-        corner = np.exp(np.clip(p[3], np.log(0.1 / (samples / rate)), np.log(0.15 * rate)))
-        slow = np.exp(2 * p[2]) * rate / (np.pi * corner) / (1 + (f / corner) ** 2)
-        return noise + slow * path(f) / static
-
-    high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
-    level = np.log(fit.rmse)
-    starts = [np.array([high, -1.0, level, np.log(c)]) for c in (0.05, 0.3, 1.0)]
-    return _spectral("wind", "", fit, spectrum, model, starts, "wind.sd", "wind.corner_hz")
-
-
-def random_walk(fit: Fit) -> StochasticFit | None:
-    """A measured angle that wanders: increments of constant variance, beside the encoder's noise."""
-    rate = fit.hypothesis.scale.rate
-    duration = max(len(e) for e in fit.residuals) / rate
-    spectrum = mean_spectrum(fit.residuals, rate)
-
-    def model(f: FloatArray, p: FloatArray) -> FloatArray:
-        noise = first_order_spectrum(f, rate, np.exp(p[0]), _correlation(p[1]))
-        return noise + np.exp(2 * p[2]) / (
-            2 - 2 * np.cos(2 * np.pi * f / rate) + (0.3 / (duration * rate)) ** 2
-        )
-
-    level = np.log(fit.rmse)
-    starts = [np.array([level, -1.0, level + k]) for k in (-4.0, -2.5)]
-    return _spectral("sensor_drift", "random walk", fit, spectrum, model, starts, "sensor_drift.step_sd", "")
-
-
-def _correlation(p: float) -> float:
-    return LARGEST_NOISE_CORRELATION / (1 + float(np.exp(-np.clip(p, -30, 30))))
-
-
-def _spectral(label, form, fit, spectrum: Spectrum, model, starts, size, corner):  # type: ignore[no-untyped-def]
-    """The spectral model fitted, as a long autoregression with its time-domain likelihood."""
-    p = fit_spectrum(spectrum, model, starts)
-    rate = fit.hypothesis.scale.rate
-    grid = np.fft.rfftfreq(8192, 1 / rate)
-    power = model(np.maximum(grid, 0.25 * grid[1]), p)
-    masks = no_glitches(fit.residuals)
-    whitener = autoregression_of_spectrum(power, fit.residuals, masks)
-    unit = fit.hypothesis.scale.units.output
-    found = {size: (float(np.exp(p[2])), float(0.1 * np.exp(p[2])), unit)}
-    if corner:
-        found[corner] = (float(np.exp(p[3])), float(0.3 * np.exp(p[3])), "Hz")
-    return StochasticFit(
-        label,
-        form,
-        whitener,
-        whitener.log_likelihood,
-        found,
-        encoder_sigma=float(np.exp(p[0])),
-        size=float(np.sqrt(max(fit.rmse**2 - np.exp(2 * p[0]), 0.0))),
-    )

@@ -15,6 +15,7 @@ from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.stochastic import (
     StochasticFit,
     autoregression,
@@ -23,8 +24,6 @@ from bayes_hw.gap.stochastic import (
     lattice_step,
     outliers,
     quantization,
-    random_walk,
-    wind,
 )
 
 HOSTS = 2

@@ -132,7 +132,8 @@ class Run:
         wave = self.eccentricity
         if wave.amplitude != 0.0:
             x = wave.wavenumber * w
-            y = y + wave.amplitude * (np.sin(x + wave.phase) + wave.second * np.sin(2 * x + wave.phase))
+            error = np.sin(x + wave.phase) + wave.second * np.sin(2 * x + wave.phase)
+            y = y + wave.amplitude * (error - (1 + wave.second) * np.sin(wave.phase))
         y = y[_last_fresh(self.held)]
         return Reading(y, self.drift, self.outliers, self.repeated, self.quantization_step)
 

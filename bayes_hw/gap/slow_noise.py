@@ -1,0 +1,164 @@
+"""Slow stochastic effects: a load torque by the wind, and an encoder that wanders.
+
+- wind: first-order load torque through the drive train's own path, beside the encoder's noise
+  (Davenport's spectrum falls likewise above its corner; doi 10.1002/qj.49708837618)
+- sensor_drift (random walk): increments of constant variance a sample, beside the encoder's noise
+
+The spectrum of the residuals gives the start (Whittle's likelihood), the Kalman filter the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+from scipy.optimize import minimize
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import TorquePath
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.spectra import (
+    LARGEST_NOISE_CORRELATION,
+    first_order_spectrum,
+    fit_spectrum,
+    mean_spectrum,
+)
+from bayes_hw.gap.state_noise import StateNoise, torque_noise, walking_noise
+from bayes_hw.gap.stochastic import StochasticFit
+
+STATIC_HZ = 1e-3
+EXACT_EVALUATIONS = 60
+CURVATURE_STEP = 0.05
+
+Model: TypeAlias = Callable[[FloatArray], StateNoise]
+Power: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+def wind(fit: Fit) -> StochasticFit | None:
+    """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
+
+    The second corner is the size of the structure, which small gusts do not move (aerodynamic admittance).
+    """
+    rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
+    path = fit.hypothesis.chain(fit.values).torque_path
+    static = max(float(_load_compliance(path, np.array([STATIC_HZ]))[0]), 1e-300)
+    lowest, highest = np.log(0.1 / (samples / rate)), np.log(0.15 * rate)
+
+    def corners(p: FloatArray) -> tuple[float, float]:
+        first = float(np.exp(np.clip(p[3], lowest, highest)))
+        return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
+
+    def power(f: FloatArray, p: FloatArray) -> FloatArray:
+        first, second = corners(p)
+        slow = np.exp(2 * p[2]) * rate / (np.pi * first) / ((1 + (f / first) ** 2) * (1 + (f / second) ** 2))
+        return _encoder(f, p, rate) + slow * _load_compliance(path, f) / static
+
+    def noise(p: FloatArray) -> StateNoise:
+        torque = float(np.exp(p[2])) / np.sqrt(static)
+        return torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
+
+    spectrum = mean_spectrum(fit.residuals, rate)
+    high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
+    starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
+    p, sds, whitener = _fitted(fit, power, noise, starts)
+    first, second = corners(p)
+    return _found(
+        "wind",
+        "",
+        fit,
+        whitener,
+        {
+            "wind.sd": (float(np.exp(p[2])), float(np.exp(p[2]) * sds[2]), fit.hypothesis.scale.units.output),
+            "wind.corner_hz": (first, first * float(sds[3]), "Hz"),
+            "wind.second_corner_hz": (second, (second - first) * float(sds[4]), "Hz"),
+        },
+    )
+
+
+def random_walk(fit: Fit) -> StochasticFit | None:
+    """A measured angle that wanders: increments of constant variance, beside the encoder's noise."""
+    rate = fit.hypothesis.scale.rate
+    duration = max(len(e) for e in fit.residuals) / rate
+
+    def power(f: FloatArray, p: FloatArray) -> FloatArray:
+        increments = 2 - 2 * np.cos(2 * np.pi * f / rate) + (0.3 / (duration * rate)) ** 2
+        return _encoder(f, p, rate) + np.exp(2 * p[2]) / increments
+
+    def noise(p: FloatArray) -> StateNoise:
+        return walking_noise(float(np.exp(p[0])), _correlation(p[1]), float(np.exp(p[2])))
+
+    level = np.log(fit.rmse)
+    starts = [np.array([level, -1.0, level + k]) for k in (-4.0, -2.5)]
+    p, sds, whitener = _fitted(fit, power, noise, starts)
+    step = float(np.exp(p[2]))
+    unit = fit.hypothesis.scale.units.output
+    return _found(
+        "sensor_drift",
+        "random walk",
+        fit,
+        whitener,
+        {"sensor_drift.step_sd": (step, step * float(sds[2]), unit)},
+    )
+
+
+def _found(
+    label: str, form: str, fit: Fit, whitener: StateNoise, parameters: dict[str, tuple[float, float, str]]
+) -> StochasticFit:
+    size = float(np.sqrt(max(fit.rmse**2 - whitener.sigma**2, 0.0)))
+    return StochasticFit(
+        label,
+        form,
+        whitener,
+        whitener.log_likelihood,
+        parameters,
+        encoder_sigma=whitener.sigma,
+        size=size,
+    )
+
+
+def _encoder(f: FloatArray, p: FloatArray, rate: float) -> FloatArray:
+    return first_order_spectrum(f, rate, float(np.exp(p[0])), _correlation(p[1]))
+
+
+def _correlation(p: float) -> float:
+    return LARGEST_NOISE_CORRELATION / (1 + float(np.exp(-np.clip(p, -30, 30))))
+
+
+def _load_compliance(path: TorquePath, f: FloatArray) -> FloatArray:
+    """Squared response of w to the load's torque at frequencies f (Hz)."""
+    real, real_in, real_out, pairs, pair_in, pair_out = path
+    s = 2j * np.pi * f
+    total = np.zeros_like(s)
+    for pole, gain in zip(real, real_in[1] * real_out[0], strict=True):
+        total = total + gain / (s - pole)
+    for pole, gain in zip(pairs, pair_in[1] * pair_out[0], strict=True):
+        total = total + gain / (s - pole) + np.conj(gain) / (s - np.conj(pole))
+    return np.abs(total) ** 2
+
+
+def _fitted(
+    fit: Fit, power: Power, noise: Model, starts: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, StateNoise]:
+    """Parameters of most likelihood, their standard deviations, and the noise at them."""
+    start = fit_spectrum(mean_spectrum(fit.residuals, fit.hypothesis.scale.rate), power, starts)
+
+    def cost(p: FloatArray) -> float:
+        value = -noise(p).fitted_to(fit.residuals).log_likelihood
+        return value if np.isfinite(value) else 1e300
+
+    found = minimize(
+        cost,
+        start,
+        method="Nelder-Mead",
+        options={"maxfev": EXACT_EVALUATIONS, "fatol": 0.1, "xatol": 1e-3},
+    )
+    best = np.asarray(found.x if found.fun < cost(start) else start)
+    lowest = cost(best)
+    sds = np.empty(len(best))
+    for i in range(len(best)):
+        step = np.zeros(len(best))
+        step[i] = CURVATURE_STEP
+        curvature = (cost(best + step) - 2 * lowest + cost(best - step)) / CURVATURE_STEP**2
+        sds[i] = 1 / np.sqrt(max(curvature, 1.0))
+    return best, sds, noise(best).fitted_to(fit.residuals)

@@ -1,0 +1,134 @@
+"""Noise with a state: encoder noise with a random walk, or with a slow load torque, as a linear system.
+
+The Kalman filter gives the exact likelihood from the first sample on (Durbin and Koopman, Time Series
+Analysis by State Space Methods, section 7.2), where a long autoregression has no past to start from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag, expm
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import TorquePath
+from bayes_hw.gap.noise_kernel import state_filter
+from bayes_hw.gap.whitener import LOG_2PI
+
+ENCODER_PARAMETERS = 2
+"""Of the encoder's noise; those of the effect are counted with it."""
+
+
+@dataclass(frozen=True)
+class StateNoise:
+    """x(k+1) = transition x(k) + a(k), noise(k) = output x(k); x(0) of variance `initial`; n states.
+
+    `sigma` is the standard deviation of the encoder's own noise, output units.
+    """
+
+    transition: FloatArray
+    output: FloatArray
+    increment: FloatArray
+    initial: FloatArray
+    sigma: float
+    log_likelihood: float = float("nan")
+    parameter_count: int = ENCODER_PARAMETERS
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
+        return self._filtered(columns)[0]
+
+    def _filtered(self, columns: FloatArray) -> tuple[FloatArray, float]:
+        white = np.empty(columns.shape)
+        log_determinant = state_filter(
+            np.ascontiguousarray(columns), self.transition, self.output, self.increment, self.initial, white
+        )
+        return white, float(log_determinant)
+
+    def fitted_to(self, residuals: Sequence[FloatArray]) -> StateNoise:
+        """The same with its log-likelihood of `residuals`, an array (samples,) a record."""
+        total = 0.0
+        for e in residuals:
+            white, log_determinant = self._filtered(e[:, None])
+            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
+        return replace(self, log_likelihood=total)
+
+
+def _with_encoder(
+    transition: FloatArray,
+    output: FloatArray,
+    increment: FloatArray,
+    initial: FloatArray,
+    sigma: float,
+    correlation: float,
+) -> StateNoise:
+    """A disturbance with first-order encoder noise of marginal `sigma` beside it."""
+    return StateNoise(
+        block_diag(transition, np.array([[correlation]])),
+        np.concatenate([output, [1.0]]),
+        block_diag(increment, np.array([[sigma**2 * (1 - correlation**2)]])),
+        block_diag(initial, np.array([[sigma**2]])),
+        sigma,
+    )
+
+
+def walking_noise(sigma: float, correlation: float, step_sd: float) -> StateNoise:
+    """Encoder noise beside a random walk from zero, `step_sd` a sample, all in output units."""
+    one = np.ones((1, 1))
+    return _with_encoder(one, np.ones(1), step_sd**2 * one, 0 * one, sigma, correlation)
+
+
+def torque_noise(
+    sigma: float,
+    correlation: float,
+    torque_sd: float,
+    corners_hz: tuple[float, float],
+    path: TorquePath,
+    rate: float,
+) -> StateNoise:
+    """Encoder noise beside a load torque through the drive train, which starts at rest.
+
+    The torque is first-order noise of `torque_sd` (units of the load's acceleration) with the first of
+    `corners_hz`, smoothed by a first-order low-pass with the second.
+    """
+    real, real_in, real_out, pairs, pair_in, pair_out = path
+    n, m = len(real), len(pairs)
+    states = 2 + n + 2 * m
+    slow, fast = (2 * np.pi * corner for corner in corners_hz)
+    motion = np.zeros((states, states))
+    motion[0, 0] = -slow
+    motion[1, :2] = fast, -fast
+    output = np.zeros(states)
+    for i in range(n):
+        motion[2 + i, 2 + i] = real[i]
+        motion[2 + i, 1] = real_in[1, i]
+        output[2 + i] = real_out[0, i]
+    for i in range(m):
+        at = 2 + n + 2 * i
+        s, gain = pairs[i], 2 * pair_in[1, i] * pair_out[0, i]
+        motion[at : at + 2, at : at + 2] = [[s.real, -s.imag], [s.imag, s.real]]
+        motion[at : at + 2, 1] = [gain.real, gain.imag]
+        output[at] = 1.0
+    spread = np.zeros((states, states))
+    spread[0, 0] = 2 * slow * torque_sd**2
+    transition, increment = _sampled(motion, spread, 1 / rate)
+    initial = np.zeros((states, states))
+    share = slow / (slow + fast)
+    initial[:2, :2] = torque_sd**2 * np.array([[1.0, 1 - share], [1 - share, 1 - share]])
+    return _with_encoder(transition, output, increment, initial, sigma, correlation)
+
+
+def _sampled(motion: FloatArray, spread: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+    """Transition and variance of the increments over h seconds (doi 10.1109/TAC.1978.1101743)."""
+    states = len(motion)
+    doubled = np.zeros((2 * states, 2 * states))
+    doubled[:states, :states], doubled[:states, states:], doubled[states:, states:] = (
+        -motion,
+        spread,
+        motion.T,
+    )
+    both = expm(doubled * h)
+    transition = both[states:, states:].T
+    increment = transition @ both[:states, states:]
+    return transition, 0.5 * (increment + increment.T)
