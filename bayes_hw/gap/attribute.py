@@ -131,13 +131,14 @@ class Attributor:
         return self.each(lambda f: with_coloured_noise(f, self.measured), _best_of_each(fits))
 
     def _starts_about(self, host: Fit) -> FloatArray:
-        """The nearest of many draws of limits, dead zone and gain, the modes nominal, the effect as fitted."""
+        """The nearest of many draws of limits, dead zone and gain; modes nominal, the effect as fitted."""
         count = self.base.base_count
         own = np.concatenate([self.base.prior_means, host.coordinates[count:]])
         draws = np.repeat(own[None], BASE_DRAWS // 2, axis=0)
         rng = np.random.default_rng(self.seed + 1)
         draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(len(draws), len(STATIC_SPREAD))) * STATIC_SPREAD
-        return draws[np.argsort([self._square_error(host.hypothesis, draw) for draw in draws])[:RESTARTS]]
+        errors = [self._square_error(host.hypothesis, draw) for draw in draws]
+        return draws[np.argsort(errors)[:RESTARTS]]
 
     def _square_error(self, hypothesis: Hypothesis, coordinates: FloatArray) -> float:
         simulated = hypothesis.simulate(hypothesis.to_values(coordinates))

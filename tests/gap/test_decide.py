@@ -13,7 +13,6 @@ from bayes_hw.gap.decide import (
     best_of_sets,
     choose,
     decide,
-    encoder_sigma,
     probability_of_other,
     score,
 )
@@ -21,7 +20,7 @@ from bayes_hw.gap.leftover import Leftover
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
-    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, left_gain=40.0, left_size=0.3,
+    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, left_surprise=40.0, left_size=0.3,
     left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
 
 
@@ -32,12 +31,12 @@ class Stub:
     labels: tuple[str, ...]
     log_evidence: float
     rmse: float = 1.0
-    sigma: float = 1.0
+    encoder_sigma: float = 1.0
     stochastic: Any = None
 
     @property
     def fit(self) -> Any:
-        return SimpleNamespace(rmse=self.rmse, whitener=SimpleNamespace(sigma=self.sigma))
+        return SimpleNamespace(rmse=self.rmse, whitener=SimpleNamespace(sigma=self.encoder_sigma))
 
 
 def chosen(*stubs: Stub, nominal: float = 1.0) -> tuple[str, ...]:
@@ -95,12 +94,10 @@ def test_rounded_data_are_rounded() -> None:
 
 def test_noise_unlike_the_nominal_counts_against_an_explanation() -> None:
     """Half the square of the log-ratio in standard deviations; bounded; nothing where none is nominal."""
-    twice = Stub((), 100, sigma=2.0)
+    twice = Stub((), 100, encoder_sigma=2.0)
     assert score(twice, 1.0, CONSTANTS) == pytest.approx(100 - 0.5 * (0.6931472 / 0.25) ** 2)
-    assert score(Stub((), 100, sigma=1e9), 1.0, CONSTANTS) == pytest.approx(-100)
+    assert score(Stub((), 100, encoder_sigma=1e9), 1.0, CONSTANTS) == pytest.approx(-100)
     assert score(twice, float("nan"), CONSTANTS) == 100
-    beside = Stub((), 0, sigma=3.0, stochastic=SimpleNamespace(encoder_sigma=0.5))
-    assert encoder_sigma(beside) == 0.5  # type: ignore[arg-type]
 
 
 def test_probabilities_are_tempered_and_sum_over_sets() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drive_axis import RATE, coloured
 
-from bayes_hw.gap.spectra import autoregression_of_spectrum, first_order_spectrum, mean_spectrum, whittle
+from bayes_hw.gap.spectra import first_order_spectrum, mean_spectrum, whittle
 
 N = 4000
 SIGMA, PHI = 0.02, 0.7
@@ -32,14 +32,3 @@ def test_whittle_is_least_at_the_truth() -> None:
 
     best = at(SIGMA, PHI)
     assert best < min(at(1.15 * SIGMA, PHI), at(0.85 * SIGMA, PHI), at(SIGMA, 0.6), at(SIGMA, 0.8))
-
-
-def test_the_long_autoregression_of_a_first_order_spectrum_is_first_order() -> None:
-    e = coloured(N, SIGMA, PHI, 9)
-    power = first_order_spectrum(np.fft.rfftfreq(8192, 1 / RATE), RATE, SIGMA, PHI)
-    found = autoregression_of_spectrum(power, [e], [np.zeros(N, dtype=np.bool_)])
-    assert found.coefficients[0] == pytest.approx(PHI, abs=1e-4)
-    assert np.abs(found.coefficients[1:]).max() < 1e-4
-    assert found.innovation_sigma == pytest.approx(SIGMA * np.sqrt(1 - PHI**2), rel=1e-4)
-    assert found.sigma == pytest.approx(SIGMA, rel=1e-4)
-    assert found.whiten(e[:, None], 0).std() == pytest.approx(1, abs=0.04)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, held, white
+from drive_axis import RATE, SIGMA, coloured, white
 from fitted import AXIS, SAMPLES, base, of_records, with_residuals
 
 from bayes_hw.arrays import FloatArray
@@ -15,8 +15,6 @@ from bayes_hw.gap.stochastic import (
     lattice_step,
     outliers,
     quantization,
-    random_walk,
-    wind,
 )
 
 RECORDS = 2
@@ -85,41 +83,6 @@ def test_held_samples(share: float) -> None:
 def test_nothing_is_held_in_plain_noise() -> None:
     found = held_samples(with_residuals(noise()))
     assert found is None or found.parameters["timing_jitter.repeated_share"][0] < 0.1
-
-
-def test_wind() -> None:
-    """Its standard deviation as the axis shows it to 30 %, its corner to a factor of 1.8."""
-    corner, torque_sd, h = 0.2, 3.0, 1 / RATE
-    a, b, c = TRAIN.state_space()
-    ad, bd = held(a, b[:, [LOAD_TORQUE]], h)
-    static = float(np.abs((c[[W]] @ np.linalg.solve(2j * np.pi * 1e-3 * np.eye(7) - a, b))[0, LOAD_TORQUE]))
-    residuals, rng = noise(), np.random.default_rng(8)
-    phi = np.exp(-2 * np.pi * corner * h)
-    for e in residuals:
-        x, torque = np.zeros(7), rng.normal(0, torque_sd)
-        for k in range(SAMPLES):
-            e[k] += c[W] @ x
-            x = ad @ x + bd[:, 0] * torque
-            torque = phi * torque + np.sqrt(1 - phi**2) * rng.normal(0, torque_sd)
-    fit = with_residuals(residuals)
-    found = wind(fit)
-    assert found is not None and found.label == "wind"
-    assert found.parameters["wind.sd"][0] == pytest.approx(torque_sd * static, rel=0.3)
-    assert 1 / 1.8 < found.parameters["wind.corner_hz"][0] / corner < 1.8
-    assert found.log_likelihood > autoregression(fit).log_likelihood + 20
-    assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.25)
-
-
-def test_random_walk() -> None:
-    """The size of a step to 30 %, the encoder's own noise beside it."""
-    step = 0.1 * SIGMA
-    residuals = [e + np.cumsum(white(SAMPLES, step, 10 + i)) for i, e in enumerate(noise())]
-    fit = with_residuals(residuals)
-    found = random_walk(fit)
-    assert found is not None and (found.label, found.form) == ("sensor_drift", "random walk")
-    assert found.parameters["sensor_drift.step_sd"][0] == pytest.approx(step, rel=0.3)
-    assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
-    assert found.log_likelihood > autoregression(fit).log_likelihood + 20
 
 
 @pytest.mark.parametrize("step", [0.01, 0.02])

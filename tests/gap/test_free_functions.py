@@ -1,0 +1,79 @@
+"""Free functions: chi-squared where nothing is left, found at their own block, base tangents not counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, white
+from fitted import SAMPLES, with_residuals
+from scipy.stats import chi2, kstest
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions, hats, motions, shapes_of_blocks
+from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(SAMPLES, seed) for seed in range(2)]
+
+
+def noise(seed: int) -> list[FloatArray]:
+    return [white(SAMPLES, SIGMA, 1000 + 2 * seed + record) for record in range(2)]
+
+
+def moved(fit: Fit) -> list[Motion]:
+    chain = fit.hypothesis.chain(fit.values)
+    return motions(INPUTS, fit.simulated, chain, (float(fit.values[0]), float(fit.values[1])))
+
+
+def found(fit: Fit) -> dict[str, FreeFunction]:
+    chain = fit.hypothesis.chain(fit.values)
+    functions = free_functions(moved(fit), chain, fit.residuals, fit.jacobians, Plain(SIGMA))
+    return {function.block: function for function in functions}
+
+
+def test_white_noise_gives_chi_squared() -> None:
+    """Twice the gain of 60 noise draws, every block."""
+    fit = with_residuals(noise(0))
+    gains: dict[str, list[float]] = {}
+    for seed in range(60):
+        for block, function in found(replace(fit, residuals=noise(seed))).items():
+            gains.setdefault(block, []).append(float(chi2.sf(2 * function.gain, function.shapes)))
+    assert len(gains) == 5
+    for values in gains.values():
+        assert kstest(values, "uniform").pvalue > 1e-3
+
+
+def test_base_tangents_are_not_counted() -> None:
+    """Residuals that re-estimating the base takes away leave every function as it was."""
+    fit = with_residuals(noise(1))
+    shift = np.linspace(-20, 20, fit.jacobians[0].shape[1]) * SIGMA / np.linalg.norm(fit.jacobians[0], axis=0)
+    bent = replace(fit, residuals=[e + j @ shift for e, j in zip(fit.residuals, fit.jacobians, strict=True)])
+    for block, function in found(fit).items():
+        assert found(bent)[block].gain == pytest.approx(function.gain, rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize("block", ["input", "linear", "drive", "sensor"])
+def test_a_shape_of_a_block_is_found_there(block: str) -> None:
+    """Most at its own block; what is taken is its response less what the base could do, to 15 %."""
+    fit = with_residuals(noise(2))
+    chain = fit.hypothesis.chain(fit.values)
+    door, shapes = shapes_of_blocks(moved(fit))[block]
+    response = [convolve(impulse_response(chain, door, SAMPLES), s[:, 1:2])[:, 0] for s in shapes]
+    stacked, tangents = np.concatenate(response), np.concatenate(fit.jacobians)
+    kept = stacked - tangents @ np.linalg.lstsq(tangents, stacked, rcond=None)[0]
+    factor = 3 * SIGMA / np.sqrt(np.mean(kept**2))
+    added = [e + factor * r for e, r in zip(noise(2), response, strict=True)]
+    functions = found(replace(fit, residuals=added))
+    assert max(functions.values(), key=lambda f: f.gain / f.shapes if f.gain > 100 else 0).gain > 1000
+    assert functions[block].gain == pytest.approx(max(f.gain for f in functions.values()), rel=0.02)
+    assert functions[block].size == pytest.approx(3 * SIGMA, rel=0.15)
+
+
+def test_hats_sum_to_one() -> None:
+    shapes = hats([np.linspace(-1, 2, 50), np.linspace(0, 3, 70)])
+    for columns in shapes:
+        np.testing.assert_allclose(columns.sum(axis=1), 1)
+    assert hats([np.zeros(5)])[0].shape == (5, 0)

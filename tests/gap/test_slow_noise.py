@@ -1,0 +1,76 @@
+"""Wind and a wandering encoder: each recovers its own parameters from simulated residuals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, held, white
+from fitted import SAMPLES, with_residuals
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.slow_noise import random_walk, wind
+from bayes_hw.gap.stochastic import autoregression
+
+
+def noise(correlation: float = 0.3) -> list[FloatArray]:
+    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(2)]
+
+
+def gusts(corner: float, second: float, torque_sd: float) -> list[FloatArray]:
+    """What a torque with two corners adds to w, integrated by the state space of the drive train."""
+    h = 1 / RATE
+    a, b, c = TRAIN.state_space()
+    ad, bd = held(a, b[:, [LOAD_TORQUE]], h)
+    rng, found = np.random.default_rng(8), []
+    phi, smooth = np.exp(-2 * np.pi * corner * h), np.exp(-2 * np.pi * second * h)
+    for _ in range(2):
+        x, torque, felt = np.zeros(7), rng.normal(0, torque_sd), 0.0
+        added = np.empty(SAMPLES)
+        for k in range(SAMPLES):
+            added[k] = c[W] @ x
+            x = ad @ x + bd[:, 0] * felt
+            torque = phi * torque + np.sqrt(1 - phi**2) * rng.normal(0, torque_sd)
+            felt = smooth * felt + (1 - smooth) * torque
+        found.append(added)
+    return found
+
+
+@pytest.mark.parametrize(("corner", "second"), [(0.2, 6.0), (0.2, 0.8)])
+def test_wind(corner: float, second: float) -> None:
+    """Its standard deviation as the axis shows it to 30 %, both corners to a factor of two."""
+    a, b, c = TRAIN.state_space()
+    static = float(np.abs((c[[W]] @ np.linalg.solve(2j * np.pi * 1e-3 * np.eye(7) - a, b))[0, LOAD_TORQUE]))
+    fit = with_residuals([e + g for e, g in zip(noise(), gusts(corner, second, 3.0), strict=True)])
+    found = wind(fit)
+    assert found is not None and found.label == "wind"
+    assert found.parameters["wind.sd"][0] == pytest.approx(3.0 * static, rel=0.3)
+    assert 1 / 2 < found.parameters["wind.corner_hz"][0] / corner < 2
+    if second < 1:
+        assert 1 / 2 < found.parameters["wind.second_corner_hz"][0] / second < 2
+    assert found.log_likelihood > autoregression(fit).log_likelihood + 20
+    assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.25)
+
+
+def test_wind_whitens_wind() -> None:
+    """Innovations are white and of unit variance under the fitted wind, not under first-order noise."""
+    fit = with_residuals([e + g for e, g in zip(noise(), gusts(0.2, 0.8, 3.0), strict=True)])
+    found = wind(fit)
+    assert found is not None
+    for whitener, is_white in ((found.whitener, True), (autoregression(fit), False)):
+        white_residuals = [whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(fit.residuals)]
+        lags = [float(np.mean([np.mean(w[k:] * w[:-k]) for w in white_residuals])) for k in (1, 2, 3)]
+        bound = 4 / np.sqrt(2 * SAMPLES)
+        assert (max(np.abs(lags)) < bound) == is_white
+    assert np.std(found.whitener.whiten(fit.residuals[0][:, None], 0)) == pytest.approx(1, abs=0.06)
+
+
+def test_random_walk() -> None:
+    """The size of a step to 30 %, the encoder's own noise beside it."""
+    step = 0.1 * SIGMA
+    residuals = [e + np.cumsum(white(SAMPLES, step, 10 + i)) for i, e in enumerate(noise())]
+    fit = with_residuals(residuals)
+    found = random_walk(fit)
+    assert found is not None and (found.label, found.form) == ("sensor_drift", "random walk")
+    assert found.parameters["sensor_drift.step_sd"][0] == pytest.approx(step, rel=0.3)
+    assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
+    assert found.log_likelihood > autoregression(fit).log_likelihood + 20

@@ -1,0 +1,89 @@
+"""The Kalman filter of noise with a state against the multivariate normal density of the same noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import LOAD_TORQUE, MOTOR_TORQUE, RATE, TRAIN, W
+from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.stats import multivariate_normal
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.state_noise import StateNoise, torque_noise, walking_noise
+
+N = 60
+SIGMA, CORRELATION = 0.4, 0.6
+
+
+def encoder_covariance() -> FloatArray:
+    lag = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
+    return np.asarray(SIGMA**2 * CORRELATION**lag)
+
+
+def check(noise: StateNoise, covariance: FloatArray) -> None:
+    e = np.random.default_rng(1).multivariate_normal(np.zeros(N), covariance, size=2)
+    expected = sum(multivariate_normal(np.zeros(N), covariance).logpdf(row) for row in e)
+    assert noise.fitted_to(list(e)).log_likelihood == pytest.approx(expected, rel=1e-7)
+    many = np.random.default_rng(2).multivariate_normal(np.zeros(N), covariance, size=4000).T
+    white = noise.whiten(many, 0)
+    assert np.abs(np.cov(white) - np.eye(N)).max() < 6 / np.sqrt(4000)
+
+
+def test_a_random_walk_from_zero() -> None:
+    steps = np.minimum.outer(np.arange(N), np.arange(N)) * 0.05**2
+    check(walking_noise(SIGMA, CORRELATION, 0.05), encoder_covariance() + steps)
+
+
+def test_a_torque_through_the_drive_train() -> None:
+    """Covariance of w by the state space of the drive train with the torque's two states beside it."""
+    slow, fast, sd = 2 * np.pi * 0.3, 2 * np.pi * 1.1, 40.0
+    a, b, c = TRAIN.state_space()
+    n = len(a)
+    motion = np.zeros((n + 2, n + 2))
+    motion[:n, :n], motion[:n, n + 1] = a, b[:, LOAD_TORQUE]
+    motion[n, n], motion[n + 1, n], motion[n + 1, n + 1] = -slow, fast, -fast
+    drive = np.zeros((n + 2, n + 2))
+    drive[n, n] = 2 * slow * sd**2
+    start = np.zeros((n + 2, n + 2))
+    start[n:, n:] = solve_continuous_lyapunov(motion[n:, n:], -drive[n:, n:])
+    output = np.concatenate([c[W], np.zeros(2)])
+    steps = 400
+    h = 1 / RATE / steps
+    step, half = expm(motion * h), expm(motion * h / 2)
+    added = (drive + 4 * half @ drive @ half.T + step @ drive @ step.T) * h / 6
+    variance, whole = start, np.linalg.matrix_power(step, steps)
+    covariance = np.zeros((N, N))
+    for k in range(N):
+        column = variance @ output
+        for later in range(k, N):
+            covariance[k, later] = covariance[later, k] = output @ column
+            column = whole @ column
+        for _ in range(steps):
+            variance = step @ variance @ step.T + drive * h
+    poles, right = np.linalg.eig(a)
+    gains = np.linalg.inv(right) @ b[:, [MOTOR_TORQUE, LOAD_TORQUE]]
+    outputs = (c[[W]] @ right).repeat(4, axis=0)
+    real, upper = np.abs(poles.imag) < 1e-9, poles.imag > 1e-9
+    path = (
+        poles[real].real,
+        gains[real].T.real,
+        outputs[:, real].real,
+        poles[upper],
+        gains[upper].T,
+        outputs[:, upper],
+    )
+    check(
+        torque_noise(SIGMA, CORRELATION, sd, (0.3, 1.1), path, RATE),
+        covariance + encoder_covariance(),
+    )
+
+
+def test_whitening_is_linear() -> None:
+    noise, rng = walking_noise(SIGMA, CORRELATION, 0.05), np.random.default_rng(3)
+    columns = rng.normal(size=(300, 2))
+    both = noise.whiten(columns, 0)
+    np.testing.assert_allclose(
+        noise.whiten(columns @ np.array([[2.0], [-3.0]]), 0)[:, 0],
+        2 * both[:, 0] - 3 * both[:, 1],
+        atol=1e-12,
+    )
