@@ -120,15 +120,22 @@ def torque_noise(
 
 
 def _sampled(motion: FloatArray, spread: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-    """Transition and variance of the increments over h seconds (doi 10.1109/TAC.1978.1101743)."""
+    """Transition and variance of the increments over h seconds (doi 10.1109/TAC.1978.1101743).
+
+    Worked out for a short step and doubled: fast poles would overflow the matrix exponential backwards in time.
+    """
     states = len(motion)
+    halvings = max(0, int(np.ceil(np.log2(max(np.abs(np.linalg.eigvals(motion)).max() * h, 1e-9)))) + 2)
     doubled = np.zeros((2 * states, 2 * states))
     doubled[:states, :states], doubled[:states, states:], doubled[states:, states:] = (
         -motion,
         spread,
         motion.T,
     )
-    both = expm(doubled * h)
+    both = expm(doubled * h / 2**halvings)
     transition = both[states:, states:].T
     increment = transition @ both[:states, states:]
+    for _ in range(halvings):
+        increment = increment + transition @ increment @ transition.T
+        transition = transition @ transition
     return transition, 0.5 * (increment + increment.T)

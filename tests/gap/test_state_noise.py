@@ -47,7 +47,7 @@ def test_a_torque_through_the_drive_train() -> None:
     start = np.zeros((n + 2, n + 2))
     start[n:, n:] = solve_continuous_lyapunov(motion[n:, n:], -drive[n:, n:])
     output = np.concatenate([c[W], np.zeros(2)])
-    steps = 400
+    steps = 100
     h = 1 / RATE / steps
     step, half = expm(motion * h), expm(motion * h / 2)
     added = (drive + 4 * half @ drive @ half.T + step @ drive @ step.T) * h / 6
@@ -59,7 +59,7 @@ def test_a_torque_through_the_drive_train() -> None:
             covariance[k, later] = covariance[later, k] = output @ column
             column = whole @ column
         for _ in range(steps):
-            variance = step @ variance @ step.T + drive * h
+            variance = step @ variance @ step.T + added
     poles, right = np.linalg.eig(a)
     gains = np.linalg.inv(right) @ b[:, [MOTOR_TORQUE, LOAD_TORQUE]]
     outputs = (c[[W]] @ right).repeat(4, axis=0)
