@@ -122,10 +122,11 @@ def torque_noise(
 def _sampled(motion: FloatArray, spread: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
     """Transition and variance of the increments over h seconds (doi 10.1109/TAC.1978.1101743).
 
-    Worked out for a short step and doubled: fast poles would overflow the matrix exponential backwards in time.
+    Worked out for a short step and doubled: backwards in time, fast poles would overflow.
     """
     states = len(motion)
-    halvings = max(0, int(np.ceil(np.log2(max(np.abs(np.linalg.eigvals(motion)).max() * h, 1e-9)))) + 2)
+    fastest = float(np.abs(np.linalg.eigvals(motion)).max())
+    halvings = max(0, int(np.ceil(np.log2(max(fastest * h, 1e-9)))) + 2)
     doubled = np.zeros((2 * states, 2 * states))
     doubled[:states, :states], doubled[:states, states:], doubled[states:, states:] = (
         -motion,
