@@ -9,8 +9,6 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.chain_kernel import simulate_chain
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
     DriveTrain,
@@ -26,9 +24,6 @@ STATIC_COUNT = 3
 """Base parameters before those of G: both limits and the dead zone."""
 
 KEPT = 24
-
-TORQUE_STEP = 0.01
-"""s; step of a simulation with torques that depend on the motion."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +41,12 @@ TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, 
 
 @dataclass(frozen=True)
 class Chain:
-    """Poles and gains of the linear block as the compiled simulator wants them; shapes as there."""
+    """Poles and gains of the linear block, in continuous time.
+
+    `command_path` holds real poles (n,) in 1/s, their output gains (4, n), the upper poles of pairs (m,) and
+    their output gains (4, m), outputs w, motor angle, motor speed, load speed; `torque_path` the same with
+    input gains (2, n) and (2, m) by motor and load torque after the poles.
+    """
 
     command_path: CommandPath
     torque_path: TorquePath
@@ -56,26 +56,15 @@ class Chain:
     stiffness: tuple[float, float]
     contact_damping: float
 
-    def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """w and y (samples,) of the command u (samples,) under `settings` (see `bayes_hw.gap.settings`)."""
-        w, y = np.empty(len(u)), np.empty(len(u))
-        torques = bool(np.any(settings[list(S.TORQUES)] != 0))
-        substeps = max(1, int(np.ceil(1 / (self.rate * TORQUE_STEP)))) if torques else 1
-        if settings[S.EXTRA_DELAY] != 0 or np.isfinite(settings[S.COMMAND_RATE]):
-            substeps = max(substeps, 8)
-        simulate_chain(
-            np.ascontiguousarray(u, np.float64),
-            self.delay_samples,
-            self.rate,
-            substeps,
-            self.command_path,
-            self.torque_path,
-            self.direct,
-            settings,
-            w,
-            y,
+    @property
+    def structure(self) -> tuple[int, ...]:
+        """Numbers of real poles and pairs in front of w, and of those that torques drive."""
+        return (
+            len(self.command_path[0]),
+            len(self.command_path[2]),
+            len(self.torque_path[0]),
+            len(self.torque_path[3]),
         )
-        return w, y
 
 
 class ChainBuilder:

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.drive_train_match import matched
 
 FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
@@ -34,7 +35,6 @@ ROUNDS_FROM_NEAR = 4
 STEPS_PER_ROUND = 3
 FIRST_MISFIT = 0.03
 SMALLEST_MISFIT = 1e-6
-DERIVATIVE_STEP = 1e-6
 LARGEST_STEP = 0.5
 USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
 """How far drives stray from the usual proportions: kp, ki, km, kl, ks, kss, c, cs, bl, gain."""
@@ -243,34 +243,20 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
-    logs, misfit = (usual if near is None else near.logs), FIRST_MISFIT
-    for _ in range(MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR):
-        logs, misfit = _matched(logs, usual, misfit, s, target, sign)
+    logs, misfit = matched(
+        usual if near is None else near.logs,
+        usual,
+        USUAL_LOG_SD,
+        FIRST_MISFIT,
+        SMALLEST_MISFIT,
+        MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR,
+        STEPS_PER_ROUND,
+        LARGEST_STEP,
+        s,
+        target,
+        sign,
+    )
     return DriveTrain(logs, sign, misfit) if misfit < LARGEST_MISFIT else None
-
-
-def _matched(
-    logs: FloatArray, usual: FloatArray, misfit: float, s: ComplexArray, target: ComplexArray, sign: float
-) -> tuple[FloatArray, float]:
-    """Gauss-Newton steps with `misfit` as the noise of the response, and the misfit that they leave."""
-
-    def difference(values: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            ratio = np.log(DriveTrain(values[..., None], sign, 0.0).response(s) / target)
-        ratio = np.where(np.isfinite(ratio), ratio, 10.0)
-        return np.concatenate([ratio.real, ratio.imag], axis=-1)
-
-    steps = DERIVATIVE_STEP * np.eye(len(logs))
-    weight = 1 / (3 * misfit)
-    for _ in range(STEPS_PER_ROUND):
-        at = difference(np.concatenate([logs[None], logs + steps]).T)
-        jacobian = (at[1:] - at[0]).T / DERIVATIVE_STEP * weight
-        pull = (logs - usual) / USUAL_LOG_SD**2
-        precision = jacobian.T @ jacobian + np.diag(1 / USUAL_LOG_SD**2)
-        step = np.linalg.solve(precision, -(jacobian.T @ (at[0] * weight)) - pull)
-        logs = logs + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    left = difference(logs[:, None])[0]
-    return logs, float(np.sqrt(np.mean(left**2) + SMALLEST_MISFIT**2))
 
 
 def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:

@@ -79,13 +79,12 @@ def jacobians(
     hypothesis: Hypothesis, coordinates: FloatArray, simulated: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """Derivatives (samples, parameters) of every record's output by forward differences."""
-    columns: list[list[FloatArray]] = [[] for _ in simulated]
-    for index, step in enumerate(hypothesis.derivative_steps):
-        moved = coordinates.copy()
-        moved[index] += step
-        for record, y in enumerate(hypothesis.simulate(hypothesis.to_values(moved))):
-            columns[record].append((y - simulated[record]) / step)
-    return [np.nan_to_num(np.stack(c, axis=1), nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
+    steps = hypothesis.derivative_steps
+    moved = hypothesis.simulate_batch(hypothesis.to_values(coordinates + np.diag(steps)))
+    return [
+        np.nan_to_num((y - at[:, None]) / steps, nan=0.0, posinf=0.0, neginf=0.0)
+        for y, at in zip(moved, simulated, strict=True)
+    ]
 
 
 def fit(

@@ -83,11 +83,14 @@ class Screen:
 
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
         """The given starts of `effect` with what each promises."""
+        if not len(starts):
+            return []
         hypothesis = self.base.hypothesis.with_effect(effect)
+        values = np.array([np.concatenate([self.base.values, start]) for start in starts])
+        simulated = hypothesis.simulate_batch(values)
         found = []
-        for start in starts:
-            simulated = hypothesis.simulate(np.concatenate([self.base.values, start]))
-            change = [(s - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+        for column, start in enumerate(starts):
+            change = [(s[:, column] - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
             if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
                 continue
             response = self.project(change)
