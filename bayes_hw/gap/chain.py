@@ -73,31 +73,35 @@ class ChainBuilder:
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
         self.axis = AxisParameters(model)
+        self._linear = lru_cache(KEPT)(self._linear_of)
         self._paths = lru_cache(KEPT)(self._paths_of)
         self._chain = lru_cache(KEPT)(self._chain_of)
-        self.reference = realise(self._system(self.axis.nominal), model.sample_rate_hz)
+        self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
+        self.reference = realise(self._linear(self.nominal_of_g)[0], model.sample_rate_hz)
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
         """The torque paths behind G at base parameters `values` (parameters,).
 
         The latest few are kept: most derivatives leave G as it is.
         """
-        return self._paths(tuple(values[STATIC_COUNT:]))
+        return self._paths(tuple(values[STATIC_COUNT:].tolist()))
 
     def _paths_of(self, of_g: tuple[float, ...]) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
-        system = self._system(_with_static(of_g))
+        system, _ = self._linear(of_g)
         train: DriveTrain | UnknownTrain | None = None
         if self.reference is not None:
             train = realise(system, self.model.sample_rate_hz, self.reference)
         train = train or UnknownTrain()
         return train, _torque_path(train.torque_system(system))
 
-    def _system(self, values: FloatArray) -> ContinuousPoles:
-        batch = self.axis.linear_batch(values[:, None])
-        real, pairs, _ = batch.residues()
-        return continuous_poles(
+    def _linear_of(self, of_g: tuple[float, ...]) -> tuple[ContinuousPoles, float]:
+        """G in continuous time and its direct term; it does not depend on the static parameters."""
+        batch = self.axis.linear_batch(np.array([*[0.0] * STATIC_COUNT, *of_g])[:, None])
+        real, pairs, direct = batch.residues()
+        system = continuous_poles(
             batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], self.model.sample_rate_hz
         )
+        return system, float(direct[0])
 
     def chain(
         self, values: FloatArray, resonator: Resonator | None = None, needs_train: bool = True
@@ -106,26 +110,20 @@ class ChainBuilder:
 
         Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
         """
-        return self._chain(tuple(values[STATIC_COUNT:]), resonator, needs_train)
+        return self._chain(tuple(values[STATIC_COUNT:].tolist()), resonator, needs_train)
 
     def _chain_of(self, of_g: tuple[float, ...], resonator: Resonator | None, needs_train: bool) -> Chain:
-        values = _with_static(of_g)
-        system = self._system(values)
+        system, direct = self._linear(of_g)
         s, r = system.poles, system.residues
-        train, torque_path = self.paths(values if needs_train else self.axis.nominal)
+        train, torque_path = self._paths(of_g if needs_train else self.nominal_of_g)
         if resonator is not None and resonator.inertia_ratio > 0:
             s, r = _with_resonator(system, train, resonator)
         outputs = np.concatenate([r[None], r * train.ratios(s)])
         real = s.imag == 0
         return Chain(
-            (
-                np.ascontiguousarray(s[real].real),
-                np.ascontiguousarray(outputs[:, real].real),
-                np.ascontiguousarray(s[~real]),
-                np.ascontiguousarray(outputs[:, ~real]),
-            ),
+            (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
             torque_path,
-            float(self.axis.linear_batch(values[:, None]).residues()[2][0]),
+            direct,
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,
             train.stiffness,
@@ -133,20 +131,15 @@ class ChainBuilder:
         )
 
 
-def _with_static(of_g: tuple[float, ...]) -> FloatArray:
-    """A base parameter vector from the parameters of G, the static ones zero: G does not depend on them."""
-    return np.array([*[0.0] * STATIC_COUNT, *of_g])
-
-
 def _torque_path(torques: TorqueSystem) -> TorquePath:
     real = torques.poles.imag == 0
     return (
-        np.ascontiguousarray(torques.poles[real].real),
-        np.ascontiguousarray(torques.inputs[:, real].real),
-        np.ascontiguousarray(torques.outputs[:, real].real),
-        np.ascontiguousarray(torques.poles[~real]),
-        np.ascontiguousarray(torques.inputs[:, ~real]),
-        np.ascontiguousarray(torques.outputs[:, ~real]),
+        torques.poles[real].real,
+        torques.inputs[:, real].real,
+        torques.outputs[:, real].real,
+        torques.poles[~real],
+        torques.inputs[:, ~real],
+        torques.outputs[:, ~real],
     )
 
 

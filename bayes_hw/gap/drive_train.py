@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.drive_train_match import matched
+from bayes_hw.gap.drive_train_kernel import matched, torque_gains, torque_polynomials
 
 FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
@@ -44,9 +44,6 @@ VELOCITY_LOOP_CORNER = 10.0
 
 FASTEST_POLE = 1e-9
 """In z."""
-
-MOTOR_TORQUE, LOAD_TORQUE = range(2)
-W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 
 
 class ContinuousPoles(NamedTuple):
@@ -151,30 +148,12 @@ class DriveTrain:
     def torque_system(self, system: ContinuousPoles) -> TorqueSystem:  # noqa: ARG002
         """The paths of both torques, from the poles of the drive train itself.
 
-        Its characteristic polynomial is M (L S - ks kss C_s^2) - km kl C^2 S; the integrator of the command
-        does not answer to torques.
+        The integrator of the command does not answer to torques.
         """
-        kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(self.logs)
-        coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
-        motor = np.array([1.0, kp + km * c, ki + km])
-        load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
-        structure = np.array([1.0, kss * cs, kss])
-        hung = np.polysub(np.polymul(load, structure), ks * kss * np.polymul(structural, structural))
-        coupled = np.polymul(coupling, coupling)
-        whole = np.polysub(np.polymul(motor, hung), km * kl * np.polymul(coupled, structure))
-        roots = np.roots(whole)
+        polynomials = torque_polynomials(self.logs)
+        roots = np.roots(polynomials[0])
         s = np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
-        slope = np.polyval(np.polyder(whole), s)
-        angle = {
-            (MOTOR_TORQUE, MOTOR_ANGLE): hung,
-            (LOAD_TORQUE, MOTOR_ANGLE): km * np.polymul(coupling, structure),
-            (MOTOR_TORQUE, W): kl * np.polymul(coupling, structure),
-            (LOAD_TORQUE, W): np.polymul(motor, structure),
-        }
-        by_motor = np.array([np.polyval(angle[MOTOR_TORQUE, kind], s) / slope for kind in (W, MOTOR_ANGLE)])
-        load_over_motor = np.polyval(angle[LOAD_TORQUE, W], s) / np.polyval(angle[MOTOR_TORQUE, W], s)
-        inputs = np.array([np.ones_like(s), load_over_motor])
-        return TorqueSystem(s, inputs, np.array([by_motor[0], by_motor[1], s * by_motor[1], s * by_motor[0]]))
+        return TorqueSystem(s, *torque_gains(s, *polynomials))
 
     def ratios(self, s: ComplexArray) -> ComplexArray:
         """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""

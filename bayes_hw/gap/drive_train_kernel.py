@@ -1,4 +1,4 @@
-"""Compiled least squares of a drive train's frequency response on a given one, in logarithms.
+"""Compiled mathematics of a drive train: its response matched to a given one, and its torque paths.
 
 The response of the drive train of `bayes_hw.gap.drive_train` is, with M, L, S the dynamic stiffnesses of
 motor, load and structure and C, Cs the couplings 1 + c s, 1 + cs s,
@@ -94,3 +94,43 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
             total += at.real**2 + at.imag**2
         misfit = np.sqrt(total / (2 * len(s)) + smallest**2)
     return logs, misfit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _value(polynomial, s):  # type: ignore[no-untyped-def]
+    total = 0.0j
+    for coefficient in polynomial:
+        total = total * s + coefficient
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def torque_polynomials(logs):  # type: ignore[no-untyped-def]
+    """D, H, M S and kl C S as polynomials in s, the highest power first."""
+    kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(logs)
+    coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
+    motor = np.array([1.0, kp + km * c, ki + km])
+    load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
+    structure = np.array([1.0, kss * cs, kss])
+    hung = np.convolve(load, structure)
+    hung[2:] -= ks * kss * np.convolve(structural, structural)
+    across = kl * np.convolve(coupling, structure)
+    whole = np.convolve(motor, hung)
+    whole[2:] -= km * np.convolve(coupling, across)
+    return whole, hung, np.convolve(motor, structure), across
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
+    """Gains at the poles `s` (n,): inputs (2, n) of both torques, outputs (4, n) to w, motor angle and speeds.
+
+    The other arguments are the polynomials of `torque_polynomials`.
+    """
+    inputs, outputs = np.ones((2, len(s)), dtype=np.complex128), np.empty((4, len(s)), dtype=np.complex128)
+    slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
+    for i in range(len(s)):
+        by_motor, steep = _value(across, s[i]), _value(slope, s[i])
+        inputs[1, i] = _value(stiff, s[i]) / by_motor
+        outputs[0, i], outputs[1, i] = by_motor / steep, _value(hung, s[i]) / steep
+        outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
+    return inputs, outputs
