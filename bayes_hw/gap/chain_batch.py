@@ -27,7 +27,7 @@ class ChainSignals(NamedTuple):
     y: FloatArray
 
 
-class _States(NamedTuple):
+class States(NamedTuple):
     """First-order states stepped by h: shapes as in `simulate_lanes`, the chain last."""
 
     real_count: int
@@ -80,8 +80,8 @@ def _simulate_alike(
     delays = chains[0].delay_samples + whole.astype(np.int64)
     for record, u in enumerate(inputs):
         _fill_delayed(commands[:, record * count : (record + 1) * count], u, delays)
-    command = _command_states(chains, h)
-    torque = _torque_states(chains, h)
+    command = command_states(chains, h)
+    torque = torque_states(chains, h)
     w, y = np.empty((samples if keep_w else 0, columns)), np.empty((samples, columns))
     simulate_lanes(
         commands,
@@ -127,7 +127,8 @@ def _fill_delayed(commands: FloatArray, u: FloatArray, delays: IntArray) -> None
             commands[len(u) - late : len(u), columns] = u[:late, None]
 
 
-def _command_states(chains: Sequence[Chain], h: float) -> _States:
+def command_states(chains: Sequence[Chain], h: float) -> States:
+    """The states that v drives, in steps of h."""
     real, real_out, pairs, pair_out = (
         np.stack(parts, axis=-1) for parts in zip(*(chain.command_path for chain in chains), strict=True)
     )
@@ -135,7 +136,8 @@ def _command_states(chains: Sequence[Chain], h: float) -> _States:
     return _states(h, real, ones[0], real_out, pairs, ones[1], pair_out)
 
 
-def _torque_states(chains: Sequence[Chain], h: float) -> _States:
+def torque_states(chains: Sequence[Chain], h: float) -> States:
+    """The states that torques on motor and load drive, in steps of h."""
     return _states(
         h, *(np.stack(parts, axis=-1) for parts in zip(*(c.torque_path for c in chains), strict=True))
     )
@@ -149,14 +151,14 @@ def _states(
     pairs: ComplexArray,
     pair_in: ComplexArray,
     pair_out: ComplexArray,
-) -> _States:
+) -> States:
     """States of poles (n, chains) with input gains (inputs, n, chains) and output gains (4, n, chains).
 
     A pair's state is that of its upper pole, and an output has twice the real part of gain times state.
     """
     decay, hold = _step_factors(real, h)
     turn, pair_hold = _step_factors(pairs, h)
-    return _States(
+    return States(
         len(real),
         np.concatenate([decay, _parts(turn)]),
         np.concatenate([real_in * hold, _parts(pair_in * pair_hold)], axis=1),

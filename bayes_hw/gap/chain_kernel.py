@@ -39,7 +39,7 @@ def _clipped(x, lower, upper):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _friction(speed, response, coulomb, static, stribeck_speed, smoothing, rounds):  # type: ignore[no-untyped-def]
+def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, rounds):  # type: ignore[no-untyped-def]
     """Friction torque of this step: the one that stops the motion, at most the sliding friction.
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
@@ -49,9 +49,9 @@ def _friction(speed, response, coulomb, static, stribeck_speed, smoothing, round
     for _ in range(rounds):
         sliding = coulomb
         if rounds > 1:
-            ratio = end / stribeck_speed
+            ratio = end * per_stribeck_speed
             sliding = coulomb * (one + static * exponential(zero - ratio * ratio))
-        viscous = sliding / smoothing
+        viscous = sliding * per_smoothing
         slow = speed / (one + response * viscous)
         sliding_torque = where_less(zero, speed, zero - sliding, sliding)
         torque = where_less(absolute(slow), smoothing, zero - viscous * slow, sliding_torque)
@@ -88,6 +88,22 @@ def _pushed(inputs, door, force, x):  # type: ignore[no-untyped-def]
     first = door * len(x)
     for i in range(len(x)):
         store(x, i, load(x, i) + load(inputs, first + i) * force)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, responses):  # type: ignore[no-untyped-def]
+    """Fill responses (samples, lanes) with one output of the states (n,) that `signals` drive from rest."""
+    samples, groups, n = len(signals), signals.shape[1] // LANES, len(factors_of)
+    factors, inputs, outputs, x = aligned_rows(n), aligned_rows(n), aligned_rows(n), aligned_rows(n)
+    for i in range(n):
+        store(factors, i, broadcast(factors_of[i]))
+        store(inputs, i, broadcast(inputs_of[i]))
+        store(outputs, i, broadcast(outputs_of[i]))
+    for group in range(groups):
+        x[:] = 0.0
+        for k in range(samples):
+            store(responses, k * groups + group, _output(0, outputs, x))
+            _stepped(factors, inputs, 0, load(signals, k * groups + group), real_count, x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,6 +168,8 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             load_response = _output(LOAD_SPEED, t_outputs, start)
         x[:], b[:] = 0.0, 0.0
         followed, play, bristle, earlier = zero, zero, zero, zero
+        per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
+        per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
         start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
         part = zero
         if active[S.EXTRA_DELAY]:
@@ -231,7 +249,8 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                                 motor_response,
                                 coulomb,
                                 load(s, S.MOTOR_STATIC),
-                                load(s, S.MOTOR_STRIBECK_SPEED),
+                                per_stribeck_speed,
+                                per_smoothing,
                                 load(s, S.MOTOR_SMOOTHING),
                                 static_rounds,
                             )
@@ -239,7 +258,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     if load_rubbing:
                         speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
                         coulomb, smoothing = load(s, S.LOAD_FRICTION), load(s, S.LOAD_SMOOTHING)
-                        torque = _friction(speed, load_response, coulomb, zero, one, smoothing, 1)
+                        torque = _friction(
+                            speed, load_response, coulomb, zero, one, per_load_smoothing, smoothing, 1
+                        )
                         _pushed(t_inputs, BY_LOAD, torque, b)
             earlier = later
             if active[S.PLAY]:

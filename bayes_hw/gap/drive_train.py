@@ -19,6 +19,7 @@ itself stays exactly as given and the drive train supplies ratios only.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -58,12 +59,10 @@ class ContinuousPoles(NamedTuple):
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """G(s), shape of `s`."""
-        total = np.zeros_like(s)
-        for pole, residue, real in zip(self.poles, self.residues, self.real, strict=True):
-            total = total + residue / (s - pole)
-            if not real:
-                total = total + np.conj(residue) / (s - np.conj(pole))
-        return total
+        paired = self.real == 0
+        poles = np.concatenate([self.poles, self.poles[paired].conj()])
+        residues = np.concatenate([self.residues, self.residues[paired].conj()])
+        return np.asarray((residues / (s[..., None] - poles)).sum(axis=-1))
 
 
 class TorqueSystem(NamedTuple):
@@ -218,7 +217,7 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     """
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
-    s = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
+    s = _matching_points(rate)
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
@@ -236,6 +235,13 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
         sign,
     )
     return DriveTrain(logs, sign, misfit) if misfit < LARGEST_MISFIT else None
+
+
+@lru_cache(maxsize=8)
+def _matching_points(rate: float) -> ComplexArray:
+    points = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
+    points.setflags(write=False)
+    return points
 
 
 def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:

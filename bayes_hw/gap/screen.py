@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Whitener
 
 MAX_PERIODS = 240
@@ -120,7 +120,7 @@ class Screen:
                     added -= added[:1]
                 if effect.only_saturated:
                     added *= _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)[:, None]
-                shift = convolve(impulse_response(chain, effect.door, len(w)), added)
+                shift = small_responses(chain, effect.door, added)
                 columns.append(np.where(np.abs(w[:, None]) > values[2], shift, 0.0))
             projected = self.project(columns)
             sines.append(projected[:, : len(some)])
