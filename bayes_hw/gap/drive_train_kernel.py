@@ -17,14 +17,19 @@ COUNT = 10
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_ratio(logs, sign, s, target, slope):  # type: ignore[no-untyped-def]
-    """log(R / target) at one s, and its derivatives by the logarithms in `slope` (10,).
+def _numbers(logs):  # type: ignore[no-untyped-def]
+    """The ten numbers of a drive train."""
+    e = np.exp(logs)
+    return e[KP], e[KI], e[KM], e[KL], e[KS], e[KSS], e[C], e[CS], e[BL], e[GAIN]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
+    """log(R / target) at one s, and its derivatives by the logarithms of the numbers `train` in `slope` (10,).
 
     Where it is not finite it is 10 with no derivative.
     """
-    kp, ki, km, kl, ks = np.exp(logs[KP]), np.exp(logs[KI]), np.exp(logs[KM]), np.exp(logs[KL]), np.exp(logs[KS])
-    kss, c, cs = np.exp(logs[KSS]), np.exp(logs[C]), np.exp(logs[CS])
-    bl, gain = np.exp(logs[BL]), np.exp(logs[GAIN])
+    kp, ki, km, kl, ks, kss, c, cs, bl, gain = train
     coupling, structural = 1 + c * s, 1 + cs * s
     loop = kp * s + ki
     motor = s * s + loop + km * coupling
@@ -70,8 +75,9 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
         weight = (1 / (3 * misfit)) ** 2
         for _ in range(steps):
             precision, gradient = np.zeros((COUNT, COUNT)), np.zeros(COUNT)
+            train = _numbers(logs)
             for k in range(len(s)):
-                at = _log_ratio(logs, sign, s[k], target[k], slope)
+                at = _log_ratio(train, sign, s[k], target[k], slope)
                 for i in range(COUNT):
                     gradient[i] -= weight * (slope[i].real * at.real + slope[i].imag * at.imag)
                     for j in range(i + 1):
@@ -88,9 +94,9 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
             step = np.linalg.solve(precision, gradient)
             for i in range(COUNT):
                 logs[i] += min(max(step[i], -largest), largest)
-        total = 0.0
+        total, train = 0.0, _numbers(logs)
         for k in range(len(s)):
-            at = _log_ratio(logs, sign, s[k], target[k], slope)
+            at = _log_ratio(train, sign, s[k], target[k], slope)
             total += at.real**2 + at.imag**2
         misfit = np.sqrt(total / (2 * len(s)) + smallest**2)
     return logs, misfit
