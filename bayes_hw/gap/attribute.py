@@ -142,7 +142,9 @@ class Attributor:
         rng = np.random.default_rng(self.seed)
         draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
         simulated = self.base.simulate_batch(self.base.to_values(draws))
-        errors = [np.sum((y[:, None] - s) ** 2, axis=0) for y, s in zip(self.measured, simulated, strict=True)]
+        errors = [
+            np.sum((y[:, None] - s) ** 2, axis=0) for y, s in zip(self.measured, simulated, strict=True)
+        ]
         return np.asarray(draws[np.argsort(np.sum(errors, axis=0))])
 
     def single_fits(self, base: Fit) -> list[Fit]:

@@ -39,24 +39,28 @@ class States(NamedTuple):
 def simulate_chains(
     chains: Sequence[Chain], settings: FloatArray, inputs: Sequence[FloatArray], keep_w: bool = False
 ) -> list[ChainSignals]:
-    """Signals of every record of `inputs` (samples,) under every chain and its row of `settings` (chains, COUNT).
+    """Signals of every record under every chain and its row of `settings` (chains, COUNT).
 
-    Without `keep_w` the w returned have no samples.
+    `inputs` holds the commands (samples,), one a record. Without `keep_w` the w returned have no samples.
     """
     active = settings != S.NEUTRAL
-    found = [
-        ChainSignals(np.empty((len(u) if keep_w else 0, len(chains))), np.empty((len(u), len(chains))))
-        for u in inputs
-    ]
+    switches = active[:, S.SWITCHES]
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, chain in enumerate(chains):
-        groups.setdefault((chain.structure, active[i, S.SWITCHES].tobytes()), []).append(i)
+        groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
+    done = []
     for group in groups.values():
         some = np.array(group)
-        done = _simulate_alike([chains[i] for i in group], settings[some], active[some[0]], inputs, keep_w)
-        for (w, y), (w_some, y_some) in zip(found, done, strict=True):
-            w[:, some], y[:, some] = w_some, y_some
-    return found
+        done.append(
+            _simulate_alike([chains[i] for i in group], settings[some], active[some[0]], inputs, keep_w)
+        )
+    if len(done) == 1:
+        return done[0]
+    order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
+    return [
+        ChainSignals(*(np.concatenate(parts, axis=1)[:, order] for parts in zip(*record, strict=True)))
+        for record in zip(*done, strict=True)
+    ]
 
 
 def _simulate_alike(
@@ -99,7 +103,7 @@ def _simulate_alike(
     )
     own = [slice(record * count, (record + 1) * count) for record in range(len(inputs))]
     return [
-        ChainSignals(w[: len(u), columns], y[: len(u), columns])
+        ChainSignals(np.ascontiguousarray(w[: len(u), columns]), np.ascontiguousarray(y[: len(u), columns]))
         for u, columns in zip(inputs, own, strict=True)
     ]
 

@@ -25,7 +25,7 @@ def _numbers(logs):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
-    """log(R / target) at one s, and its derivatives by the logarithms of the numbers `train` in `slope` (10,).
+    """log(R / target) of `train` at one s, and in `slope` (10,) its derivatives by the logarithms.
 
     Where it is not finite it is 10 with no derivative.
     """
@@ -53,9 +53,11 @@ def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
     slope[KL] = 1 - kl * coupling * (by_load - km * coupling * structure) * inverse
     slope[KS] = -(ks * structural * by_load - pull * kss * structural) * inverse
     slope[KSS] = kss * structural * (over_structure - (by_structure - pull) * inverse)
-    slope[C] = c * s * (1 / coupling - (km * hung + kl * by_load - 2 * km * kl * coupling * structure) * inverse)
-    slope[CS] = cs * s * (
-        kss * over_structure - (ks * by_load + kss * by_structure - 2 * kss * pull) * inverse
+    slope[C] = (
+        c * s * (1 / coupling - (km * hung + kl * by_load - 2 * km * kl * coupling * structure) * inverse)
+    )
+    slope[CS] = (
+        cs * s * (kss * over_structure - (ks * by_load + kss * by_structure - 2 * kss * pull) * inverse)
     )
     slope[BL] = -bl * s * by_load * inverse
     slope[GAIN] = 1.0
@@ -66,8 +68,8 @@ def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
 def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, target, sign):  # type: ignore[no-untyped-def]
     """`rounds` of Gauss-Newton `steps`, each with the misfit left by the last as the noise of the response.
 
-    `logs` (10,) are the start, `usual` and `usual_sd` (10,) the prior, `s` and `target` (frequencies,), `largest`
-    the largest change of a logarithm in a step, `smallest` the least misfit. Returns logs and misfit.
+    `logs` (10,) are the start, `usual` and `usual_sd` (10,) the prior; `s` and `target` (frequencies,);
+    `largest` the largest change of a logarithm in a step, `smallest` the least misfit. Returns both.
     """
     logs = logs.copy()
     slope = np.empty(COUNT, dtype=np.complex128)
@@ -128,7 +130,7 @@ def torque_polynomials(logs):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
-    """Gains at the poles `s` (n,): inputs (2, n) of both torques, outputs (4, n) to w, motor angle and speeds.
+    """Gains at the poles `s` (n,): (2, n) from both torques, (4, n) to w, motor angle and both speeds.
 
     The other arguments are the polynomials of `torque_polynomials`.
     """

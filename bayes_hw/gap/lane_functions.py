@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import njit
 from numba.extending import intrinsic
 
 from bayes_hw.model.lanes import LANES, LANES_TYPE, broadcast, maximum, minimum

@@ -90,7 +90,9 @@ class Screen:
         simulated = hypothesis.simulate_batch(values)
         found = []
         for column, start in enumerate(starts):
-            change = [(s[:, column] - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+            change = [
+                (s[:, column] - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)
+            ]
             if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
                 continue
             response = self.project(change)

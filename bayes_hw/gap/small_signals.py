@@ -13,7 +13,7 @@ from bayes_hw.model.lanes import padded_to_lanes
 
 
 def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray:
-    """Change of w (samples, n) for `signals` (samples, n) added at `door`, each sample held until the next."""
+    """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals
     states = command_states([chain], 1 / chain.rate)

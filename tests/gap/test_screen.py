@@ -85,7 +85,7 @@ def test_a_residual_of_noise_promises_little() -> None:
 
 
 def test_small_responses_are_those_of_the_chain() -> None:
-    """A pulse of the command as the chain answers it, any signal by its convolution; the output door is itself."""
+    """A pulse of the command as the chain answers it, others by convolution; the output door is itself."""
     found = hypothesis(AXIS, [np.zeros(200)])
     builder = ChainBuilder(AXIS)
     chain = builder.chain(builder.axis.nominal)
@@ -102,7 +102,7 @@ def test_small_responses_are_those_of_the_chain() -> None:
 
 
 def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
-    """A held torque at the motor: the states' steady answer to a step is that of their partial fractions."""
+    """The answer to a torque held at the motor is that of the path's partial fractions."""
     builder = ChainBuilder(AXIS)
     chain = builder.chain(builder.axis.nominal)
     real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
