@@ -137,15 +137,16 @@ class Attributor:
         draws = np.repeat(own[None], BASE_DRAWS // 2, axis=0)
         rng = np.random.default_rng(self.seed + 1)
         draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(len(draws), len(STATIC_SPREAD))) * STATIC_SPREAD
-        errors = [self._square_error(host.hypothesis, draw) for draw in draws]
-        return draws[np.argsort(errors)[:RESTARTS]]
+        return np.asarray(draws[np.argsort(self._square_errors(host.hypothesis, draws))[:RESTARTS]])
 
-    def _square_error(self, hypothesis: Hypothesis, coordinates: FloatArray) -> float:
-        simulated = hypothesis.simulate(hypothesis.to_values(coordinates))
-        return sum(
-            float(np.sum(self.plain.whiten(y - s, r) ** 2))
+    def _square_errors(self, hypothesis: Hypothesis, coordinates: FloatArray) -> FloatArray:
+        """Squared whitened error at each of `coordinates` (n, parameters)."""
+        simulated = hypothesis.simulate_batch(hypothesis.to_values(coordinates))
+        white = (
+            self.plain.whiten(y[:, None] - s, r)
             for r, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
         )
+        return np.asarray(sum(np.sum(w**2, axis=0) for w in white))
 
     def _paired(self, pairs: Sequence[Fit]) -> list[Explanation]:
         paired = self.each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
@@ -175,8 +176,7 @@ class Attributor:
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
         rng = np.random.default_rng(self.seed)
         draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
-        errors = [self._square_error(self.base, draw) for draw in draws]
-        return np.asarray(draws[np.argsort(errors)])
+        return np.asarray(draws[np.argsort(self._square_errors(self.base, draws))])
 
     def single_fits(self, base: Fit, tried_from_nominal: int = TRIED_FROM_NOMINAL) -> list[Fit]:
         """The best plain fit of the most promising effects, every form its own, best first.

@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Whitener
 
 HATS = 7
@@ -135,7 +135,7 @@ def free_functions(
     left = left - basis @ (basis.T @ left)
     results = []
     for block, (door, shapes) in shapes_of_blocks(found).items():
-        responses = [convolve(impulse_response(chain, door, len(s)), s) for s in shapes]
+        responses = [small_responses(chain, door, s) for s in shapes]
         columns = np.concatenate([whitener.whiten(c, r) for r, c in enumerate(responses)])
         scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         columns = columns / scales

@@ -13,7 +13,7 @@ from scipy.stats import chi2, kstest
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions, hats, motions, shapes_of_blocks
-from bayes_hw.gap.impulse import convolve, impulse_response
+from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Plain
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -61,7 +61,7 @@ def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     fit = with_residuals(noise(2))
     chain = fit.hypothesis.chain(fit.values)
     door, shapes = shapes_of_blocks(moved(fit))[block]
-    response = [convolve(impulse_response(chain, door, SAMPLES), s[:, 1:2])[:, 0] for s in shapes]
+    response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2]))[:, 0] for s in shapes]
     stacked, tangents = np.concatenate(response), np.concatenate(fit.jacobians)
     kept = stacked - tangents @ np.linalg.lstsq(tangents, stacked, rcond=None)[0]
     factor = 3 * SIGMA / np.sqrt(np.mean(kept**2))
