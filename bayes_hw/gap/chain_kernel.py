@@ -172,6 +172,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
         per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
         per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
         start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
+        reading_start = sine(load(s, S.READING_PHASE))
         part = zero
         if active[S.EXTRA_DELAY]:
             part = load(s, S.EXTRA_DELAY)
@@ -181,16 +182,19 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             if torques:
                 position = position + _output(W, t_outputs, b)
             lower, upper = load(s, S.LOWER), load(s, S.UPPER)
-            if active[S.LIMIT_DEPTH]:
-                phase = tau * position / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
-                swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
-                lower, upper = lower * swing, upper * swing
             gain = one
             if active[S.GAIN_CHANGE]:
                 age = broadcast(-k / rate) / load(s, S.GAIN_TIME)
                 gain = one + load(s, S.GAIN_CHANGE) * (one - exponential(age))
             output = position
             for j in range(substeps):
+                if active[S.LIMIT_DEPTH]:
+                    place = _output(W, outputs, x)
+                    if torques:
+                        place = place + _output(W, t_outputs, b)
+                    phase = tau * place / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
+                    swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
+                    lower, upper = load(s, S.LOWER) * swing, load(s, S.UPPER) * swing
                 limited = _clipped(later, lower, upper)
                 if active[S.EXTRA_DELAY]:
                     before = _clipped(part * broadcast(1.0 * substeps) - broadcast(1.0 * j), zero, one)
@@ -276,6 +280,10 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             output = where_less(zero, output, output * load(s, S.GAIN_RATIO), output)
             half_width = load(s, S.DEAD_ZONE)
             shown = maximum(output - half_width, zero) + minimum(output + half_width, zero)
+            shown = where_less(zero, shown, shown * load(s, S.SHOWN_RATIO), shown)
+            if active[S.READING_ERROR]:
+                phase = tau * output / load(s, S.READING_PERIOD) + load(s, S.READING_PHASE)
+                shown = shown + load(s, S.READING_ERROR) * (sine(phase) - reading_start)
             t = broadcast(k / rate)
             if active[S.DRIFT_RATE]:
                 shown = shown + load(s, S.DRIFT_RATE) * t

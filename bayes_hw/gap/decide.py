@@ -27,7 +27,8 @@ class Calibration:
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
-    `left_surprise` and `left_size` the leftover (nats, units of the noise) at which "other" is even odds;
+    `left_surprise` (nats) and `left_size` (units of the noise, joined by `left_share` of the gap) the
+    leftover at which "other" is even odds;
     `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor` the least doubt;
     `pair_ceiling` the largest probability of a label in an answer of two;
     `sigma_log_sd` how far a nominal noise may be off.
@@ -39,6 +40,7 @@ class Calibration:
     pair_size: float
     left_surprise: float
     left_size: float
+    left_share: float
     left_sharpness: float
     floor: float
     pair_ceiling: float
@@ -143,27 +145,35 @@ def _earned(
     return True
 
 
-def probability_of_other(left: Sequence[Leftover], calibration: Calibration) -> float:
-    """Odds that what is left is structure of a size that matters."""
+def probability_of_other(left: Sequence[Leftover], gap: float, calibration: Calibration) -> float:
+    """Odds that what is left is structure of a size that matters beside noise and `gap` (both in sigma)."""
     odds = -np.inf
+    size = np.hypot(calibration.left_size, calibration.left_share * gap)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
         by_surprise = calibration.left_sharpness * np.log(item.surprise / calibration.left_surprise)
-        by_size = 2 * calibration.left_sharpness * np.log(item.size / calibration.left_size)
+        by_size = 2 * calibration.left_sharpness * np.log(item.size / size)
         odds = max(odds, min(by_surprise, by_size))
     return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
+
+
+def gap_size(base: Explanation, explanation: Explanation) -> float:
+    """Root mean square error of the base beyond the noise of an explanation, in units of that noise."""
+    sigma = max(explanation.encoder_sigma, 1e-300)
+    return float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
 
 
 def decide(
     explanation: Explanation,
     scores: Mapping[tuple[str, ...], float],
     left: Sequence[Leftover],
+    gap: float,
     labels: Sequence[str],
     calibration: Calibration,
 ) -> Decision:
-    """The answer and the marginal probability of every label, of none and of other."""
-    other = probability_of_other(left, calibration)
+    """The answer and the marginal probability of every label, of none and of other; `gap` in sigma."""
+    other = probability_of_other(left, gap, calibration)
     centre = scores[explanation.labels] - calibration.handicap(explanation.labels)
     weights = {}
     rounded = "encoder_quantization" in explanation.labels

@@ -15,7 +15,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
-from bayes_hw.gap.decide import Calibration, Decision, choose, decide
+from bayes_hw.gap.decide import Calibration, Decision, choose, decide, gap_size
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.explanation import Explanation
@@ -82,7 +82,9 @@ def diagnose(
         attribution = attributor.run()
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
-        decision = decide(best, scores, leftovers(best, inputs), labels, calibration)
+        left = leftovers(best, inputs)
+        gap = gap_size(attribution.base, best)
+        decision = decide(best, scores, left, gap, labels, calibration)
         final = attribution.base if decision.answer == ("other",) else best
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
@@ -145,7 +147,7 @@ def _finished(
         (sigma - 1.8808 * noise_error, sigma + 1.8808 * noise_error),
         case.model.units.output,
     )
-    where = locate(attribution, decision.answer, inputs, sigma)
+    where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
     confusable = _confusable(decision, scores)
     verdict = Verdict(
         decision.answer,

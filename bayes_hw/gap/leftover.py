@@ -57,7 +57,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     residuals = _bridged(explanation)
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     sigma = max(explanation.encoder_sigma, 1e-300)
-    found = [_line(residuals, white), _step(residuals)]
+    stochastic = explanation.stochastic
+    rounded = stochastic is not None and stochastic.label == "encoder_quantization"
+    found = [_line(residuals, white)] if rounded else [_line(residuals, white), _step(residuals)]
     fit = explanation.fit
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(inputs, fit.simulated, chain, (float(fit.values[0]), float(fit.values[1])))
@@ -65,7 +67,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         (f"function at {function.block}", _tail(2 * function.gain, function.shapes), function.size**2)
         for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener)
     ]
-    if explanation.stochastic is None or explanation.stochastic.display is None:
+    if stochastic is None or stochastic.display is None:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma), _tails(white, sigma)]
     return sorted(
         (

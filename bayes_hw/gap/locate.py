@@ -13,6 +13,8 @@ from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.free_functions import free_functions, motions
+from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.spectra import mean_spectrum
 
 EXCESS_SHARE = 0.8
@@ -20,12 +22,15 @@ EXCESS_SHARE = 0.8
 
 SEGMENTS = 12
 
+SMALLEST_HELP = 3.0
+"""Standard deviations of chi-squared below which a free function is chance."""
+
 
 @dataclass(frozen=True)
 class Location:
-    """`block` and the share of the reducible error that each block's best effect removes; the band in Hz;
-    the regime where the error is largest and every regime's mean square over the noise's; coherences of the
-    residual with functions of the command; rms of time segments in units of the noise."""
+    """`block` and the share of every block in what helps; the band in Hz; the regime where the error is
+    largest and every regime's mean square over the noise's; coherences of the residual with functions of the
+    command; rms of time segments in units of the noise."""
 
     block: str
     share: Mapping[str, float]
@@ -49,13 +54,19 @@ class Location:
 
 
 def locate(
-    attribution: Attribution, answer: Sequence[str], inputs: Sequence[FloatArray], sigma: float
+    attribution: Attribution,
+    answer: Sequence[str],
+    left: Sequence[Leftover],
+    inputs: Sequence[FloatArray],
+    sigma: float,
 ) -> Location:
-    """The gap of the base fit, with `sigma` (output units) of the noise."""
+    """The gap of the base fit, with `sigma` (output units) of the noise and what is `left` by the best."""
     base = attribution.base.fit
-    share = block_shares(attribution)
+    share = block_shares(attribution, inputs)
     named = [block_of(label, tuple(base.hypothesis.effects)) for label in answer if label != "other"]
     block = max(named, key=lambda b: share.get(b, 0.0)) if named else max(share, key=lambda b: share[b])
+    if answer == ("other",) and _looks_like_a_reading(left):
+        block = "sensor"
     if not answer:
         block = "none"
     regimes = regime_ratios(base, inputs, sigma)
@@ -76,17 +87,37 @@ def locate(
     )
 
 
-def block_shares(attribution: Attribution) -> dict[str, float]:
-    """For every block the share of the base's log-likelihood deficit that its best explanation makes up."""
-    best = attribution.best.log_evidence - attribution.base.log_evidence
-    found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
+def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict[str, float]:
+    """Share of every block in what helps: its free function on the base's residual, and its best effect.
+
+    Of the free functions counts how far twice the gain is beyond its expectation, in standard deviations of
+    chi-squared; of the effects of the response half the share of the base's deficit that they make up.
+    """
+    base = attribution.base
+    chain = base.fit.hypothesis.chain(base.fit.values)
+    limits = (float(base.fit.values[0]), float(base.fit.values[1]))
+    moved = motions(inputs, base.fit.simulated, chain, limits)
+    functions = free_functions(moved, chain, base.fit.residuals, base.fit.jacobians, base.fit.whitener)
+    help_ = {f.block: max(0.0, (2 * f.gain - f.shapes) / np.sqrt(2 * f.shapes)) for f in functions}
+    most = max(max(help_.values()), SMALLEST_HELP)
+    found = {block: help_.get(block, 0.0) / most for block in BLOCKS}
+    deficit = attribution.best.log_evidence - base.log_evidence
     for explanation in attribution.explanations:
-        if len(explanation.labels) != 1:
+        if len(explanation.labels) != 1 or explanation.stochastic is not None or deficit <= 0:
             continue
         block = block_of(explanation.labels[0], explanation.fit.hypothesis.effects)
-        gain = explanation.log_evidence - attribution.base.log_evidence
-        found[block] = max(found[block], float(np.clip(gain / best, 0.0, 1.0)) if best > 0 else 0.0)
-    return found
+        gain = explanation.log_evidence - base.log_evidence
+        own = help_.get(block, 0.0) / most + 0.5 * float(np.clip(gain / deficit, 0.0, 1.0))
+        found[block] = max(found[block], own)
+    total = sum(found.values())
+    return {block: value / total if total > 0 else 0.0 for block, value in found.items()}
+
+
+def _looks_like_a_reading(left: Sequence[Leftover]) -> bool:
+    """Whether what is left is in the scatter of single samples, not in their mean: the encoder's doing."""
+    if not left:
+        return False
+    return max(left, key=lambda item: item.surprise * item.size).kind in ("spread", "heavy tails")
 
 
 def excess_band(base: Fit, rate: float) -> tuple[float, float]:

@@ -45,17 +45,21 @@ from bayes_hw.arrays import FloatArray
     ECCENTRICITY_PERIOD,
     ECCENTRICITY_PHASE,
     GAIN_RATIO,
+    SHOWN_RATIO,
+    READING_ERROR,
+    READING_PERIOD,
+    READING_PHASE,
     DRIFT_RATE,
     DRIFT_SETTLING,
     DRIFT_TIME,
-) = range(37)
+) = range(41)
 
-COUNT = 37
+COUNT = 41
 
 NEUTRAL: FloatArray = np.zeros(COUNT)
 NEUTRAL[[LOWER, UPPER]] = -np.inf, np.inf
 NEUTRAL[COMMAND_RATE] = np.inf
-NEUTRAL[GAIN_RATIO] = 1.0
+NEUTRAL[[GAIN_RATIO, SHOWN_RATIO, READING_PERIOD]] = 1.0
 NEUTRAL[
     [
         LIMIT_PERIOD,
@@ -73,7 +77,7 @@ NEUTRAL.setflags(write=False)
 TORQUES = (MOTOR_FRICTION, LOAD_FRICTION, RIPPLE, LOAD_RIPPLE, CUBIC, GAP)
 """Settings that need the drive train's inner motion, and with it short steps."""
 
-WITHIN_SAMPLE = (EXTRA_DELAY, COMMAND_RATE)
+WITHIN_SAMPLE = (EXTRA_DELAY, COMMAND_RATE, LIMIT_DEPTH)
 """Settings that change the command between samples."""
 
 SWITCHES = (

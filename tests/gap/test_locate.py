@@ -13,7 +13,7 @@ from fitted import AXIS, SAMPLES, base, explained, with_residuals
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
-from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.locate import (
     block_shares,
     command_coherences,
@@ -49,9 +49,14 @@ def attribution(residuals: list[FloatArray], **evidences: float) -> Attribution:
 
 
 def test_shares_of_the_blocks() -> None:
-    """Gain in evidence of each block's best effect over the best of all."""
-    shares = block_shares(attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0, wind=-5.0))
-    assert shares == pytest.approx(dict.fromkeys(BLOCKS, 0.0) | {"drive": 1.0, "input": 0.25})
+    """In white noise those of the effects alone; a shape at the output adds to the sensor's; they sum to one."""
+    quiet = block_shares(attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0), INPUTS)
+    assert sum(quiet.values()) == pytest.approx(1)
+    assert max(quiet, key=lambda block: quiet[block]) == "drive"
+    simulated = with_residuals(noise()).simulated
+    shapes = [e + 2 * SIGMA * np.cos(6 * y / np.ptp(y)) for e, y in zip(noise(), simulated, strict=True)]
+    shown = block_shares(attribution(shapes, friction=100.0, command_bias=25.0), INPUTS)
+    assert max(shown, key=lambda block: shown[block]) == "sensor"
 
 
 @pytest.mark.parametrize(
@@ -60,7 +65,14 @@ def test_shares_of_the_blocks() -> None:
 )
 def test_the_block_is_that_of_the_answer(answer: tuple[str, ...], block: str) -> None:
     found = attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0, wind=10.0)
-    assert locate(found, answer, INPUTS, SIGMA).block == block
+    assert locate(found, answer, [], INPUTS, SIGMA).block == block
+
+
+def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
+    """Where nothing is named and what is left is in single samples."""
+    found = attribution(noise(), friction=100.0)
+    left = [Leftover("spread", 90.0, 0.5), Leftover("function at drive", 30.0, 0.1)]
+    assert locate(found, ("other",), left, INPUTS, SIGMA).block == "sensor"
 
 
 @pytest.mark.parametrize("frequency", [0.3, 1.7, 5.0])

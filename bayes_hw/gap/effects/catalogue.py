@@ -23,6 +23,8 @@ from bayes_hw.gap.effects.sensor import (
     EncoderEccentricity,
     GainAsymmetry,
     LinearSensorDrift,
+    ReadingAsymmetry,
+    ReadingEccentricity,
     ThermalSensorDrift,
 )
 
@@ -44,7 +46,9 @@ BUILT_IN: tuple[type[Effect], ...] = (
     DynamicBacklash,
     TorqueRipple,
     EncoderEccentricity,
+    ReadingEccentricity,
     GainAsymmetry,
+    ReadingAsymmetry,
     LinearSensorDrift,
     ThermalSensorDrift,
 )

@@ -46,6 +46,19 @@ class EncoderEccentricity(PeriodicEffect):
         return scale.sigma
 
 
+class ReadingEccentricity(EncoderEccentricity):
+    """y + A sin(2 pi w / period + phase) - A sin(phase): the same error behind the dead zone.
+
+    Zero where the record starts. Not to be believed where the travel is less than half a period.
+    """
+
+    form: ClassVar[str] = "of the reading"
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.READING_ERROR], settings[S.READING_PERIOD] = np.hypot(values[0], values[1]), values[2]
+        settings[S.READING_PHASE] = np.arctan2(values[1], values[0])
+
+
 class GainAsymmetry(Effect):
     """ratio w where w > 0: the output gains of the directions differ, c2 / c3 = ratio (eq. 4 of the paper).
 
@@ -64,6 +77,18 @@ class GainAsymmetry(Effect):
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(1.01,)]
+
+
+class ReadingAsymmetry(GainAsymmetry):
+    """ratio y where y > 0: the gains differ behind the dead zone, y = c2 (w - delta) and c3 (w + delta).
+
+    Not to be believed where w keeps one sign.
+    """
+
+    form: ClassVar[str] = "behind the dead zone"
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.SHOWN_RATIO] = values[0]
 
 
 class LinearSensorDrift(Effect):
