@@ -13,7 +13,7 @@ from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.chain_kernel import simulate_lanes
 from bayes_hw.model.lanes import padded_to_lanes
 
-TORQUE_STEP = 0.01
+TORQUE_STEP = 0.005
 """s; step of a simulation with torques that depend on the motion."""
 
 SUBSTEPS_WITHIN_SAMPLE = 8

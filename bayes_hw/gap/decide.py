@@ -17,6 +17,7 @@ import numpy as np
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.stochastic import HeldDisplay
 
 NONE, OTHER = "none", "other"
 
@@ -28,7 +29,8 @@ class Calibration:
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
     `left_surprise` (nats) and `left_size` (units of the noise, joined by `left_share` of the gap) the
-    leftover at which "other" is even odds;
+    leftover at which "other" is even odds, `loose_share` in its place where the effect itself cannot be
+    followed sample by sample (chaotic motion, repeated samples);
     `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor` the least doubt;
     `pair_ceiling` the largest probability of a label in an answer of two;
     `sigma_log_sd` how far a nominal noise may be off.
@@ -41,6 +43,7 @@ class Calibration:
     left_surprise: float
     left_size: float
     left_share: float
+    loose_share: float
     left_sharpness: float
     floor: float
     pair_ceiling: float
@@ -145,10 +148,10 @@ def _earned(
     return True
 
 
-def probability_of_other(left: Sequence[Leftover], gap: float, calibration: Calibration) -> float:
-    """Odds that what is left is structure of a size that matters beside noise and `gap` (both in sigma)."""
+def probability_of_other(left: Sequence[Leftover], expected: float, calibration: Calibration) -> float:
+    """Odds that what is left is structure, larger than what is `expected` beside the noise (both in sigma)."""
     odds = -np.inf
-    size = np.hypot(calibration.left_size, calibration.left_share * gap)
+    size = np.hypot(calibration.left_size, expected)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
@@ -158,22 +161,29 @@ def probability_of_other(left: Sequence[Leftover], gap: float, calibration: Cali
     return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
 
 
-def gap_size(base: Explanation, explanation: Explanation) -> float:
-    """Root mean square error of the base beyond the noise of an explanation, in units of that noise."""
+def expected_left(base: Explanation, explanation: Explanation, calibration: Calibration) -> float:
+    """What even a right explanation may leave, a share of the gap of the base, in units of the noise."""
     sigma = max(explanation.encoder_sigma, 1e-300)
-    return float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
+    gap = float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
+    stochastic = explanation.stochastic
+    loose = stochastic is not None and isinstance(stochastic.display, HeldDisplay)
+    loose = loose or any(effect.chaotic for effect in explanation.fit.hypothesis.effects)
+    return gap * (calibration.loose_share if loose else calibration.left_share)
 
 
 def decide(
     explanation: Explanation,
     scores: Mapping[tuple[str, ...], float],
     left: Sequence[Leftover],
-    gap: float,
+    expected: float,
     labels: Sequence[str],
     calibration: Calibration,
 ) -> Decision:
-    """The answer and the marginal probability of every label, of none and of other; `gap` in sigma."""
-    other = probability_of_other(left, gap, calibration)
+    """The answer and the marginal probability of every label, of none and of other.
+
+    `expected` is what the explanation may leave (`expected_left`).
+    """
+    other = probability_of_other(left, expected, calibration)
     centre = scores[explanation.labels] - calibration.handicap(explanation.labels)
     weights = {}
     rounded = "encoder_quantization" in explanation.labels

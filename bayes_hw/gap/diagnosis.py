@@ -15,7 +15,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
-from bayes_hw.gap.decide import Calibration, Decision, choose, decide, gap_size
+from bayes_hw.gap.decide import Calibration, Decision, choose, decide, expected_left
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.explanation import Explanation
@@ -83,8 +83,8 @@ def diagnose(
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs)
-        gap = gap_size(attribution.base, best)
-        decision = decide(best, scores, left, gap, labels, calibration)
+        expected = expected_left(attribution.base, best, calibration)
+        decision = decide(best, scores, left, expected, labels, calibration)
         final = attribution.base if decision.answer == ("other",) else best
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)

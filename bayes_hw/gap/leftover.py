@@ -68,7 +68,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener)
     ]
     if stochastic is None or stochastic.display is None:
-        found += [_spectrum(residuals, white), _spread(moved, white, sigma), _tails(white, sigma)]
+        found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
+    if stochastic is None or (stochastic.display is None and stochastic.label != "outliers"):
+        found.append(_tails(white, sigma))
     return sorted(
         (
             Leftover(

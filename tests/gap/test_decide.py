@@ -20,7 +20,8 @@ from bayes_hw.gap.leftover import Leftover
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
-    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, left_surprise=40.0, left_size=0.3, left_share=0.05,
+    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, left_surprise=40.0, left_size=0.3,
+    left_share=0.05, loose_share=0.3,
     left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
 
 
@@ -48,7 +49,7 @@ def probabilities(answer: Stub, scores: dict[tuple[str, ...], float], left: list
         explanation=answer,  # type: ignore[arg-type]
         scores=scores,
         left=left,
-        gap=0.0,
+        expected=0.0,
         labels=LABELS,
         calibration=CONSTANTS,
     )
@@ -123,15 +124,15 @@ def test_a_pair_counts_for_both_labels() -> None:
 
 
 def test_other_needs_gain_and_size() -> None:
-    """Even odds at both thresholds, the size growing with the gap; one without the other is nothing."""
+    """Even odds at both thresholds, joined by what is expected; one without the other is nothing."""
 
-    def other(gain: float, size: float, gap: float = 0.0) -> float:
-        return probability_of_other([Leftover("step", gain, size)], gap, CONSTANTS)
+    def other(gain: float, size: float, expected: float = 0.0) -> float:
+        return probability_of_other([Leftover("step", gain, size)], expected, CONSTANTS)
 
     assert other(40.0, 0.3) == pytest.approx(0.5)
     assert other(4000.0, 0.9) > 0.95
     assert other(4000.0, 0.03) < 0.05 and other(4.0, 0.9) < 0.05
-    assert other(40.0, 0.5, gap=8.0) == pytest.approx(0.5)
+    assert other(40.0, 0.5, expected=0.4) == pytest.approx(0.5)
     assert other(-1.0, 0.9) == pytest.approx(0, abs=1e-10)
     assert probability_of_other([], 0.0, CONSTANTS) == pytest.approx(0, abs=1e-10)
 

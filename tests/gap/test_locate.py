@@ -38,6 +38,7 @@ class Stub:
     labels: tuple[str, ...]
     log_evidence: float
     fit: Any
+    stochastic: Any = None
 
 
 def attribution(residuals: list[FloatArray], **evidences: float) -> Attribution:
@@ -49,7 +50,7 @@ def attribution(residuals: list[FloatArray], **evidences: float) -> Attribution:
 
 
 def test_shares_of_the_blocks() -> None:
-    """In white noise those of the effects alone; a shape at the output adds to the sensor's; they sum to one."""
+    """In white noise those of the effects; a shape at the output adds to the sensor's; they sum to one."""
     quiet = block_shares(attribution(noise(), friction=100.0, backlash=80.0, command_bias=25.0), INPUTS)
     assert sum(quiet.values()) == pytest.approx(1)
     assert max(quiet, key=lambda block: quiet[block]) == "drive"
@@ -120,7 +121,7 @@ def test_coherence_with_what_makes_the_error(name: str) -> None:
 def test_segments_follow_the_time() -> None:
     """An error in the last third stands in the last third of the segments."""
     residuals = [e + 4 * SIGMA * (2 * T / T[-1] > 4 / 3) for e in noise()]
-    found = locate(attribution(residuals, wind=10.0), ("wind",), INPUTS, SIGMA)
+    found = locate(attribution(residuals, wind=10.0), ("wind",), [], INPUTS, SIGMA)
     assert np.array(found.segments[:8]) == pytest.approx(1, abs=0.25)
     assert min(found.segments[8:]) > 3
     content = found.to_dict()
