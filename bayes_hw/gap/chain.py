@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -19,8 +19,13 @@ from bayes_hw.gap.drive_train import (
     continuous_poles,
     realise,
 )
+from bayes_hw.gap.impulse import impulse_response
+from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.effects.effect import Door
 
 STATIC_COUNT = 3
 """Base parameters before those of G: both limits and the dead zone."""
@@ -77,6 +82,10 @@ class Chain:
         )
         return w, y
 
+    def impulse_response(self, door: Door, samples: int) -> FloatArray:
+        """Response (samples,) of w to one sample of unit signal, held over the sample, at `door`."""
+        return impulse_response(self, door, samples)
+
 
 class ChainBuilder:
     """Builds chains from base parameter vectors (those of `AxisParameters`, dominant)."""
@@ -86,7 +95,13 @@ class ChainBuilder:
         self.axis = AxisParameters(model)
         self._paths = lru_cache(KEPT)(self._paths_of)
         self._chain = lru_cache(KEPT)(self._chain_of)
+        self.base_parameters = base_parameters(self.axis)
+        self.start_spreads = STATIC_SPREAD
         self.reference = realise(self._system(self.axis.nominal), model.sample_rate_hz)
+
+    def write_base(self, values: FloatArray, settings: FloatArray) -> None:
+        """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
+        settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
         """The torque paths behind G at base parameters `values` (parameters,).

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import Chain
-from bayes_hw.gap.effects.effect import Door
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.chain import Chain
+    from bayes_hw.gap.effects.effect import Door
 
 
 def impulse_response(chain: Chain, door: Door, samples: int) -> FloatArray:

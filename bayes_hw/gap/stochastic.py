@@ -23,6 +23,7 @@ from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
@@ -307,6 +308,8 @@ def wind(fit: Fit) -> StochasticFit | None:
     """A slow load torque: first-order spectrum through the drive train's path, beside the encoder's noise."""
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
     chain = fit.hypothesis.chain(fit.values)
+    if not isinstance(chain, Chain):
+        return None
     real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
     spectrum = mean_spectrum(fit.residuals, rate)
 
