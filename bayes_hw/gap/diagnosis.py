@@ -30,6 +30,7 @@ from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
 from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.gap.unknown_noise import of_the_gap, without_small_seconds
 from bayes_hw.gap.verdict import Estimate, Verdict
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
@@ -78,9 +79,14 @@ def diagnose(
         measured = [record.y for record in case.train]
         attributor = Attributor(base, measured, effects, frozenset(labels), rng, jobs, progress.say)
         attribution = attributor.run()
+        if not nominal > 0:
+            attribution = without_small_seconds(attribution)
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
-        decision = decide(best, scores, leftovers(best, inputs), labels, calibration)
+        left = leftovers(best, inputs)
+        if not nominal > 0:
+            left = of_the_gap(left, best, attribution.base)
+        decision = decide(best, scores, left, labels, calibration)
         final = attribution.base if decision.answer == ("other",) else best
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
