@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -47,6 +48,12 @@ class SimulatorCase:
                 "one"
             )
         return cls(simulator.name, simulator, tuple(train), tuple(holdout), before)
+
+    @classmethod
+    def of_files(cls, simulator: Simulator, train: Sequence[Path], holdout: Sequence[Path]) -> SimulatorCase:
+        """Read the records of a simulator from files."""
+        records = [Record.read(path, units=simulator.units) for path in (*train, *holdout)]
+        return cls.of_records(simulator, records[: len(train)], records[len(train) :])
 
     @property
     def held_out_inputs(self) -> list[FloatArray]:

@@ -10,9 +10,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.plain_noise import CorrelatedPlain
+from bayes_hw.gap.stochastic import autoregression
+from bayes_hw.gap.whitener import Plain
 
 SMALL_SHARE = 0.2
 """Of the base model's root mean square error: 4 % of its square."""
@@ -20,9 +28,56 @@ SMALL_SHARE = 0.2
 FACT = "encoder_quantization"
 """A lattice of the measured values is seen, not inferred from an error."""
 
+LARGEST_WANDER = 1.3
+"""Growth of the plain error under coloured noise at which plain least squares is the better estimate."""
+
+NOISE_SHARE = 1 / 3
+"""Of what the base model leaves: the noise assumed to start with."""
+
+ROUNDS = 4
+
+
+def plain_fit(start: Fit, measured: Sequence[FloatArray]) -> Fit:
+    """Plain least squares from `start`, the noise taken to be what is left."""
+    current = start
+    for _ in range(ROUNDS):
+        current = fit(current.hypothesis, measured, current.coordinates, Plain(current.rmse))
+    return current
+
+
+def first_sigma(base: Hypothesis, measured: Sequence[FloatArray]) -> float:
+    """A noise to start with, output units, where none is given."""
+    rough = Plain(float(np.std(np.concatenate(list(measured)))))
+    return NOISE_SHARE * plain_fit(fit(base, measured, base.prior_means, rough), measured).rmse
+
+
+def plain_estimate(
+    explanation: Explanation, singles: Sequence[Fit], measured: Sequence[FloatArray]
+) -> Explanation:
+    """The explanation with the form of its effect and the parameters that plain least squares give.
+
+    The label is chosen under coloured noise, which sees changes of the residual and little of its level;
+    where that had left much of the record to the noise, or another form does better, both are those of the
+    plain fit. The evidence of a form is that of its plain residuals, each counted as one of as few independent
+    ones as those of the closest form.
+    """
+    if explanation.stochastic is not None:
+        return explanation
+    rivals = [f for f in singles if f.hypothesis.effects and f.hypothesis.labels == explanation.labels]
+    forms = [plain_fit(f, measured) for f in (explanation.fit, *rivals)]
+    noise = autoregression(min(forms, key=lambda f: f.rmse))
+    found = max(
+        (replace(f, whitener=CorrelatedPlain.of(noise.coefficients[0], f)) for f in forms),
+        key=lambda f: f.log_evidence(),
+    )
+    same_form = found.hypothesis.effects == explanation.fit.hypothesis.effects
+    if same_form and explanation.fit.rmse < LARGEST_WANDER * found.rmse:
+        return explanation
+    return replace(explanation, fit=found)
+
 
 def without_small_seconds(attribution: Attribution) -> Attribution:
-    """The attribution without pairs of which one label alone leaves less than the small share of the error."""
+    """The attribution without pairs of which one label alone leaves a small share of the error."""
     limit = SMALL_SHARE * attribution.base.fit.rmse
     enough = {e.labels for e in attribution.explanations if len(e.labels) == 1 and e.fit.rmse < limit}
     kept = tuple(
