@@ -58,8 +58,8 @@ def plain_estimate(
 
     The label is chosen under coloured noise, which sees changes of the residual and little of its level;
     where that had left much of the record to the noise, or another form does better, both are those of the
-    plain fit. The evidence of a form is that of its plain residuals, each counted as one of as few independent
-    ones as those of the closest form.
+    plain fit. The evidence of a form is that of its plain residuals, counted for as few independent ones as
+    those of the closest form.
     """
     if explanation.stochastic is not None:
         return explanation
