@@ -65,10 +65,10 @@ EXPECTED = {
 REMARKS = {
     "emps": "The record's command is the reference position; the controller's gains come with the record. "
     "The gap in closed loop is small, since the loop holds friction down. Friction is estimated as an "
-    "acceleration; times the mass it is a force. The mass comes out lower than "
-    "published: whatever else the digital loop delays is put on it. The open-loop error is that of the drive's measured command, integrated twice over "
-    "the whole record with these estimates; the published one is on another record of the same benchmark, by "
-    "models fitted for it.",
+    "acceleration; times the mass it is a force. The mass comes out lower than published: whatever else the "
+    "digital loop delays is put on it. The open-loop error is that of the drive's measured command, "
+    "integrated twice over the whole record with these estimates; the published one is on another record of "
+    "the same benchmark, by models fitted for it.",
     "dc_motor": "Trained on steps up to 6 V of both signs, held out are those of 8 and 8.8 V: the model must "
     "extrapolate. A motor that sticks at 2 V and then runs at the speed of a smaller offset has a breakaway "
     "threshold above its running friction, which a dead zone of one width a direction does not hold. Play of "
@@ -93,13 +93,17 @@ def compare_emps(diagnosis: Diagnosis) -> tuple[Compared, ...]:
     uneven = [np.nan_to_num(parameter(diagnosis, f"friction.{k}_asymmetry")) for k in ("torque", "viscous")]
     before, after = open_loop_errors(diagnosis)
     return (
-        Compared("mass", "kg", mass, "95.1"),
-        Compared("Coulomb friction forwards", "N", coulomb * (1 + uneven[0]), "20.14"),
-        Compared("Coulomb friction backwards", "N", coulomb * (1 - uneven[0]), "20.63"),
-        Compared("viscous friction forwards", "N s/m", viscous * (1 + uneven[1]), "166.7"),
-        Compared("viscous friction backwards", "N s/m", viscous * (1 - uneven[1]), "240.4"),
-        Compared("open-loop error, frictionless", "mm", 1000 * before, "5.53 (linear model, other record)"),
-        Compared("open-loop error, with friction", "mm", 1000 * after, "2.64 (learned model, other record)"),
+        Compared("mass", "kg", mass, "95.1 kg"),
+        Compared("Coulomb friction forwards", "N", coulomb * (1 + uneven[0]), "20.14 N"),
+        Compared("Coulomb friction backwards", "N", coulomb * (1 - uneven[0]), "20.63 N"),
+        Compared("viscous friction forwards", "N s/m", viscous * (1 + uneven[1]), "166.7 N s/m"),
+        Compared("viscous friction backwards", "N s/m", viscous * (1 - uneven[1]), "240.4 N s/m"),
+        Compared(
+            "open-loop error, frictionless", "mm", 1000 * before, "5.53 mm (linear model, other record)"
+        ),
+        Compared(
+            "open-loop error, with friction", "mm", 1000 * after, "2.64 mm (learned model, other record)"
+        ),
     )
 
 
@@ -127,13 +131,15 @@ def compare_motor(diagnosis: Diagnosis) -> tuple[Compared, ...]:
     edges = [parameter(diagnosis, f"dead_zone.{edge}") for edge in ("upper", "lower")]
     upper, lower = (one_width if np.isnan(edge) else edge for edge in edges)
     return (
-        Compared("speed per volt", "rpm/V", parameter(diagnosis, "speed_per_volt"), "35.2"),
-        Compared("time constant", "s", parameter(diagnosis, "time_constant"), "0.283"),
-        Compared("delay", "s", parameter(diagnosis, "delay"), "0.031"),
-        Compared("dead zone forwards", "V", upper, "near 3.5, with a bias by direction"),
+        Compared("speed per volt", "rpm/V", parameter(diagnosis, "speed_per_volt"), "35.2 rpm/V"),
+        Compared("time constant", "s", parameter(diagnosis, "time_constant"), "0.283 s"),
+        Compared("delay", "s", parameter(diagnosis, "delay"), "0.031 s"),
+        Compared("dead zone forwards", "V", upper, "near 3.5 V, with a bias by direction"),
         Compared("dead zone backwards", "V", lower, "the same"),
-        Compared("mean absolute error, linear", "rpm", before, "52.0"),
-        Compared("mean absolute error, with the answer", "rpm", after, "6.2 (equal), 2.2 (unequal)"),
+        Compared("mean absolute error, linear", "rpm", before, "52.0 rpm"),
+        Compared(
+            "mean absolute error, with the answer", "rpm", after, "6.2 rpm (equal edges), 2.2 rpm (unequal)"
+        ),
     )
 
 
@@ -149,7 +155,7 @@ def compare_mount(diagnosis: Diagnosis) -> tuple[Compared, ...]:
     behind = float(np.median((where.u - where.y)[moving] / speed.u[moving]))
     return (
         Compared(
-            "lag", "s", parameter(diagnosis, "lag.time"), f"{behind:.3f} (demanded less actual position)"
+            "lag", "s", parameter(diagnosis, "lag.time"), f"{behind:.3f} s (demanded less actual position)"
         ),
         Compared("gain", "", parameter(diagnosis, "gain_to_position"), "1"),
     )

@@ -97,15 +97,15 @@ def _slowed(free, h, s):  # type: ignore[no-untyped-def]
     """Speed at the end of a step h that would end at speed `free` without friction."""
     side = 1.0 if free > 0 else -1.0
     viscous = s[S.VISCOUS] * (1 + side * s[S.VISCOUS_ASYMMETRY])
-    end = free
+    end, found = free, free
     for _ in range(1 if s[S.MOTOR_STATIC] == 0 else 6):
         curve = 1 + s[S.MOTOR_STATIC] * np.exp(-((end / s[S.MOTOR_STRIBECK_SPEED]) ** 2))
         sliding = s[S.MOTOR_FRICTION] * (1 + side * s[S.MOTOR_ASYMMETRY]) * curve
         slow = free / (1 + h * (viscous + sliding / s[S.MOTOR_SMOOTHING]))
         fast = (free - side * h * sliding) / (1 + h * viscous)
         found = slow if abs(slow) < s[S.MOTOR_SMOOTHING] else fast
-        end = found if s[S.MOTOR_STATIC] == 0 else 0.5 * (end + found)
-    return end
+        end = 0.5 * (end + found)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

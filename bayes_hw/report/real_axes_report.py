@@ -11,14 +11,14 @@ from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis_sections import NO_NUMBER, closure_table, parameter_table, ranking_table
-from bayes_hw.report.document import Badge, KeyValues, Paragraph, Report, Section, Table
+from bayes_hw.report.document import Badge, Block, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.figures_diagnosis import gap_on_record, label_probabilities
 from bayes_hw.report.rounding import format_number, format_percent
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A figure of this study beside the published one (text); NaN where the answer has none."""
+    """A figure of this study beside the published one (text with its unit); NaN where the answer has none."""
 
     quantity: str
     unit: str
@@ -90,7 +90,7 @@ def _overview(axes: Sequence[RealAxis]) -> Table:
     )
 
 
-def _gap(axis: RealAxis):  # type: ignore[no-untyped-def]
+def _gap(axis: RealAxis) -> Figure:
     found = axis.diagnosis
     return gap_on_record(
         found.case.holdout[0],
@@ -104,7 +104,7 @@ def _gap(axis: RealAxis):  # type: ignore[no-untyped-def]
 
 def _section(axis: RealAxis, with_gap: bool) -> Section:
     verdict = axis.diagnosis.verdict
-    blocks = [
+    blocks: list[Block] = [
         Paragraph(sentence(axis.diagnosis).replace("+-", "±")),
         Paragraph(axis.remark),
         *([_gap(axis)] if with_gap else []),
@@ -114,7 +114,7 @@ def _section(axis: RealAxis, with_gap: bool) -> Section:
                 (
                     row.quantity,
                     format_number(row.here, 3, row.unit) if np.isfinite(row.here) else NO_NUMBER,
-                    f"{row.published} {row.unit}".rstrip(),
+                    row.published,
                 )
                 for row in axis.compared
             ),
