@@ -55,11 +55,15 @@ def run(parsed: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     out = Path(parsed.out)
-    known = sorted({*LABEL_BLOCKS, *(kind.label for kind in FOR_ANY_SIMULATOR)})
+    known = list(LABEL_BLOCKS)
+    if parsed.simulator is not None:
+        known += sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(known))
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
     if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:
-        raise InputError("give either a case folder, or --model or --simulator with --train and --holdout")
+        raise InputError(
+            "give either a case folder or --model or --simulator, these with --train and --holdout"
+        )
     if parsed.case is not None and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
