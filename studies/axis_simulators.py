@@ -100,6 +100,21 @@ def dc_motor_case(path: Path) -> SimulatorCase:
     return SimulatorCase.of_records(dc_motor(), [up, down], [high, low], [up.u, down.u])
 
 
+def dc_motor_other_cases(path: Path) -> dict[str, SimulatorCase]:
+    """The same record parted otherwise."""
+    whole = dc_motor_record(path)
+    up, down, most, last = (whole.window(*s) for s in ((0, 48), (49.5, 66), (49.5, 63), (63, 66)))
+    return {
+        "forward half to train on, backward half held out": SimulatorCase.of_records(
+            dc_motor(), [up], [down]
+        ),
+        "backward half to train on, forward half held out": SimulatorCase.of_records(
+            dc_motor(), [down], [up]
+        ),
+        "the last 3 s held out": SimulatorCase.of_records(dc_motor(), [up, most], [last], [most.u]),
+    }
+
+
 def integrate(values: FloatArray, inputs: FloatArray) -> FloatArray:
     """start + gain times the sum of the commands so far."""
     travelled = np.concatenate([[0.0], np.cumsum(inputs)[:-1]]) / MOUNT_RATE
