@@ -79,8 +79,8 @@ def _parted_section(parted: Sequence[Parted]) -> Section:
             )
             for row in parted
         ),
-        "What is named where other parts of the records are held out. From the backward half of the DC motor's "
-        "staircase alone an edge forwards cannot be known, and nothing is gained there.",
+        "What is named where other parts of the records are held out. From the backward half of the DC "
+        "motor's staircase alone an edge forwards cannot be known, and nothing is gained there.",
         (2, 3, 4),
     )
     return Section("The same records parted otherwise", (table,))
