@@ -140,13 +140,11 @@ class Attributor:
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
         rng = np.random.default_rng(self.seed)
         draws[:, : len(spreads)] += rng.normal(size=(BASE_DRAWS, len(spreads))) * spreads
-        errors = []
-        for draw in draws:
-            simulated = self.base.simulate(self.base.to_values(draw))
-            errors.append(
-                sum(float(np.sum((y - s) ** 2)) for y, s in zip(self.measured, simulated, strict=True))
-            )
-        return np.asarray(draws[np.argsort(errors)])
+        simulated = self.base.simulate_batch(self.base.to_values(draws))
+        errors = [
+            np.sum((y[:, None] - s) ** 2, axis=0) for y, s in zip(self.measured, simulated, strict=True)
+        ]
+        return np.asarray(draws[np.argsort(np.sum(errors, axis=0))])
 
     def single_fits(self, base: Fit) -> list[Fit]:
         """The best plain fit of every form of every effect, best first.

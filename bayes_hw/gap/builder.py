@@ -9,11 +9,10 @@ from bayes_hw.model.parameters import Parameter
 
 if TYPE_CHECKING:
     from bayes_hw.gap.chain import Resonator
-    from bayes_hw.gap.effects.effect import Door
 
 
 class SignalChain(Protocol):
-    """A base model at fixed parameters; `settings` (see `bayes_hw.gap.settings`) carry the effects."""
+    """A base model at fixed parameters; `bayes_hw.gap.signals` simulates it."""
 
     @property
     def delay_samples(self) -> int: ...
@@ -23,14 +22,6 @@ class SignalChain(Protocol):
 
     @property
     def contact_damping(self) -> float: ...
-
-    def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """w, before the sensor, and y (samples,) of the command u (samples,)."""
-        ...
-
-    def impulse_response(self, door: Door, samples: int) -> FloatArray:
-        """Response (samples,) of w to one sample of unit signal, held over the sample, at `door`."""
-        ...
 
 
 class Builder(Protocol):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.chain_kernel import simulate_chain
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
     DriveTrain,
@@ -19,21 +18,14 @@ from bayes_hw.gap.drive_train import (
     continuous_poles,
     realise,
 )
-from bayes_hw.gap.impulse import impulse_response
 from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-
-if TYPE_CHECKING:
-    from bayes_hw.gap.effects.effect import Door
 
 STATIC_COUNT = 3
 """Base parameters before those of G: both limits and the dead zone."""
 
 KEPT = 24
-
-TORQUE_STEP = 0.01
-"""s; step of a simulation with torques that depend on the motion."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +43,12 @@ TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, 
 
 @dataclass(frozen=True)
 class Chain:
-    """Poles and gains of the linear block as the compiled simulator wants them; shapes as there."""
+    """Poles and gains of the linear block, in continuous time.
+
+    `command_path` holds real poles (n,) in 1/s, their output gains (4, n), the upper poles of pairs (m,) and
+    their output gains (4, m), outputs w, motor angle, motor speed, load speed; `torque_path` the same with
+    input gains (2, n) and (2, m) by motor and load torque after the poles.
+    """
 
     command_path: CommandPath
     torque_path: TorquePath
@@ -61,30 +58,15 @@ class Chain:
     stiffness: tuple[float, float]
     contact_damping: float
 
-    def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """w and y (samples,) of the command u (samples,) under `settings` (see `bayes_hw.gap.settings`)."""
-        w, y = np.empty(len(u)), np.empty(len(u))
-        torques = bool(np.any(settings[list(S.TORQUES)] != 0))
-        substeps = max(1, int(np.ceil(1 / (self.rate * TORQUE_STEP)))) if torques else 1
-        if settings[S.EXTRA_DELAY] != 0 or np.isfinite(settings[S.COMMAND_RATE]):
-            substeps = max(substeps, 8)
-        simulate_chain(
-            np.ascontiguousarray(u, np.float64),
-            self.delay_samples,
-            self.rate,
-            substeps,
-            self.command_path,
-            self.torque_path,
-            self.direct,
-            settings,
-            w,
-            y,
+    @property
+    def structure(self) -> tuple[int, ...]:
+        """Numbers of real poles and pairs in front of w, and of those that torques drive."""
+        return (
+            len(self.command_path[0]),
+            len(self.command_path[2]),
+            len(self.torque_path[0]),
+            len(self.torque_path[3]),
         )
-        return w, y
-
-    def impulse_response(self, door: Door, samples: int) -> FloatArray:
-        """Response (samples,) of w to one sample of unit signal, held over the sample, at `door`."""
-        return impulse_response(self, door, samples)
 
 
 class ChainBuilder:
@@ -93,11 +75,13 @@ class ChainBuilder:
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
         self.axis = AxisParameters(model)
+        self._linear = lru_cache(KEPT)(self._linear_of)
         self._paths = lru_cache(KEPT)(self._paths_of)
         self._chain = lru_cache(KEPT)(self._chain_of)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
-        self.reference = realise(self._system(self.axis.nominal), model.sample_rate_hz)
+        self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
+        self.reference = realise(self._linear(self.nominal_of_g)[0], model.sample_rate_hz)
 
     def write_base(self, values: FloatArray, settings: FloatArray) -> None:
         """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
@@ -108,22 +92,24 @@ class ChainBuilder:
 
         The latest few are kept: most derivatives leave G as it is.
         """
-        return self._paths(tuple(values[STATIC_COUNT:]))
+        return self._paths(tuple(values[STATIC_COUNT:].tolist()))
 
     def _paths_of(self, of_g: tuple[float, ...]) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
-        system = self._system(_with_static(of_g))
+        system, _ = self._linear(of_g)
         train: DriveTrain | UnknownTrain | None = None
         if self.reference is not None:
             train = realise(system, self.model.sample_rate_hz, self.reference)
         train = train or UnknownTrain()
         return train, _torque_path(train.torque_system(system))
 
-    def _system(self, values: FloatArray) -> ContinuousPoles:
-        batch = self.axis.linear_batch(values[:, None])
-        real, pairs, _ = batch.residues()
-        return continuous_poles(
+    def _linear_of(self, of_g: tuple[float, ...]) -> tuple[ContinuousPoles, float]:
+        """G in continuous time and its direct term; it does not depend on the static parameters."""
+        batch = self.axis.linear_batch(np.array([*[0.0] * STATIC_COUNT, *of_g])[:, None])
+        real, pairs, direct = batch.residues()
+        system = continuous_poles(
             batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], self.model.sample_rate_hz
         )
+        return system, float(direct[0])
 
     def chain(
         self, values: FloatArray, resonator: Resonator | None = None, needs_train: bool = True
@@ -132,26 +118,20 @@ class ChainBuilder:
 
         Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
         """
-        return self._chain(tuple(values[STATIC_COUNT:]), resonator, needs_train)
+        return self._chain(tuple(values[STATIC_COUNT:].tolist()), resonator, needs_train)
 
     def _chain_of(self, of_g: tuple[float, ...], resonator: Resonator | None, needs_train: bool) -> Chain:
-        values = _with_static(of_g)
-        system = self._system(values)
+        system, direct = self._linear(of_g)
         s, r = system.poles, system.residues
-        train, torque_path = self.paths(values if needs_train else self.axis.nominal)
+        train, torque_path = self._paths(of_g if needs_train else self.nominal_of_g)
         if resonator is not None and resonator.inertia_ratio > 0:
             s, r = _with_resonator(system, train, resonator)
         outputs = np.concatenate([r[None], r * train.ratios(s)])
         real = s.imag == 0
         return Chain(
-            (
-                np.ascontiguousarray(s[real].real),
-                np.ascontiguousarray(outputs[:, real].real),
-                np.ascontiguousarray(s[~real]),
-                np.ascontiguousarray(outputs[:, ~real]),
-            ),
+            (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
             torque_path,
-            float(self.axis.linear_batch(values[:, None]).residues()[2][0]),
+            direct,
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,
             train.stiffness,
@@ -159,20 +139,15 @@ class ChainBuilder:
         )
 
 
-def _with_static(of_g: tuple[float, ...]) -> FloatArray:
-    """A base parameter vector from the parameters of G, the static ones zero: G does not depend on them."""
-    return np.array([*[0.0] * STATIC_COUNT, *of_g])
-
-
 def _torque_path(torques: TorqueSystem) -> TorquePath:
     real = torques.poles.imag == 0
     return (
-        np.ascontiguousarray(torques.poles[real].real),
-        np.ascontiguousarray(torques.inputs[:, real].real),
-        np.ascontiguousarray(torques.outputs[:, real].real),
-        np.ascontiguousarray(torques.poles[~real]),
-        np.ascontiguousarray(torques.inputs[:, ~real]),
-        np.ascontiguousarray(torques.outputs[:, ~real]),
+        torques.poles[real].real,
+        torques.inputs[:, real].real,
+        torques.outputs[:, real].real,
+        torques.poles[~real],
+        torques.inputs[:, ~real],
+        torques.outputs[:, ~real],
     )
 
 

@@ -1,7 +1,8 @@
-"""The compiled simulator of an axis with effects: command, limiter, drive train, output, sample by sample.
+"""The compiled simulator of axes with effects: command, limiter, drive train, output, sample by sample.
 
-One parameter vector against one record. The linear block is a sum of first-order states in continuous time
-(`bayes_hw.gap.drive_train`), stepped exactly for inputs that are constant over a step:
+Every lane is one axis under one command; a group of LANES of them advances together (`bayes_hw.model.lanes`).
+The linear block is a sum of first-order states in continuous time (`bayes_hw.gap.drive_train`), stepped
+exactly for inputs that are constant over a step:
 
     c(t)     = command delayed by EXTRA_DELAY, clipped to limits(w), followed at COMMAND_RATE at most
     v        = gain(t) c + BIAS
@@ -21,200 +22,263 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.lane_functions import absolute, exponential, sine, where_less
+from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, gather, load, maximum, minimum, store
 
 TAU = 2 * np.pi
 
 W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 BY_MOTOR, BY_LOAD = range(2)
 
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ramped(rate_state, command, largest, h):  # type: ignore[no-untyped-def]
-    """Mean over a step of a command that is followed at `largest` rate, and where it ends."""
-    distance = command - rate_state
-    needed = abs(distance) / largest
-    if needed >= h:
-        end = rate_state + np.sign(distance) * largest * h
-        return 0.5 * (rate_state + end), end
-    return (0.5 * (rate_state + command) * needed + command * (h - needed)) / h, command
+STATIC_ROUNDS = 6
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _friction(speed, response, coulomb, static, stribeck_speed, smoothing):  # type: ignore[no-untyped-def]
+@njit(cache=True, inline="always")
+def _clipped(x, lower, upper):  # type: ignore[no-untyped-def]
+    return minimum(maximum(x, lower), upper)
+
+
+@njit(cache=True, error_model="numpy")
+def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, rounds):  # type: ignore[no-untyped-def]
     """Friction torque of this step: the one that stops the motion, at most the sliding friction.
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
     """
-    end = speed
-    torque = 0.0
-    for _ in range(1 if static == 0 else 6):
-        sliding = coulomb * (1 + static * np.exp(-((end / stribeck_speed) ** 2)))
-        viscous = sliding / smoothing
-        slow = speed / (1 + response * viscous)
-        sliding_torque = -sliding if speed > 0 else sliding
-        torque = -viscous * slow if abs(slow) < smoothing else sliding_torque
-        end = 0.5 * (end + speed + response * torque)
+    zero, one, half = broadcast(0.0), broadcast(1.0), broadcast(0.5)
+    end, torque = speed, zero
+    for _ in range(rounds):
+        sliding = coulomb
+        if rounds > 1:
+            ratio = end * per_stribeck_speed
+            sliding = coulomb * (one + static * exponential(zero - ratio * ratio))
+        viscous = sliding * per_smoothing
+        slow = speed / (one + response * viscous)
+        sliding_torque = where_less(zero, speed, zero - sliding, sliding)
+        torque = where_less(absolute(slow), smoothing, zero - viscous * slow, sliding_torque)
+        end = half * (end + speed + response * torque)
     return torque
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _step_factors(poles, h):  # type: ignore[no-untyped-def]
-    """exp(s h), and the integral over a step that a constant input adds, for real and complex poles (n,)."""
-    turn, hold = np.exp(poles * h), np.empty_like(poles)
-    for i in range(len(poles)):
-        hold[i] = h if poles[i] == 0 else (turn[i] - 1) / poles[i]
-    return turn, hold
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _output(kind, x, real_out, z, pair_out):  # type: ignore[no-untyped-def]
-    total = 0.0
+@njit(cache=True, inline="always")
+def _output(kind, states, x):  # type: ignore[no-untyped-def]
+    """One output of all states: rows of x weighted by those of `states` from row `kind` len(x) on."""
+    first = kind * len(x)
+    total = broadcast(0.0)
     for i in range(len(x)):
-        total += real_out[kind, i] * x[i]
-    for i in range(len(z)):
-        total += 2 * (pair_out[kind, i].real * z[i].real - pair_out[kind, i].imag * z[i].imag)
+        total = total + load(states, first + i) * load(x, i)
     return total
 
 
+@njit(cache=True, inline="always")
+def _stepped(factors, inputs, door, force, real, x):  # type: ignore[no-untyped-def]
+    """The states x a step later under `force` at `door`: `real` real ones, then pairs in two rows each."""
+    first = door * len(x)
+    for i in range(real):
+        store(x, i, load(factors, i) * load(x, i) + load(inputs, first + i) * force)
+    for i in range(real, len(x), 2):
+        cosine, sinus = load(factors, i), load(factors, i + 1)
+        one, other = load(x, i), load(x, i + 1)
+        store(x, i, cosine * one - sinus * other + load(inputs, first + i) * force)
+        store(x, i + 1, sinus * one + cosine * other + load(inputs, first + i + 1) * force)
+
+
+@njit(cache=True, inline="always")
+def _pushed(inputs, door, force, x):  # type: ignore[no-untyped-def]
+    """Add to the states x what `force`, held over a step, adds through the gains of `door`."""
+    first = door * len(x)
+    for i in range(len(x)):
+        store(x, i, load(x, i) + load(inputs, first + i) * force)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def simulate_chain(u, delay, rate, substeps, command_path, torque_path, direct, s, w, y):  # type: ignore[no-untyped-def]
-    """Fill w and y (samples,) for the command u under the settings s, from rest at zero.
+def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, responses):  # type: ignore[no-untyped-def]
+    """Fill responses (samples, lanes) with one output of the states (n,) that `signals` drive from rest."""
+    samples, groups, n = len(signals), signals.shape[1] // LANES, len(factors_of)
+    factors, inputs, outputs, x = aligned_rows(n), aligned_rows(n), aligned_rows(n), aligned_rows(n)
+    for i in range(n):
+        store(factors, i, broadcast(factors_of[i]))
+        store(inputs, i, broadcast(inputs_of[i]))
+        store(outputs, i, broadcast(outputs_of[i]))
+    for group in range(groups):
+        x[:] = 0.0
+        for k in range(samples):
+            store(responses, k * groups + group, _output(0, outputs, x))
+            _stepped(factors, inputs, 0, load(signals, k * groups + group), real_count, x)
 
-    `command_path` holds real poles (n,) in 1/s, their output gains (4, n), the upper poles of pairs (m,) and
-    their output gains (4, m); `torque_path` the same with input gains (2, n) and (2, m) by motor and load
-    torque after the poles.
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def simulate_lanes(  # type: ignore[no-untyped-def]
+    u,
+    rate,
+    substeps,
+    active,
+    settings,
+    direct,
+    real_count,
+    factors_of,
+    inputs_of,
+    outputs_of,
+    torque_real_count,
+    torque_factors_of,
+    torque_inputs_of,
+    torque_outputs_of,
+    w_out,
+    y_out,
+):
+    """Fill y_out (samples, lanes), and w_out if it has rows, from rest at zero; lanes are whole groups.
+
+    `u` (samples, lanes) is the command, delayed by the model's and the whole samples of EXTRA_DELAY;
+    `settings` (COUNT, lanes) with `active` (COUNT,) true where they matter in all lanes, and false where in
+    none; `direct` (1, lanes). `factors_of` (n, lanes) holds exp(s h), real and imaginary parts of pairs as
+    two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what a unit input adds in a step,
+    `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load speed.
     """
-    real_poles, real_out, pair_poles, pair_out = command_path
-    t_real_poles, t_real_in, t_real_out, t_pair_poles, t_pair_in, t_pair_out = torque_path
-    samples, n, m, t_n, t_m = len(u), len(real_poles), len(pair_poles), len(t_real_poles), len(t_pair_poles)
+    samples, groups = len(u), settings.shape[1] // LANES
+    n, t_n = len(factors_of), len(torque_factors_of)
     h = 1.0 / (rate * substeps)
-    x, z = np.zeros(n), np.zeros(m, dtype=np.complex128)
-    b, c = np.zeros(t_n), np.zeros(t_m, dtype=np.complex128)
-    decay, hold = _step_factors(real_poles, h)
-    turn, turn_hold = _step_factors(pair_poles, h)
-    t_decay, t_hold = _step_factors(t_real_poles, h)
-    t_turn, t_turn_hold = _step_factors(t_pair_poles, h)
-    motor_response = _output(
-        MOTOR_SPEED, t_hold * t_real_in[BY_MOTOR], t_real_out, t_turn_hold * t_pair_in[BY_MOTOR], t_pair_out
-    )
-    load_response = _output(
-        LOAD_SPEED, t_hold * t_real_in[BY_LOAD], t_real_out, t_turn_hold * t_pair_in[BY_LOAD], t_pair_out
-    )
+    s, ds = aligned_rows(S.COUNT), aligned_rows(1)
+    factors, inputs, outputs = aligned_rows(n), aligned_rows(n), aligned_rows(4 * n)
+    t_factors, t_inputs, t_outputs = aligned_rows(t_n), aligned_rows(2 * t_n), aligned_rows(4 * t_n)
+    x, b, start = aligned_rows(n), aligned_rows(t_n), aligned_rows(t_n)
+    zero, one, step, tau = broadcast(0.0), broadcast(1.0), broadcast(h), broadcast(TAU)
 
-    rubbing = s[S.MOTOR_FRICTION] != 0 or s[S.LOAD_FRICTION] != 0
-    rippled = s[S.RIPPLE] != 0 or s[S.LOAD_RIPPLE] != 0
-    torsional = s[S.CUBIC] != 0 or s[S.GAP] != 0
-    torques = rubbing or rippled or torsional
+    rubbing, load_rubbing = active[S.MOTOR_FRICTION], active[S.LOAD_FRICTION]
+    rippled, load_rippled = active[S.RIPPLE], active[S.LOAD_RIPPLE]
+    torsional = active[S.CUBIC] or active[S.GAP]
+    by_motion = rippled or load_rippled or torsional
+    torques = rubbing or load_rubbing or by_motion
+    static_rounds = STATIC_ROUNDS if active[S.MOTOR_STATIC] else 1
 
-    followed, play, bristle = 0.0, 0.0, 0.0
-    whole = int(np.floor(s[S.EXTRA_DELAY]))
-    part = s[S.EXTRA_DELAY] - whole
-    start_phase = np.sin(s[S.ECCENTRICITY_PHASE])
-    for k in range(samples):
-        position = _output(W, x, real_out, z, pair_out)
+    for group in range(groups):
+        gather(settings, group, s)
+        gather(direct, group, ds)
+        gather(factors_of, group, factors)
+        gather(inputs_of, group, inputs)
+        gather(outputs_of, group, outputs)
+        gather(torque_factors_of, group, t_factors)
+        gather(torque_inputs_of, group, t_inputs)
+        gather(torque_outputs_of, group, t_outputs)
+        motor_response, load_response = zero, zero
         if torques:
-            position += _output(W, b, t_real_out, c, t_pair_out)
-        early = k - delay - whole - 1
-        late = early + 1
-        earlier = u[early] if early >= 0 else 0.0
-        later = u[late] if late >= 0 else 0.0
-        lower, upper = s[S.LOWER], s[S.UPPER]
-        if s[S.LIMIT_DEPTH] != 0:
-            swing = 1 + s[S.LIMIT_DEPTH] * np.sin(TAU * position / s[S.LIMIT_PERIOD] + s[S.LIMIT_PHASE])
-            lower, upper = lower * swing, upper * swing
-        gain = 1.0
-        if s[S.GAIN_CHANGE] != 0:
-            gain = 1 + s[S.GAIN_CHANGE] * (1 - np.exp(-k / (rate * s[S.GAIN_TIME])))
-        output = position
-        for j in range(substeps):
-            before = min(max(part * substeps - j, 0.0), 1.0)
-            limited = before * min(max(earlier, lower), upper) + (1 - before) * min(max(later, lower), upper)
-            if s[S.COMMAND_RATE] < np.inf:
-                limited, followed = _ramped(followed, limited, s[S.COMMAND_RATE], h)
-            v = gain * limited + s[S.BIAS]
-            if j == 0:
-                output = position + direct * v
-            motor_torque, load_torque = 0.0, 0.0
-            if rippled or torsional:
-                load_angle = _output(W, x, real_out, z, pair_out) + _output(W, b, t_real_out, c, t_pair_out)
-                motor_angle = _output(MOTOR_ANGLE, x, real_out, z, pair_out)
-                motor_angle += _output(MOTOR_ANGLE, b, t_real_out, c, t_pair_out)
-                if s[S.RIPPLE] != 0:
-                    motor_torque += s[S.RIPPLE] * np.sin(
-                        TAU * motor_angle / s[S.RIPPLE_PERIOD] + s[S.RIPPLE_PHASE]
-                    )
-                if s[S.LOAD_RIPPLE] != 0:
-                    load_torque += s[S.LOAD_RIPPLE] * np.sin(
-                        TAU * load_angle / s[S.LOAD_RIPPLE_PERIOD] + s[S.LOAD_RIPPLE_PHASE]
-                    )
-                if torsional:
-                    twist_rate = _output(MOTOR_SPEED, x, real_out, z, pair_out)
-                    twist_rate += _output(MOTOR_SPEED, b, t_real_out, c, t_pair_out)
-                    twist_rate -= _output(LOAD_SPEED, x, real_out, z, pair_out)
-                    twist_rate -= _output(LOAD_SPEED, b, t_real_out, c, t_pair_out)
-                    torsion = motor_angle - load_angle + 0.5 * h * twist_rate
-                    torque = s[S.CUBIC] * torsion**3
-                    if s[S.GAP] != 0:
-                        if abs(torsion) < s[S.GAP]:
-                            torque -= torsion + s[S.CONTACT_DAMPING] * twist_rate
-                        else:
-                            torque -= s[S.GAP] if torsion > 0 else -s[S.GAP]
-                    motor_torque -= s[S.MOTOR_STIFFNESS] * torque
-                    load_torque += s[S.LOAD_STIFFNESS] * torque
-            for i in range(n):
-                x[i] = decay[i] * x[i] + hold[i] * v
-            for i in range(m):
-                z[i] = turn[i] * z[i] + turn_hold[i] * v
-            if not torques:
-                continue
             for i in range(t_n):
-                force = t_real_in[BY_MOTOR, i] * motor_torque + t_real_in[BY_LOAD, i] * load_torque
-                b[i] = t_decay[i] * b[i] + t_hold[i] * force
-            for i in range(t_m):
-                push = t_pair_in[BY_MOTOR, i] * motor_torque + t_pair_in[BY_LOAD, i] * load_torque
-                c[i] = t_turn[i] * c[i] + t_turn_hold[i] * push
-            if s[S.MOTOR_FRICTION] != 0:
-                speed = _output(MOTOR_SPEED, x, real_out, z, pair_out)
-                speed += _output(MOTOR_SPEED, b, t_real_out, c, t_pair_out)
-                coulomb = s[S.MOTOR_FRICTION]
-                if s[S.MOTOR_PRESLIDING] > 0:
-                    stiffness = s[S.MOTOR_PRESLIDING]
-                    slowed = speed - motor_response * stiffness * bristle
-                    bristle = (bristle + h * speed) / (
-                        1 + stiffness * (h * abs(slowed) / coulomb + h * motor_response)
-                    )
-                    torque = -stiffness * bristle
-                else:
-                    torque = _friction(
-                        speed,
-                        motor_response,
-                        coulomb,
-                        s[S.MOTOR_STATIC],
-                        s[S.MOTOR_STRIBECK_SPEED],
-                        s[S.MOTOR_SMOOTHING],
-                    )
-                for i in range(t_n):
-                    b[i] += t_hold[i] * t_real_in[BY_MOTOR, i] * torque
-                for i in range(t_m):
-                    c[i] += t_turn_hold[i] * t_pair_in[BY_MOTOR, i] * torque
-            if s[S.LOAD_FRICTION] != 0:
-                speed = _output(LOAD_SPEED, x, real_out, z, pair_out)
-                speed += _output(LOAD_SPEED, b, t_real_out, c, t_pair_out)
-                torque = _friction(speed, load_response, s[S.LOAD_FRICTION], 0.0, 1.0, s[S.LOAD_SMOOTHING])
-                for i in range(t_n):
-                    b[i] += t_hold[i] * t_real_in[BY_LOAD, i] * torque
-                for i in range(t_m):
-                    c[i] += t_turn_hold[i] * t_pair_in[BY_LOAD, i] * torque
-        if s[S.PLAY] != 0:
-            play = min(max(play, output - s[S.PLAY]), output + s[S.PLAY])
-            output = play
-        if s[S.ECCENTRICITY] != 0:
-            output += s[S.ECCENTRICITY] * (
-                np.sin(TAU * output / s[S.ECCENTRICITY_PERIOD] + s[S.ECCENTRICITY_PHASE]) - start_phase
-            )
-        w[k] = output
-        if output > 0:
-            output *= s[S.GAIN_RATIO]
-        shown = max(output - s[S.DEAD_ZONE], 0.0) + min(output + s[S.DEAD_ZONE], 0.0)
-        t = k / rate
-        y[k] = shown + s[S.DRIFT_RATE] * t + s[S.DRIFT_SETTLING] * (1 - np.exp(-t / s[S.DRIFT_TIME]))
+                store(start, i, load(t_inputs, i))
+            motor_response = _output(MOTOR_SPEED, t_outputs, start)
+            for i in range(t_n):
+                store(start, i, load(t_inputs, t_n + i))
+            load_response = _output(LOAD_SPEED, t_outputs, start)
+        x[:], b[:] = 0.0, 0.0
+        followed, play, bristle, earlier = zero, zero, zero, zero
+        per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
+        per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
+        start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
+        part = zero
+        if active[S.EXTRA_DELAY]:
+            part = load(s, S.EXTRA_DELAY)
+        for k in range(samples):
+            later = load(u, k * groups + group)
+            position = _output(W, outputs, x)
+            if torques:
+                position = position + _output(W, t_outputs, b)
+            lower, upper = load(s, S.LOWER), load(s, S.UPPER)
+            if active[S.LIMIT_DEPTH]:
+                phase = tau * position / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
+                swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
+                lower, upper = lower * swing, upper * swing
+            gain = one
+            if active[S.GAIN_CHANGE]:
+                age = broadcast(-k / rate) / load(s, S.GAIN_TIME)
+                gain = one + load(s, S.GAIN_CHANGE) * (one - exponential(age))
+            output = position
+            for j in range(substeps):
+                limited = _clipped(later, lower, upper)
+                if active[S.EXTRA_DELAY]:
+                    before = _clipped(part * broadcast(1.0 * substeps) - broadcast(1.0 * j), zero, one)
+                    limited = before * _clipped(earlier, lower, upper) + (one - before) * limited
+                if active[S.COMMAND_RATE]:
+                    largest = load(s, S.COMMAND_RATE)
+                    distance = limited - followed
+                    needed = absolute(distance) / largest
+                    reach = where_less(distance, zero, zero - largest, largest) * step
+                    mean = (broadcast(0.5) * (followed + limited) * needed + limited * (step - needed)) / step
+                    ramp = followed + broadcast(0.5) * reach
+                    followed = where_less(needed, step, limited, followed + reach)
+                    limited = where_less(needed, step, mean, ramp)
+                v = gain * limited + load(s, S.BIAS)
+                if j == 0:
+                    output = position + load(ds, 0) * v
+                motor_torque, load_torque = zero, zero
+                if by_motion:
+                    load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
+                    motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
+                    if rippled:
+                        phase = tau * motor_angle / load(s, S.RIPPLE_PERIOD) + load(s, S.RIPPLE_PHASE)
+                        motor_torque = load(s, S.RIPPLE) * sine(phase)
+                    if load_rippled:
+                        phase = tau * load_angle / load(s, S.LOAD_RIPPLE_PERIOD)
+                        load_torque = load(s, S.LOAD_RIPPLE) * sine(phase + load(s, S.LOAD_RIPPLE_PHASE))
+                    if torsional:
+                        twist_rate = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
+                        twist_rate = twist_rate - _output(LOAD_SPEED, outputs, x)
+                        twist_rate = twist_rate - _output(LOAD_SPEED, t_outputs, b)
+                        torsion = motor_angle - load_angle + broadcast(0.5 * h) * twist_rate
+                        torque = load(s, S.CUBIC) * torsion * torsion * torsion
+                        if active[S.GAP]:
+                            gap = load(s, S.GAP)
+                            inside = torsion + load(s, S.CONTACT_DAMPING) * twist_rate
+                            beyond = where_less(zero, torsion, gap, zero - gap)
+                            torque = torque - where_less(absolute(torsion), gap, inside, beyond)
+                        motor_torque = motor_torque - load(s, S.MOTOR_STIFFNESS) * torque
+                        load_torque = load_torque + load(s, S.LOAD_STIFFNESS) * torque
+                _stepped(factors, inputs, 0, v, real_count, x)
+                if torques:
+                    _stepped(t_factors, t_inputs, BY_MOTOR, motor_torque, torque_real_count, b)
+                    if by_motion:
+                        _pushed(t_inputs, BY_LOAD, load_torque, b)
+                    if rubbing:
+                        speed = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
+                        coulomb = load(s, S.MOTOR_FRICTION)
+                        if active[S.MOTOR_PRESLIDING]:
+                            stiffness = load(s, S.MOTOR_PRESLIDING)
+                            slowed = absolute(speed - motor_response * stiffness * bristle)
+                            held = stiffness * step * (slowed / coulomb + motor_response)
+                            bristle = (bristle + step * speed) / (one + held)
+                            torque = zero - stiffness * bristle
+                        else:
+                            torque = _friction(
+                                speed,
+                                motor_response,
+                                coulomb,
+                                load(s, S.MOTOR_STATIC),
+                                per_stribeck_speed,
+                                per_smoothing,
+                                load(s, S.MOTOR_SMOOTHING),
+                                static_rounds,
+                            )
+                        _pushed(t_inputs, BY_MOTOR, torque, b)
+                    if load_rubbing:
+                        speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
+                        coulomb, smoothing = load(s, S.LOAD_FRICTION), load(s, S.LOAD_SMOOTHING)
+                        torque = _friction(
+                            speed, load_response, coulomb, zero, one, per_load_smoothing, smoothing, 1
+                        )
+                        _pushed(t_inputs, BY_LOAD, torque, b)
+            earlier = later
+            if active[S.PLAY]:
+                half_gap = load(s, S.PLAY)
+                play = _clipped(play, output - half_gap, output + half_gap)
+                output = play
+            if active[S.ECCENTRICITY]:
+                phase = tau * output / load(s, S.ECCENTRICITY_PERIOD) + load(s, S.ECCENTRICITY_PHASE)
+                output = output + load(s, S.ECCENTRICITY) * (sine(phase) - start_phase)
+            if len(w_out):
+                store(w_out, k * groups + group, output)
+            output = where_less(zero, output, output * load(s, S.GAIN_RATIO), output)
+            half_width = load(s, S.DEAD_ZONE)
+            shown = maximum(output - half_width, zero) + minimum(output + half_width, zero)
+            t = broadcast(k / rate)
+            if active[S.DRIFT_RATE]:
+                shown = shown + load(s, S.DRIFT_RATE) * t
+            if active[S.DRIFT_SETTLING]:
+                age = (zero - t) / load(s, S.DRIFT_TIME)
+                shown = shown + load(s, S.DRIFT_SETTLING) * (one - exponential(age))
+            store(y_out, k * groups + group, shown)

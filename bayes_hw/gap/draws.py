@@ -40,15 +40,11 @@ def posterior_draws(
     proposal = StudentTMixture(np.ones(1), best.coordinates[None], np.asarray(factor[None], np.float64))
 
     def log_density(points: FloatArray) -> FloatArray:
-        totals = np.empty(len(points))
-        for row, point in enumerate(points):
-            pull = (point - means) / sds
-            total = -0.5 * float(pull @ pull)
-            for record, y in enumerate(hypothesis.simulate(hypothesis.to_values(point))):
-                white = best.whitener.whiten((measured[record] - y)[:, None], record)
-                total -= 0.5 * float(np.sum(white**2))
-            totals[row] = total if np.isfinite(total) else -np.inf
-        return totals
+        totals = -0.5 * np.sum(((points - means) / sds) ** 2, axis=1)
+        for record, y in enumerate(hypothesis.simulate_batch(hypothesis.to_values(points))):
+            white = best.whitener.whiten(measured[record][:, None] - y, record)
+            totals -= 0.5 * np.sum(white**2, axis=0)
+        return np.where(np.isfinite(totals), totals, -np.inf)
 
     seed = int(rng.integers(2**31))
     start = proposal.sample(WALKERS, rng)
@@ -64,5 +60,4 @@ def posterior_draws(
         sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
         sampler.run_mcmc(start, steps, skip_initial_state_check=True)
         chain = sampler.get_chain(discard=BURN_IN, flat=True)
-    values = np.array([hypothesis.to_values(point) for point in chain])
-    return np.asarray(chain), values
+    return np.asarray(chain), hypothesis.to_values(chain)

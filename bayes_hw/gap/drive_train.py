@@ -19,11 +19,13 @@ itself stays exactly as given and the drive train supplies ratios only.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.drive_train_kernel import matched, torque_gains, torque_polynomials
 
 FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
@@ -34,7 +36,6 @@ ROUNDS_FROM_NEAR = 4
 STEPS_PER_ROUND = 3
 FIRST_MISFIT = 0.03
 SMALLEST_MISFIT = 1e-6
-DERIVATIVE_STEP = 1e-6
 LARGEST_STEP = 0.5
 USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
 """How far drives stray from the usual proportions: kp, ki, km, kl, ks, kss, c, cs, bl, gain."""
@@ -44,9 +45,6 @@ VELOCITY_LOOP_CORNER = 10.0
 
 FASTEST_POLE = 1e-9
 """In z."""
-
-MOTOR_TORQUE, LOAD_TORQUE = range(2)
-W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 
 
 class ContinuousPoles(NamedTuple):
@@ -61,12 +59,10 @@ class ContinuousPoles(NamedTuple):
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """G(s), shape of `s`."""
-        total = np.zeros_like(s)
-        for pole, residue, real in zip(self.poles, self.residues, self.real, strict=True):
-            total = total + residue / (s - pole)
-            if not real:
-                total = total + np.conj(residue) / (s - np.conj(pole))
-        return total
+        paired = self.real == 0
+        poles = np.concatenate([self.poles, self.poles[paired].conj()])
+        residues = np.concatenate([self.residues, self.residues[paired].conj()])
+        return np.asarray((residues / (s[..., None] - poles)).sum(axis=-1))
 
 
 class TorqueSystem(NamedTuple):
@@ -151,30 +147,12 @@ class DriveTrain:
     def torque_system(self, system: ContinuousPoles) -> TorqueSystem:  # noqa: ARG002
         """The paths of both torques, from the poles of the drive train itself.
 
-        Its characteristic polynomial is M (L S - ks kss C_s^2) - km kl C^2 S; the integrator of the command
-        does not answer to torques.
+        The integrator of the command does not answer to torques.
         """
-        kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(self.logs)
-        coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
-        motor = np.array([1.0, kp + km * c, ki + km])
-        load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
-        structure = np.array([1.0, kss * cs, kss])
-        hung = np.polysub(np.polymul(load, structure), ks * kss * np.polymul(structural, structural))
-        coupled = np.polymul(coupling, coupling)
-        whole = np.polysub(np.polymul(motor, hung), km * kl * np.polymul(coupled, structure))
-        roots = np.roots(whole)
+        polynomials = torque_polynomials(self.logs)
+        roots = np.roots(polynomials[0])
         s = np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
-        slope = np.polyval(np.polyder(whole), s)
-        angle = {
-            (MOTOR_TORQUE, MOTOR_ANGLE): hung,
-            (LOAD_TORQUE, MOTOR_ANGLE): km * np.polymul(coupling, structure),
-            (MOTOR_TORQUE, W): kl * np.polymul(coupling, structure),
-            (LOAD_TORQUE, W): np.polymul(motor, structure),
-        }
-        by_motor = np.array([np.polyval(angle[MOTOR_TORQUE, kind], s) / slope for kind in (W, MOTOR_ANGLE)])
-        load_over_motor = np.polyval(angle[LOAD_TORQUE, W], s) / np.polyval(angle[MOTOR_TORQUE, W], s)
-        inputs = np.array([np.ones_like(s), load_over_motor])
-        return TorqueSystem(s, inputs, np.array([by_motor[0], by_motor[1], s * by_motor[1], s * by_motor[0]]))
+        return TorqueSystem(s, *torque_gains(s, *polynomials))
 
     def ratios(self, s: ComplexArray) -> ComplexArray:
         """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""
@@ -239,38 +217,31 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     """
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
-    s = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
+    s = _matching_points(rate)
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
-    logs, misfit = (usual if near is None else near.logs), FIRST_MISFIT
-    for _ in range(MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR):
-        logs, misfit = _matched(logs, usual, misfit, s, target, sign)
+    logs, misfit = matched(
+        usual if near is None else near.logs,
+        usual,
+        USUAL_LOG_SD,
+        FIRST_MISFIT,
+        SMALLEST_MISFIT,
+        MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR,
+        STEPS_PER_ROUND,
+        LARGEST_STEP,
+        s,
+        target,
+        sign,
+    )
     return DriveTrain(logs, sign, misfit) if misfit < LARGEST_MISFIT else None
 
 
-def _matched(
-    logs: FloatArray, usual: FloatArray, misfit: float, s: ComplexArray, target: ComplexArray, sign: float
-) -> tuple[FloatArray, float]:
-    """Gauss-Newton steps with `misfit` as the noise of the response, and the misfit that they leave."""
-
-    def difference(values: FloatArray) -> FloatArray:
-        with np.errstate(all="ignore"):
-            ratio = np.log(DriveTrain(values[..., None], sign, 0.0).response(s) / target)
-        ratio = np.where(np.isfinite(ratio), ratio, 10.0)
-        return np.concatenate([ratio.real, ratio.imag], axis=-1)
-
-    steps = DERIVATIVE_STEP * np.eye(len(logs))
-    weight = 1 / (3 * misfit)
-    for _ in range(STEPS_PER_ROUND):
-        at = difference(np.concatenate([logs[None], logs + steps]).T)
-        jacobian = (at[1:] - at[0]).T / DERIVATIVE_STEP * weight
-        pull = (logs - usual) / USUAL_LOG_SD**2
-        precision = jacobian.T @ jacobian + np.diag(1 / USUAL_LOG_SD**2)
-        step = np.linalg.solve(precision, -(jacobian.T @ (at[0] * weight)) - pull)
-        logs = logs + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    left = difference(logs[:, None])[0]
-    return logs, float(np.sqrt(np.mean(left**2) + SMALLEST_MISFIT**2))
+@lru_cache(maxsize=8)
+def _matching_points(rate: float) -> ComplexArray:
+    points = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
+    points.setflags(write=False)
+    return points
 
 
 def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:

@@ -75,10 +75,13 @@ class ShownHypothesis(Hypothesis):
         object.__setattr__(shown, "display", display)
         return shown
 
-    def simulate(
+    def simulate_batch(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
     ) -> list[FloatArray]:
-        simulated = super().simulate(values, inputs, drift)
+        simulated = super().simulate_batch(values, inputs, drift)
         if inputs is not None:
             return simulated
-        return [self.display.show(y, record) for record, y in enumerate(simulated)]
+        return [
+            np.stack([self.display.show(y, record) for y in batch.T], axis=1)
+            for record, batch in enumerate(simulated)
+        ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -15,6 +16,9 @@ from bayes_hw.gap.whitener import Whitener
 MAX_ITERATIONS = 25
 GOOD_ENOUGH = 1e-6
 """Relative decrease of the cost at which the iteration ends."""
+
+TRIES = (1, 3, 4)
+"""Steps of growing damping that are simulated at once: mostly the first is good, or many fail."""
 
 FARTHEST = 8.0
 """Prior standard deviations that a coordinate may move from the prior mean."""
@@ -79,13 +83,12 @@ def jacobians(
     hypothesis: Hypothesis, coordinates: FloatArray, simulated: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """Derivatives (samples, parameters) of every record's output by forward differences."""
-    columns: list[list[FloatArray]] = [[] for _ in simulated]
-    for index, step in enumerate(hypothesis.derivative_steps):
-        moved = coordinates.copy()
-        moved[index] += step
-        for record, y in enumerate(hypothesis.simulate(hypothesis.to_values(moved))):
-            columns[record].append((y - simulated[record]) / step)
-    return [np.nan_to_num(np.stack(c, axis=1), nan=0.0, posinf=0.0, neginf=0.0) for c in columns]
+    steps = hypothesis.derivative_steps
+    moved = hypothesis.simulate_batch(hypothesis.to_values(coordinates + np.diag(steps)))
+    return [
+        np.nan_to_num((y - at[:, None]) / steps, nan=0.0, posinf=0.0, neginf=0.0)
+        for y, at in zip(moved, simulated, strict=True)
+    ]
 
 
 def fit(
@@ -102,61 +105,90 @@ def fit(
     """
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
 
-    def evaluate(
-        coordinates: FloatArray,
-    ) -> tuple[float, list[FloatArray], list[FloatArray], list[FloatArray]]:
-        simulated = hypothesis.simulate(hypothesis.to_values(coordinates))
-        residuals = [y - s for y, s in zip(measured, simulated, strict=True)]
-        white = [whitener.whiten(e[:, None], record)[:, 0] for record, e in enumerate(residuals)]
-        pull = (coordinates - means) / sds
-        cost = 0.5 * (sum(float(e @ e) for e in white) + float(pull @ pull))
-        return (cost if np.isfinite(cost) else np.inf), simulated, residuals, white
+    def evaluate(points: FloatArray) -> list[_Point]:
+        pulls = 0.5 * np.sum(((points - means) / sds) ** 2, axis=1)
+        simulated = hypothesis.simulate_batch(hypothesis.to_values(points))
+        white = [
+            whitener.whiten(y[:, None] - s, record)
+            for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
+        ]
+        costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
+        return [
+            _Point(
+                point,
+                float(cost) if np.isfinite(cost) else np.inf,
+                [np.ascontiguousarray(s[:, i]) for s in simulated],
+                [np.ascontiguousarray(e[:, i]) for e in white],
+            )
+            for i, (point, cost) in enumerate(zip(points, costs, strict=True))
+        ]
 
-    coordinates = start.copy()
-    cost, simulated, residuals, white = evaluate(coordinates)
+    (at,) = evaluate(start[None])
     damping = 1e-3
-    derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
+    derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     for _ in range(max_iterations):
-        precision, gradient = np.diag(1 / sds**2), (means - coordinates) / sds**2
+        precision, gradient = np.diag(1 / sds**2), (means - at.coordinates) / sds**2
         for record, jacobian in enumerate(derivatives):
             filtered = whitener.whiten(jacobian, record)
             precision = precision + filtered.T @ filtered
-            gradient = gradient + filtered.T @ white[record]
+            gradient = gradient + filtered.T @ at.white[record]
         if free is not None:
             gradient = np.where(free, gradient, 0.0)
             precision = np.where(np.outer(free, free), precision, np.diag(np.diag(precision)))
         improved = False
-        before, earlier, shown = cost, coordinates, simulated
-        for _ in range(8):
-            try:
-                factor = cho_factor(precision + damping * np.diag(np.diag(precision)))
-                step = cho_solve(factor, gradient)
-            except (LinAlgError, ValueError):
-                damping *= 10
+        before = at
+        for tries in TRIES:
+            dampings, steps = [], []
+            for _ in range(tries):
+                step = _damped_step(precision, gradient, damping)
+                if step is None:
+                    damping *= 10
+                    continue
+                dampings.append(damping)
+                steps.append(np.clip(step, -2 * sds, 2 * sds))
+                damping *= 6
+            if not steps:
                 continue
-            trial = np.clip(
-                coordinates + np.clip(step, -2 * sds, 2 * sds), means - FARTHEST * sds, means + FARTHEST * sds
-            )
-            result = evaluate(trial)
-            if result[0] < cost:
-                coordinates, (cost, simulated, residuals, white) = trial, result
-                damping = max(damping / 5, 1e-9)
+            trials = np.clip(at.coordinates + np.array(steps), means - FARTHEST * sds, means + FARTHEST * sds)
+            found = evaluate(trials)
+            better = [i for i, trial in enumerate(found) if trial.cost < at.cost]
+            if better:
+                at, damping = found[better[0]], max(dampings[better[0]] / 5, 1e-9)
                 improved = True
                 break
-            damping *= 6
         if not improved and exact:
             break
-        if not improved or before - cost < GOOD_ENOUGH * max(cost, 1.0):
+        if not improved or before.cost - at.cost < GOOD_ENOUGH * max(at.cost, 1.0):
             if exact:
                 break
-            derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
+            derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
         elif exact:
-            derivatives, exact = _updated(derivatives, coordinates - earlier, simulated, shown), False
+            step = at.coordinates - before.coordinates
+            derivatives, exact = _updated(derivatives, step, at.simulated, before.simulated), False
         else:
-            derivatives, exact = jacobians(hypothesis, coordinates, simulated), True
+            derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     if not exact:
-        derivatives = jacobians(hypothesis, coordinates, simulated)
-    return Fit(hypothesis, coordinates, residuals, simulated, derivatives, whitener, cost)
+        derivatives = jacobians(hypothesis, at.coordinates, at.simulated)
+    residuals = [y - s for y, s in zip(measured, at.simulated, strict=True)]
+    return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, whitener, at.cost)
+
+
+class _Point(NamedTuple):
+    """Coordinates with their cost, and simulated outputs and whitened residuals (samples,) a record."""
+
+    coordinates: FloatArray
+    cost: float
+    simulated: list[FloatArray]
+    white: list[FloatArray]
+
+
+def _damped_step(precision: FloatArray, gradient: FloatArray, damping: float) -> FloatArray | None:
+    """The step of Levenberg and Marquardt, or None where the damped precision is not positive definite."""
+    try:
+        factor = cho_factor(precision + damping * np.diag(np.diag(precision)))
+        return np.asarray(cho_solve(factor, gradient))
+    except (LinAlgError, ValueError):
+        return None
 
 
 def _updated(

@@ -10,6 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.chain_batch import simulate_chains
 from bayes_hw.gap.force_law import ForceLaw
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import Parameter
@@ -58,9 +59,9 @@ class HammersteinWienerSimulator:
         force: ForceLaw | None = None,  # noqa: ARG002
     ) -> FloatArray:
         """Outputs (batch, samples) from rest, for values (batch, parameters) and commands (samples,)."""
-        outputs = []
-        for row in values:
-            settings = S.NEUTRAL.copy()
-            self._builder.write_base(row, settings)
-            outputs.append(self._builder.chain(row, None, False).simulate(inputs, settings)[1])
-        return np.array(outputs)
+        settings = np.tile(S.NEUTRAL, (len(values), 1))
+        for row, own in zip(values, settings, strict=True):
+            self._builder.write_base(row, own)
+        chains = [self._builder.chain(row, None, False) for row in values]
+        ((_, y),) = simulate_chains(chains, settings, [inputs])
+        return np.ascontiguousarray(y.T)

@@ -14,6 +14,7 @@ from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import Builder, SignalChain
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.scale import AxisScale
+from bayes_hw.gap.signals import Signals, simulate_signals
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import LogNormal
 
@@ -82,35 +83,38 @@ class Hypothesis:
 
         Without `drift` the encoder's drift is left out: the angle of the axis.
         """
-        return [y for _, y in self.simulate_signals(values, inputs, drift)]
+        return [y[:, 0] for y in self.simulate_batch(values[None], inputs, drift)]
+
+    def simulate_batch(
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
+    ) -> list[FloatArray]:
+        """y (samples, n) of every record at n parameter vectors (n, parameters), as `simulate` does."""
+        return [y for _, y in self._signals(values, inputs, drift, keep_w=False)]
 
     def simulate_signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
     ) -> list[tuple[FloatArray, FloatArray]]:
         """(w, y) of every record at parameter values (parameters,)."""
-        chain = self.chain(values)
-        settings = self.settings(values, chain)
+        return [(w[:, 0], y[:, 0]) for w, y in self._signals(values[None], inputs, drift, keep_w=True)]
+
+    def _signals(
+        self, values: FloatArray, inputs: Sequence[FloatArray] | None, drift: bool, keep_w: bool
+    ) -> list[Signals]:
+        chains = [self.chain(point) for point in values]
+        settings = np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
         if not drift:
-            settings[[S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
-        return [chain.simulate(u, settings) for u in (self.inputs if inputs is None else inputs)]
+            settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
+        return simulate_signals(chains, settings, self.inputs if inputs is None else inputs, keep_w)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
-        """Parameter values of unbounded coordinates, both (parameters,)."""
-        return np.array(
-            [
-                float(p.transform.to_value(np.asarray(c)))
-                for p, c in zip(self.parameters, coordinates, strict=True)
-            ]
-        )
+        """Parameter values of unbounded coordinates, both (..., parameters)."""
+        rows = zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
+        return np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
 
     def to_coordinates(self, values: FloatArray) -> FloatArray:
-        """Unbounded coordinates of parameter values, both (parameters,)."""
-        return np.array(
-            [
-                float(p.transform.to_coordinate(np.asarray(v)))
-                for p, v in zip(self.parameters, values, strict=True)
-            ]
-        )
+        """Unbounded coordinates of parameter values, both (..., parameters)."""
+        rows = zip(self.parameters, np.moveaxis(values, -1, 0), strict=True)
+        return np.stack([p.transform.to_coordinate(v) for p, v in rows], axis=-1)
 
     @cached_property
     def derivative_steps(self) -> FloatArray:

@@ -17,7 +17,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.impulse import convolve
+from bayes_hw.gap.signals import door_responses
 from bayes_hw.gap.whitener import Whitener
 
 MAX_PERIODS = 240
@@ -84,11 +84,16 @@ class Screen:
 
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
         """The given starts of `effect` with what each promises."""
+        if not len(starts):
+            return []
         hypothesis = self.base.hypothesis.with_effect(effect)
+        values = np.array([np.concatenate([self.base.values, start]) for start in starts])
+        simulated = hypothesis.simulate_batch(values)
         found = []
-        for start in starts:
-            simulated = hypothesis.simulate(np.concatenate([self.base.values, start]))
-            change = [(s - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+        for column, start in enumerate(starts):
+            change = [
+                (s[:, column] - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)
+            ]
             if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
                 continue
             response = self.project(change)
@@ -119,7 +124,7 @@ class Screen:
                     added -= added[:1]
                 if effect.only_saturated:
                     added *= _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)[:, None]
-                shift = convolve(chain.impulse_response(effect.door, len(w)), added)
+                shift = door_responses(chain, effect.door, added)
                 columns.append(np.where(np.abs(w[:, None]) > dead_zone, shift, 0.0))
             projected = self.project(columns)
             sines.append(projected[:, : len(some)])

@@ -79,8 +79,22 @@ NEUTRAL.setflags(write=False)
 TORQUES = (MOTOR_FRICTION, LOAD_FRICTION, RIPPLE, LOAD_RIPPLE, CUBIC, GAP)
 """Settings that need the drive train's inner motion, and with it short steps."""
 
-WITHIN_SAMPLE = (EXTRA_DELAY,)
+WITHIN_SAMPLE = (EXTRA_DELAY, COMMAND_RATE)
 """Settings that change the command between samples."""
+
+SWITCHES = (
+    *TORQUES,
+    *WITHIN_SAMPLE,
+    MOTOR_STATIC,
+    MOTOR_PRESLIDING,
+    LIMIT_DEPTH,
+    GAIN_CHANGE,
+    PLAY,
+    ECCENTRICITY,
+    DRIFT_RATE,
+    DRIFT_SETTLING,
+)
+"""Settings that leave out a part of the simulation where they are neutral."""
 
 COMMAND_SIDE = frozenset(
     {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.signal import fftconvolve
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -21,7 +22,7 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal
 from bayes_hw.record import Record
 
-FORCES = sorted(S.FORCE_SIDE)
+COMMANDS, FORCES = sorted(S.COMMAND_SIDE), sorted(S.FORCE_SIDE)
 
 
 @dataclass(frozen=True)
@@ -34,34 +35,53 @@ class SimulatorChain:
     stiffness: tuple[float, float] = (0.0, 0.0)
     contact_damping: float = 0.0
 
-    def simulate(self, u: FloatArray, settings: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """w and y (samples,) of the command u (samples,) under `settings` (see `bayes_hw.gap.settings`)."""
-        rate = self.simulator.sample_rate_hz
-        command = np.empty(len(u))
-        command_side(np.ascontiguousarray(u, np.float64), rate, settings, command)
-        rubbing = bool(np.any(settings[FORCES] != S.NEUTRAL[FORCES]))
-        simulated = self._respond(command, ForceLaw(settings[None]) if rubbing else None)
-        w, y = np.empty(len(u)), np.empty(len(u))
-        output_side(simulated, rate, settings, w, y)
-        return w, y
+    def small_responses(self, door: Door, signals: FloatArray) -> FloatArray:
+        """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample.
+
+        By convolution with the response to a pulse; of a simulator that is not linear, from where a zero
+        command leaves it.
+        """
+        if door == "output":
+            return signals
+        pulse, rest = np.zeros(len(signals)), np.zeros(len(signals))
+        pulse[0] = 1.0
+        if door == "command":
+            response = self._respond(pulse, None) - self._respond(rest, None)
+        else:
+            law, none = (ForceLaw(S.NEUTRAL[None], signal) for signal in (pulse, rest))
+            response = self._respond(rest, law) - self._respond(rest, none)
+        return np.asarray(fftconvolve(signals, response[:, None], axes=0)[: len(signals)])
 
     def _respond(self, command: FloatArray, force: ForceLaw | None) -> FloatArray:
-        found = self.simulator.simulate(self.values[None], command, force)
-        return np.ascontiguousarray(found[0], np.float64)
+        return np.asarray(self.simulator.simulate(self.values[None], command, force)[0], np.float64)
 
-    def impulse_response(self, door: Door, samples: int) -> FloatArray:
-        """Response (samples,) of w to one sample of unit signal, held over the sample, at `door`.
 
-        Of a simulator that is not linear, its response from where a command of zero leaves it.
-        """
-        pulse, rest = np.zeros(samples), np.zeros(samples)
-        pulse[0] = 1.0
-        if door == "output":
-            return pulse
-        if door == "command":
-            return self._respond(pulse, None) - self._respond(rest, None)
-        neutral = S.NEUTRAL[None]
-        return self._respond(rest, ForceLaw(neutral, pulse)) - self._respond(rest, ForceLaw(neutral, rest))
+def simulate_simulators(
+    chains: Sequence[SimulatorChain], settings: FloatArray, inputs: Sequence[FloatArray]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """w and y (samples, chains) of every record under every chain and its row of `settings` (chains, COUNT).
+
+    The chains are of one simulator; those that the settings give the same command are simulated together.
+    """
+    simulator, values = chains[0].simulator, np.array([chain.values for chain in chains])
+    rubbing = bool(np.any(settings[:, FORCES] != S.NEUTRAL[FORCES]))
+    groups: dict[bytes, list[int]] = {}
+    for row, ahead in enumerate(settings[:, COMMANDS]):
+        groups.setdefault(ahead.tobytes(), []).append(row)
+    found = []
+    for u in inputs:
+        w, y = np.empty((len(chains), len(u))), np.empty((len(chains), len(u)))
+        for rows in groups.values():
+            command = np.empty(len(u))
+            command_side(
+                np.ascontiguousarray(u, np.float64), simulator.sample_rate_hz, settings[rows[0]], command
+            )
+            law = ForceLaw(settings[rows]) if rubbing else None
+            outputs = np.ascontiguousarray(simulator.simulate(values[rows], command, law), np.float64)
+            for row, output in zip(rows, outputs, strict=True):
+                output_side(output, simulator.sample_rate_hz, settings[row], w[row], y[row])
+        found.append((np.ascontiguousarray(w.T), np.ascontiguousarray(y.T)))
+    return found
 
 
 class SimulatorBuilder:

@@ -21,8 +21,8 @@ from bayes_hw.gap.effects.catalogue import (
 )
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit import Fit, fit
-from bayes_hw.gap.impulse import convolve, impulse_response
 from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Plain
 
 INPUTS = [command(600, seed) for seed in (11, 12)]
@@ -84,18 +84,33 @@ def test_a_residual_of_noise_promises_little() -> None:
         assert max(c.reduction for c in screen.candidates(effect)) < 12
 
 
-def test_impulse_responses_are_those_of_the_chain() -> None:
-    """A pulse of the command, and one of the motor's torque by the torque path; the output door is itself."""
+def test_small_responses_are_those_of_the_chain() -> None:
+    """A pulse of the command as the chain answers it, others by convolution; the output door is itself."""
     found = hypothesis(AXIS, [np.zeros(200)])
     builder = ChainBuilder(AXIS)
     chain = builder.chain(builder.axis.nominal)
-    pulse = np.zeros(200)
+    pulse = np.zeros((200, 1))
     pulse[0] = 0.1
-    w = found.simulate_signals(builder.axis.nominal, [pulse])[0][0]
-    response = impulse_response(chain, "command", 200)
+    w = found.simulate_signals(builder.axis.nominal, [pulse[:, 0]])[0][0]
+    response = small_responses(chain, "command", pulse)[:, 0]
     delayed = np.concatenate([np.zeros(AXIS.linear.delay_samples), response])[:200]
-    np.testing.assert_allclose(w, 0.1 * delayed, atol=1e-12)
-    np.testing.assert_array_equal(impulse_response(chain, "output", 5), [1, 0, 0, 0, 0])
-    signals = np.random.default_rng(0).normal(size=(200, 2))
-    expected = np.stack([np.convolve(response, s)[:200] for s in signals.T], axis=1)
-    np.testing.assert_allclose(convolve(response, signals), expected, atol=1e-12)
+    np.testing.assert_allclose(w, delayed, atol=1e-12)
+    signals = np.random.default_rng(0).normal(size=(200, 20))
+    np.testing.assert_array_equal(small_responses(chain, "output", signals), signals)
+    expected = np.stack([np.convolve(response / 0.1, s)[:200] for s in signals.T], axis=1)
+    np.testing.assert_allclose(small_responses(chain, "command", signals), expected, atol=1e-12)
+
+
+def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
+    """The answer to a torque held at the motor is that of the path's partial fractions."""
+    builder = ChainBuilder(AXIS)
+    chain = builder.chain(builder.axis.nominal)
+    real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
+    t = np.arange(400) / chain.rate
+    expected = np.zeros(400)
+    for pole, gain in zip(real, real_in[0] * real_out[0], strict=True):
+        expected += gain * (np.exp(pole * t) - 1) / pole
+    for pole, gain in zip(pairs, pair_in[0] * pair_out[0], strict=True):
+        expected += 2 * np.real(gain * (np.exp(pole * t) - 1) / pole)
+    found = small_responses(chain, "motor_torque", np.ones((400, 1)))[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

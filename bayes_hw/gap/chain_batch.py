@@ -1,0 +1,182 @@
+"""Many chains under the same commands at once: a lane of the compiled simulator for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.chain_kernel import simulate_lanes
+from bayes_hw.model.lanes import padded_to_lanes
+
+TORQUE_STEP = 0.01
+"""s; step of a simulation with torques that depend on the motion."""
+
+SUBSTEPS_WITHIN_SAMPLE = 8
+"""Steps a sample at least, where the command changes between samples."""
+
+
+class ChainSignals(NamedTuple):
+    """w and y of one record, both (samples, chains)."""
+
+    w: FloatArray
+    y: FloatArray
+
+
+class States(NamedTuple):
+    """First-order states stepped by h: shapes as in `simulate_lanes`, the chain last."""
+
+    real_count: int
+    factors: FloatArray
+    inputs: FloatArray
+    outputs: FloatArray
+
+
+def simulate_chains(
+    chains: Sequence[Chain], settings: FloatArray, inputs: Sequence[FloatArray], keep_w: bool = False
+) -> list[ChainSignals]:
+    """Signals of every record under every chain and its row of `settings` (chains, COUNT).
+
+    `inputs` holds the commands (samples,), one a record. Without `keep_w` the w returned have no samples.
+    """
+    active = settings != S.NEUTRAL
+    switches = active[:, S.SWITCHES]
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, chain in enumerate(chains):
+        groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
+    done = []
+    for group in groups.values():
+        some = np.array(group)
+        done.append(
+            _simulate_alike([chains[i] for i in group], settings[some], active[some[0]], inputs, keep_w)
+        )
+    if len(done) == 1:
+        return done[0]
+    order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
+    return [
+        ChainSignals(*(np.concatenate(parts, axis=1)[:, order] for parts in zip(*record, strict=True)))
+        for record in zip(*done, strict=True)
+    ]
+
+
+def _simulate_alike(
+    chains: Sequence[Chain],
+    settings: FloatArray,
+    active: BoolArray,
+    inputs: Sequence[FloatArray],
+    keep_w: bool,
+) -> list[ChainSignals]:
+    """The same for chains of one structure with the same settings active."""
+    rate, count = chains[0].rate, len(chains)
+    substeps = substeps_of(active, rate)
+    h = 1 / (rate * substeps)
+    columns = padded_to_lanes(count * len(inputs))
+    lanes = np.minimum(np.arange(columns), count * len(inputs) - 1) % count
+    whole = np.floor(settings[:, S.EXTRA_DELAY])
+    rows = settings.T.copy()
+    rows[S.EXTRA_DELAY] -= whole
+    samples = max(len(u) for u in inputs)
+    commands = np.zeros((samples, columns))
+    delays = chains[0].delay_samples + whole.astype(np.int64)
+    for record, u in enumerate(inputs):
+        _fill_delayed(commands[:, record * count : (record + 1) * count], u, delays)
+    command = command_states(chains, h)
+    torque = torque_states(chains, h)
+    w, y = np.empty((samples if keep_w else 0, columns)), np.empty((samples, columns))
+    simulate_lanes(
+        commands,
+        rate,
+        substeps,
+        active,
+        _in_lanes(rows, lanes),
+        _in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
+        command.real_count,
+        *(_in_lanes(part, lanes) for part in command[1:]),
+        torque.real_count,
+        *(_in_lanes(part, lanes) for part in torque[1:]),
+        w,
+        y,
+    )
+    own = [slice(record * count, (record + 1) * count) for record in range(len(inputs))]
+    return [
+        ChainSignals(np.ascontiguousarray(w[: len(u), columns]), np.ascontiguousarray(y[: len(u), columns]))
+        for u, columns in zip(inputs, own, strict=True)
+    ]
+
+
+def substeps_of(active: BoolArray, rate: float) -> int:
+    """Steps a sample for the settings that are `active` (COUNT,), at `rate` samples per second."""
+    torques = bool(np.any(active[list(S.TORQUES)]))
+    substeps = max(1, int(np.ceil(1 / (rate * TORQUE_STEP)))) if torques else 1
+    within = bool(np.any(active[list(S.WITHIN_SAMPLE)]))
+    return max(substeps, SUBSTEPS_WITHIN_SAMPLE) if within else substeps
+
+
+def _in_lanes(values: FloatArray, lanes: IntArray) -> FloatArray:
+    return np.ascontiguousarray(values[..., lanes])
+
+
+def _fill_delayed(commands: FloatArray, u: FloatArray, delays: IntArray) -> None:
+    """Write u (samples,) into the columns of `commands`, each late by its number of samples."""
+    for delay in np.unique(delays):
+        late = max(len(u) - int(delay), 0)
+        columns = np.flatnonzero(delays == delay)
+        if len(columns) == len(delays):
+            commands[len(u) - late : len(u)] = u[:late, None]
+        else:
+            commands[len(u) - late : len(u), columns] = u[:late, None]
+
+
+def command_states(chains: Sequence[Chain], h: float) -> States:
+    """The states that v drives, in steps of h."""
+    real, real_out, pairs, pair_out = (
+        np.stack(parts, axis=-1) for parts in zip(*(chain.command_path for chain in chains), strict=True)
+    )
+    ones = np.ones((1, len(real), len(chains))), np.ones((1, len(pairs), len(chains)), dtype=np.complex128)
+    return _states(h, real, ones[0], real_out, pairs, ones[1], pair_out)
+
+
+def torque_states(chains: Sequence[Chain], h: float) -> States:
+    """The states that torques on motor and load drive, in steps of h."""
+    return _states(
+        h, *(np.stack(parts, axis=-1) for parts in zip(*(c.torque_path for c in chains), strict=True))
+    )
+
+
+def _states(
+    h: float,
+    real: FloatArray,
+    real_in: FloatArray,
+    real_out: FloatArray,
+    pairs: ComplexArray,
+    pair_in: ComplexArray,
+    pair_out: ComplexArray,
+) -> States:
+    """States of poles (n, chains) with input gains (inputs, n, chains) and output gains (4, n, chains).
+
+    A pair's state is that of its upper pole, and an output has twice the real part of gain times state.
+    """
+    decay, hold = _step_factors(real, h)
+    turn, pair_hold = _step_factors(pairs, h)
+    return States(
+        len(real),
+        np.concatenate([decay, _parts(turn)]),
+        np.concatenate([real_in * hold, _parts(pair_in * pair_hold)], axis=1),
+        np.concatenate([real_out, 2 * _parts(pair_out.conj())], axis=1),
+    )
+
+
+def _parts(values: ComplexArray) -> FloatArray:
+    """Real and imaginary parts (..., 2 n, chains) in turns of values (..., n, chains)."""
+    both = np.stack([values.real, values.imag], axis=-2)
+    return both.reshape(*values.shape[:-2], 2 * values.shape[-2], values.shape[-1])
+
+
+def _step_factors(poles: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+    """exp(s h), and the integral over a step that a constant input adds, for real or complex poles."""
+    turn, still = np.exp(poles * h), poles == 0
+    return turn, np.where(still, h, (turn - 1) / np.where(still, 1, poles))

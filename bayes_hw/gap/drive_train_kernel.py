@@ -1,0 +1,144 @@
+"""Compiled mathematics of a drive train: its response matched to a given one, and its torque paths.
+
+The response of the drive train of `bayes_hw.gap.drive_train` is, with M, L, S the dynamic stiffnesses of
+motor, load and structure and C, Cs the couplings 1 + c s, 1 + cs s,
+
+    R = gain (kp s + ki) kl C S / (s D),   D = M H - km kl C^2 S,   H = L S - ks kss Cs^2
+    M = s^2 + kp s + ki + km C,   L = s^2 + bl s + kl C + ks Cs,   S = s^2 + kss Cs
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+KP, KI, KM, KL, KS, KSS, C, CS, BL, GAIN = range(10)
+COUNT = 10
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _numbers(logs):  # type: ignore[no-untyped-def]
+    """The ten numbers of a drive train."""
+    e = np.exp(logs)
+    return e[KP], e[KI], e[KM], e[KL], e[KS], e[KSS], e[C], e[CS], e[BL], e[GAIN]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
+    """log(R / target) of `train` at one s, and in `slope` (10,) its derivatives by the logarithms.
+
+    Where it is not finite it is 10 with no derivative.
+    """
+    kp, ki, km, kl, ks, kss, c, cs, bl, gain = train
+    coupling, structural = 1 + c * s, 1 + cs * s
+    loop = kp * s + ki
+    motor = s * s + loop + km * coupling
+    load = s * s + bl * s + kl * coupling + ks * structural
+    structure = s * s + kss * structural
+    hung = load * structure - ks * kss * structural * structural
+    coupled = km * kl * coupling * coupling
+    determinant = motor * hung - coupled * structure
+    ratio = np.log(sign * gain * loop * kl * coupling * structure / (s * determinant) / target)
+    if not (np.isfinite(ratio.real) and np.isfinite(ratio.imag)):
+        slope[:] = 0.0
+        return 10.0 + 0.0j
+    inverse = 1 / determinant
+    over_loop, over_structure = 1 / loop, 1 / structure
+    by_load = motor * structure
+    by_structure = motor * load - coupled
+    pull = motor * ks * structural
+    slope[KP] = kp * s * (over_loop - hung * inverse)
+    slope[KI] = ki * (over_loop - hung * inverse)
+    slope[KM] = -km * coupling * (hung - kl * coupling * structure) * inverse
+    slope[KL] = 1 - kl * coupling * (by_load - km * coupling * structure) * inverse
+    slope[KS] = -(ks * structural * by_load - pull * kss * structural) * inverse
+    slope[KSS] = kss * structural * (over_structure - (by_structure - pull) * inverse)
+    slope[C] = (
+        c * s * (1 / coupling - (km * hung + kl * by_load - 2 * km * kl * coupling * structure) * inverse)
+    )
+    slope[CS] = (
+        cs * s * (kss * over_structure - (ks * by_load + kss * by_structure - 2 * kss * pull) * inverse)
+    )
+    slope[BL] = -bl * s * by_load * inverse
+    slope[GAIN] = 1.0
+    return ratio
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, target, sign):  # type: ignore[no-untyped-def]
+    """`rounds` of Gauss-Newton `steps`, each with the misfit left by the last as the noise of the response.
+
+    `logs` (10,) are the start, `usual` and `usual_sd` (10,) the prior; `s` and `target` (frequencies,);
+    `largest` the largest change of a logarithm in a step, `smallest` the least misfit. Returns both.
+    """
+    logs = logs.copy()
+    slope = np.empty(COUNT, dtype=np.complex128)
+    for _ in range(rounds):
+        weight = (1 / (3 * misfit)) ** 2
+        for _ in range(steps):
+            precision, gradient = np.zeros((COUNT, COUNT)), np.zeros(COUNT)
+            train = _numbers(logs)
+            for k in range(len(s)):
+                at = _log_ratio(train, sign, s[k], target[k], slope)
+                for i in range(COUNT):
+                    gradient[i] -= weight * (slope[i].real * at.real + slope[i].imag * at.imag)
+                    for j in range(i + 1):
+                        precision[i, j] += weight * (
+                            slope[i].real * slope[j].real + slope[i].imag * slope[j].imag
+                        )
+            for i in range(COUNT):
+                gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
+                precision[i, i] += 1 / usual_sd[i] ** 2
+                for j in range(i):
+                    precision[j, i] = precision[i, j]
+            if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
+                return logs, np.inf
+            step = np.linalg.solve(precision, gradient)
+            for i in range(COUNT):
+                logs[i] += min(max(step[i], -largest), largest)
+        total, train = 0.0, _numbers(logs)
+        for k in range(len(s)):
+            at = _log_ratio(train, sign, s[k], target[k], slope)
+            total += at.real**2 + at.imag**2
+        misfit = np.sqrt(total / (2 * len(s)) + smallest**2)
+    return logs, misfit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _value(polynomial, s):  # type: ignore[no-untyped-def]
+    total = 0.0j
+    for coefficient in polynomial:
+        total = total * s + coefficient
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def torque_polynomials(logs):  # type: ignore[no-untyped-def]
+    """D, H, M S and kl C S as polynomials in s, the highest power first."""
+    kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(logs)
+    coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
+    motor = np.array([1.0, kp + km * c, ki + km])
+    load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
+    structure = np.array([1.0, kss * cs, kss])
+    hung = np.convolve(load, structure)
+    hung[2:] -= ks * kss * np.convolve(structural, structural)
+    across = kl * np.convolve(coupling, structure)
+    whole = np.convolve(motor, hung)
+    whole[2:] -= km * np.convolve(coupling, across)
+    return whole, hung, np.convolve(motor, structure), across
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
+    """Gains at the poles `s` (n,): (2, n) from both torques, (4, n) to w, motor angle and both speeds.
+
+    The other arguments are the polynomials of `torque_polynomials`.
+    """
+    inputs, outputs = np.ones((2, len(s)), dtype=np.complex128), np.empty((4, len(s)), dtype=np.complex128)
+    slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
+    for i in range(len(s)):
+        by_motor, steep = _value(across, s[i]), _value(slope, s[i])
+        inputs[1, i] = _value(stiff, s[i]) / by_motor
+        outputs[0, i], outputs[1, i] = by_motor / steep, _value(hung, s[i]) / steep
+        outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
+    return inputs, outputs

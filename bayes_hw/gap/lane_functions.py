@@ -1,0 +1,99 @@
+"""Choice, sine and exponential of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import njit
+from numba.extending import intrinsic
+
+from bayes_hw.model.lanes import LANES, LANES_TYPE, broadcast, maximum, minimum
+
+_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+_INTEGERS = ir.VectorType(ir.IntType(64), LANES)
+
+TO_INTEGER = 1.5 * 2.0**52
+"""Added and taken away again it rounds a number below 2^51 to an integer."""
+
+QUARTER_TURN = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+"""pi / 2 as a sum: 33 bits, 33 bits and the rest, so that small multiples of the first two are exact."""
+
+LOG_TWO = (6.93147180369123816490e-01, 1.90821492927058770002e-10)
+"""log(2) as a sum, the first part of 33 bits."""
+
+SINE = tuple(float((-1) ** i / np.prod(np.arange(1.0, 2 * i + 2))) for i in range(1, 9))
+COSINE = tuple(float((-1) ** i / np.prod(np.arange(1.0, 2 * i + 1))) for i in range(1, 10))
+EXPONENTIAL = tuple(float(1 / np.prod(np.arange(1.0, i + 1))) for i in range(14))
+"""Taylor coefficients, in ascending order; enough of them for double precision on the reduced argument."""
+
+SMALLEST_EXPONENT, LARGEST_EXPONENT = -708.0, 709.0
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def where_less(typing_context: Any, left: Any, right: Any, then: Any, otherwise: Any) -> Any:
+    """`then` where `left` < `right`, else `otherwise`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        less = builder.fcmp_ordered("<", arguments[0], arguments[1])
+        return builder.select(less, arguments[2], arguments[3])
+
+    return LANES_TYPE(LANES_TYPE, LANES_TYPE, LANES_TYPE, LANES_TYPE), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _low_bits_as_exponent(typing_context: Any, value: Any) -> Any:
+    """The number whose exponent bits are the lowest bits of `value`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        shift = ir.Constant(_INTEGERS, [52] * LANES)
+        return builder.bitcast(builder.shl(builder.bitcast(arguments[0], _INTEGERS), shift), _VECTOR)
+
+    return LANES_TYPE(LANES_TYPE), generate
+
+
+@njit(cache=True, inline="always")
+def absolute(x):  # type: ignore[no-untyped-def]
+    return maximum(x, broadcast(0.0) - x)
+
+
+@njit(cache=True, inline="always")
+def _rounded(x):  # type: ignore[no-untyped-def]
+    return (x + broadcast(TO_INTEGER)) - broadcast(TO_INTEGER)
+
+
+@njit(cache=True, error_model="numpy")
+def sine(x):  # type: ignore[no-untyped-def]
+    """sin(x), to 1e-15 for |x| < 1e6: reduced by quarter turns (Cody and Waite), then Taylor's polynomial."""
+    quarters = _rounded(x * broadcast(2 / np.pi))
+    r = x - quarters * broadcast(QUARTER_TURN[0])
+    r = r - quarters * broadcast(QUARTER_TURN[1])
+    r = r - quarters * broadcast(QUARTER_TURN[2])
+    r = minimum(maximum(r, broadcast(-1.0)), broadcast(1.0))
+    square = r * r
+    by_sine, by_cosine = broadcast(SINE[7]), broadcast(COSINE[8])
+    for i in range(7):
+        by_sine = by_sine * square + broadcast(SINE[6 - i])
+    for i in range(8):
+        by_cosine = by_cosine * square + broadcast(COSINE[7 - i])
+    by_sine = r + r * square * by_sine
+    by_cosine = broadcast(1.0) + square * by_cosine
+    turns = _rounded((quarters - broadcast(1.5)) * broadcast(0.25))
+    quadrant = quarters - broadcast(4.0) * turns
+    odd = quadrant - broadcast(2.0) * _rounded((quadrant - broadcast(0.5)) * broadcast(0.5))
+    size = where_less(odd, broadcast(0.5), by_sine, by_cosine)
+    return where_less(quadrant, broadcast(1.5), size, broadcast(0.0) - size)
+
+
+@njit(cache=True, error_model="numpy")
+def exponential(x):  # type: ignore[no-untyped-def]
+    """exp(x) to 1e-15, from the smallest to the largest normal number."""
+    x = minimum(maximum(x, broadcast(SMALLEST_EXPONENT)), broadcast(LARGEST_EXPONENT))
+    doublings = _rounded(x * broadcast(1 / np.log(2.0)))
+    r = x - doublings * broadcast(LOG_TWO[0])
+    r = r - doublings * broadcast(LOG_TWO[1])
+    total = broadcast(EXPONENTIAL[13])
+    for i in range(13):
+        total = total * r + broadcast(EXPONENTIAL[12 - i])
+    return total * _low_bits_as_exponent(doublings + broadcast(2.0**52 + 1023))

@@ -1,0 +1,35 @@
+"""Linear responses of w to small signals at the doors of an axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.chain_batch import command_states, torque_states
+from bayes_hw.gap.chain_kernel import filter_lanes
+from bayes_hw.gap.effects.effect import Door
+from bayes_hw.model.lanes import padded_to_lanes
+
+
+def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray:
+    """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
+    if door == "output":
+        return signals
+    states = command_states([chain], 1 / chain.rate)
+    if door == "motor_torque":
+        states = torque_states([chain], 1 / chain.rate)
+    samples, count = signals.shape
+    padded = np.zeros((samples, padded_to_lanes(count)))
+    padded[:, :count] = signals
+    responses = np.empty_like(padded)
+    motor_or_command, w = 0, 0
+    filter_lanes(
+        states.real_count,
+        np.ascontiguousarray(states.factors[:, 0]),
+        np.ascontiguousarray(states.inputs[motor_or_command, :, 0]),
+        np.ascontiguousarray(states.outputs[w, :, 0]),
+        padded,
+        responses,
+    )
+    return responses[:, :count]

@@ -1,0 +1,53 @@
+"""Functions of lanes against numpy's, over the range that a simulation uses and beyond it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.lane_functions import absolute, exponential, sine, where_less
+from bayes_hw.model.lanes import LANES, broadcast, load, store
+
+RNG = np.random.default_rng(2)
+
+
+@njit(error_model="numpy")
+def filled(x, sines, exponentials, chosen):  # type: ignore[no-untyped-def]
+    for row in range(len(x)):
+        value = load(x, row)
+        store(sines, row, sine(value))
+        store(exponentials, row, exponential(value))
+        store(chosen, row, where_less(value, broadcast(0.5), absolute(value), broadcast(7.0)))
+
+
+def of_lanes(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sine, exponential, and |x| where below 0.5, else 7; x (n,) in multiples of LANES."""
+    rows = x.reshape(-1, LANES)
+    found = [np.empty_like(rows) for _ in range(3)]
+    filled(rows, *found)
+    return found[0].ravel(), found[1].ravel(), found[2].ravel()
+
+
+def test_sine_to_rounding() -> None:
+    """Small, large and negative arguments, and those next to multiples of a quarter turn."""
+    quarters = np.arange(-500, 500) * (np.pi / 2)
+    near = np.concatenate([quarters, np.nextafter(quarters, 9e9), quarters + 1e-8, quarters - 1e-8])
+    x = np.concatenate([near, RNG.uniform(-10, 10, 4000), RNG.uniform(-1e6, 1e6, 4000)])
+    np.testing.assert_allclose(of_lanes(x)[0], np.sin(x), rtol=0, atol=3e-16)
+
+
+def test_exponential_to_rounding() -> None:
+    x = np.concatenate([RNG.uniform(-700, 700, 4000), RNG.uniform(-1, 1, 4000)])
+    np.testing.assert_allclose(of_lanes(x)[1], np.exp(x), rtol=5e-16)
+    far = of_lanes(np.repeat([-1e300, -800.0, 0.0, 1e-300], LANES))[1].reshape(4, LANES)
+    assert (far[:2] < 1e-300).all() and (far[2:] == 1).all()
+
+
+def test_a_sine_stays_bounded_where_an_argument_ran_away() -> None:
+    assert np.abs(of_lanes(np.repeat([1e18, -1e100], LANES))[0]).max() <= 1
+
+
+def test_choice_and_absolute_value() -> None:
+    x = RNG.normal(size=10 * LANES)
+    np.testing.assert_array_equal(of_lanes(x)[2], np.where(x < 0.5, np.abs(x), 7.0))
