@@ -181,7 +181,7 @@ def compare_motor(diagnosis: Diagnosis) -> tuple[Compared, ...]:
 
 
 def compare_mount(diagnosis: Diagnosis) -> tuple[Compared, ...]:
-    """The lag, and with it that of the held commands, beside the measured position behind the demanded one."""
+    """The lag, and with it that of the held commands, beside the actual position behind the demanded one."""
     speed, wanted = (
         Record.read(MOUNT, columns=Columns("timestamp", "demandVelocity", output), resample_hz=MOUNT_RATE)
         for output in ("actualPosition", "demandPosition")
