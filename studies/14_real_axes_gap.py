@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from axis_simulators import (
     EMPS_FORCE_PER_VOLT,
+    MOUNT_RATE,
     dc_motor_case,
     dc_motor_other_cases,
     dc_motor_record,
@@ -108,9 +109,10 @@ REMARKS = {
     "extrapolate. A motor that sticks at 2 V and then runs at the speed of a smaller offset has a breakaway "
     "threshold above its running friction, which a dead zone of one width a direction does not hold. Play of "
     "the shown speed, which takes off a constant by direction as well, comes near in evidence.",
-    "rubin_azimuth": "One acceleration and one deceleration of 0.05 to 0.1 deg/s: a lag, a pure delay and a "
+    "rubin_azimuth": "One acceleration and one deceleration of a second each: a lag, a pure delay and a "
     "limit of the acceleration differ only during these seconds. Commands are held between their stamps "
-    "where the record is put on 20 Hz, which by itself is a delay of half a sample, 0.025 s. The elevation "
+    "where the record is put on 20 Hz, which is a delay of its own; with it the lag is that of the actual "
+    "position behind the demanded one. The elevation "
     "axis of the same night does not move and cannot be diagnosed.",
 }
 
@@ -179,19 +181,21 @@ def compare_motor(diagnosis: Diagnosis) -> tuple[Compared, ...]:
 
 
 def compare_mount(diagnosis: Diagnosis) -> tuple[Compared, ...]:
-    """The lag beside that of the measured position behind the demanded one."""
-    where = Record.read(
-        MOUNT, columns=Columns("timestamp", "demandPosition", "actualPosition"), resample_hz=20
-    )
-    speed = Record.read(
-        MOUNT, columns=Columns("timestamp", "demandVelocity", "actualPosition"), resample_hz=20
+    """The lag, and with it that of the held commands, beside the actual position behind the demanded one."""
+    speed, wanted = (
+        Record.read(MOUNT, columns=Columns("timestamp", "demandVelocity", output), resample_hz=MOUNT_RATE)
+        for output in ("actualPosition", "demandPosition")
     )
     moving = np.abs(speed.u) > 0.9 * np.abs(speed.u).max()
-    behind = float(np.median((where.u - where.y)[moving] / speed.u[moving]))
+    held = speed.y[0] + np.concatenate([[0.0], np.cumsum(speed.u)[:-1]]) / MOUNT_RATE
+    behind, by_holding = (
+        float(np.median((wanted.y - other)[moving] / speed.u[moving])) for other in (speed.y, held)
+    )
+    lag = parameter(diagnosis, "lag.time")
     return (
-        Compared(
-            "lag", "s", parameter(diagnosis, "lag.time"), f"{behind:.3f} s (demanded less actual position)"
-        ),
+        Compared("lag behind the commands as held", "s", lag, "none published"),
+        Compared("held commands behind the demanded position", "s", by_holding, "0.025 s (half a sample)"),
+        Compared("both", "s", lag + by_holding, f"{behind:.3f} s (actual behind demanded position)"),
         Compared("gain", "", parameter(diagnosis, "gain_to_position"), "1"),
     )
 

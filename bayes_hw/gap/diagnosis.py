@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
 from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
-from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, plain_estimate, without_small_seconds
+from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.verdict import Estimate, Verdict
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
@@ -87,16 +87,9 @@ def diagnose(
         if not nominal > 0:
             left = of_the_gap(left, best, attribution.base)
         decision = decide(best, scores, left, labels, calibration)
-        final = attribution.base if decision.answer == ("other",) else best
         if not nominal > 0:
-            base_estimate = plain_estimate(attribution.base, (), measured)
-            final = (
-                base_estimate
-                if final is attribution.base
-                else plain_estimate(final, attribution.singles, measured)
-            )
-            attribution = replace(attribution, base=base_estimate)
-            decision = replace(decision, explanation=final)
+            attribution, decision = with_plain_estimates(attribution, decision, measured)
+        final = attribution.base if decision.answer == ("other",) else decision.explanation
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
 

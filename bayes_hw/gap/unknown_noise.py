@@ -14,6 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.decide import Decision
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -74,6 +75,22 @@ def plain_estimate(
     if same_form and explanation.fit.rmse < LARGEST_WANDER * found.rmse:
         return explanation
     return replace(explanation, fit=found)
+
+
+def with_plain_estimates(
+    attribution: Attribution, decision: Decision, measured: Sequence[FloatArray]
+) -> tuple[Attribution, Decision]:
+    """Base and chosen explanation as plain least squares estimate them, wherever they stand."""
+    base = plain_estimate(attribution.base, (), measured)
+    chosen = base
+    if decision.explanation is not attribution.base:
+        chosen = plain_estimate(decision.explanation, attribution.singles, measured)
+    known = {id(attribution.base): base, id(decision.explanation): chosen}
+    explanations = tuple(known.get(id(e), e) for e in attribution.explanations)
+    return (
+        replace(attribution, base=base, explanations=explanations),
+        replace(decision, explanation=chosen),
+    )
 
 
 def without_small_seconds(attribution: Attribution) -> Attribution:

@@ -142,7 +142,7 @@ def _section(axis: RealAxis, with_gap: bool) -> Section:
         Paragraph(axis.remark),
         *([_gap(axis)] if with_gap else []),
         Table(
-            ("quantity", "here", "published"),
+            ("quantity", "here", "published, or measured otherwise"),
             tuple(
                 (
                     row.quantity,
@@ -151,7 +151,7 @@ def _section(axis: RealAxis, with_gap: bool) -> Section:
                 )
                 for row in axis.compared
             ),
-            "Figures of this diagnosis beside published ones.",
+            "Figures of this diagnosis beside those of others.",
             (1,),
         ),
         closure_table(axis.diagnosis),

@@ -11,6 +11,7 @@ from simulated_records import coloured_noise
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.decide import Decision
 from bayes_hw.gap.effects.any_simulator import DeadZone, UnequalDeadZone
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.input import CommandBias
@@ -26,6 +27,7 @@ from bayes_hw.gap.unknown_noise import (
     of_the_gap,
     plain_estimate,
     plain_fit,
+    with_plain_estimates,
     without_small_seconds,
 )
 from bayes_hw.gap.whitener import Plain
@@ -126,3 +128,22 @@ def test_leftovers_are_shares_of_the_gap() -> None:
     (found,) = of_the_gap(left, alone, nothing)
     assert found.size == pytest.approx(0.8 * alone.fit.rmse / nothing.fit.rmse)
     assert of_the_gap(left, nothing, nothing) == left
+
+
+def test_plain_estimates_stand_wherever_the_explanation_did() -> None:
+    """In the decision and among the explanations, base and chosen; the others stay."""
+    outputs = measured(2.0, 2.0, white(0.5))
+    good, nothing, bias = (
+        explained(outputs, DeadZone()),
+        explained(outputs),
+        explained(outputs, CommandBias()),
+    )
+    moved = good.fit.coordinates + np.array([0.05, 0, 0])
+    away = replace(good, fit=evaluated(good.fit.hypothesis, outputs, moved, good.fit.whitener))
+    decision = Decision(away.labels, away, {}, (), {})
+    attribution = Attribution(nothing, (away, bias, nothing), (0.0,), (good.fit,))
+    found, decided = with_plain_estimates(attribution, decision, outputs)
+    assert decided.explanation is found.explanations[0] is not away
+    assert decided.explanation.fit.rmse < away.fit.rmse
+    assert found.explanations[1] is bias
+    assert found.explanations[2] is found.base
