@@ -128,8 +128,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     """Fill y_out (samples, lanes), and w_out if it has rows, from rest at zero; lanes are whole groups.
 
     `u` (samples, lanes) is the command, delayed by the model's and the whole samples of EXTRA_DELAY;
-    `settings` (COUNT, lanes) with `active` (COUNT,) true where they matter in all lanes, and false where in
-    none; `direct` (1, lanes). `factors_of` (n, lanes) holds exp(s h), real and imaginary parts of pairs as
+    `settings` (COUNT, lanes), of EXTRA_DELAY the part of a sample left; `active` (COUNT,) is true where they
+    matter in all lanes, false where in none; `direct` (1, lanes). `factors_of` (n, lanes) holds exp(s h),
+    real and imaginary parts of pairs as
     two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what a unit input adds in a step,
     `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load speed.
     """
