@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -118,10 +119,8 @@ def test_a_simulator_of_ones_own_is_diagnosed(
 ) -> None:
     """As the README shows it, its module and all: a dead zone of the motor is named."""
     readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    (shown,) = [
-        part for part in readme.split("```python\n") if "my_motor.py" not in part and "def simulator" in part
-    ]
-    (tmp_path / "my_motor.py").write_text(shown.split("```")[0])
+    (shown,) = re.findall(r"```py\n(.*?)```", readme, re.DOTALL)
+    (tmp_path / "my_motor.py").write_text(shown)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     simulator = find_simulator("my_motor:simulator")
