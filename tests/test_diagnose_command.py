@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_files import files_below, write_axis
 
 from bayes_hw.cli import main
+from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.simulator_case import find_simulator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 FEW = ("--without", *(label for label in LABEL_BLOCKS if label not in ("command_bias", "sensor_drift")))
@@ -57,6 +61,10 @@ def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., s
         ((".", *TRAIN), "--train and --holdout go with --model"),
         ((".", "--without", "gremlins"), "--without gremlins: not in the catalogue; use one of rate_limit"),
         (("nowhere",), "case.json: cannot be read"),
+        ((*MODEL, "--simulator", "json:loads"), "either a case folder or --model or --simulator"),
+        (("--simulator", "json:absent", *TRAIN), "--simulator json:absent: cannot be imported"),
+        (("--simulator", "json:__name__", *TRAIN), "returned no simulator"),
+        ((*MODEL, *TRAIN, "--without", "dead_zone"), "--without dead_zone: not in the catalogue"),
         ((*MODEL, *TRAIN), "no record held out"),
         ((*MODEL, *HOLDOUT), "no record to train on"),
         (("--model", "no.json", *TRAIN, *HOLDOUT), "no.json: cannot be read"),
@@ -104,3 +112,29 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     assert main(["diagnose", ".", "--out", "new", "--jobs", "1", "--quiet", *FEW]) == 0
     found = files_below(folder / "new")
     assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}
+
+
+def test_a_simulator_of_ones_own_is_diagnosed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As the README shows it, its module and all: a dead zone of the motor is named."""
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"```py\n(.*?)```", readme, re.DOTALL)
+    (tmp_path / "my_motor.py").write_text(shown)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    simulator = find_simulator("my_motor:simulator")
+    rng = np.random.default_rng(3)
+    for name in ("a", "b", "c"):
+        u = np.repeat(rng.uniform(-9, 9, 25), 20)
+        moved = np.maximum(u - 2.2, 0) + np.minimum(u + 1.8, 0)
+        y = simulator.simulate(np.array([[33.0, 0.27]]), moved)[0] + rng.normal(0, 1, len(u))
+        write_csv(tmp_path / f"{name}.csv", {"t": np.arange(len(u)) / 20.0, "u": u, "y": y})
+    given = ["--simulator", "my_motor:simulator", "--train", "a.csv", "b.csv", "--holdout", "c.csv"]
+    assert main(["diagnose", *given, "--out", "new", "--jobs", "1"]) == 0
+    assert "dead_zone" in capsys.readouterr().out
+    verdict = json.loads((tmp_path / "new" / "verdict.json").read_text())
+    assert verdict["answer"] == ["dead_zone"]
+    assert verdict["base"]["speed_per_volt"]["unit"] == "rpm/V"
+    report = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
+    assert "no noise level was given" in report and "nan" not in report.lower().split("provenance")[0].split()

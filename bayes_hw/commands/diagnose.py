@@ -18,6 +18,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A case folder, or a model with records to train on and records held out."""
     parser.add_argument("case", nargs="?", metavar="CASE", help="folder with case.json")
     parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
+    parser.add_argument(
+        "--simulator",
+        metavar="MODULE:FUNCTION",
+        help="a simulator of your own instead: a function that returns a bayes_hw.gap.simulator.Simulator",
+    )
     parser.add_argument("--train", nargs="+", default=[], metavar="RECORD", help="records to diagnose")
     parser.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records to score on, never fitted"
@@ -42,30 +47,34 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.case import Case
     from bayes_hw.gap.diagnosis import diagnose, write_results
+    from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
     from bayes_hw.gap.sentence import sentence
+    from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
 
     begin = time.perf_counter()
     out = Path(parsed.out)
-    if unknown := [label for label in parsed.without if label not in LABEL_BLOCKS]:
+    known = list(LABEL_BLOCKS)
+    if parsed.simulator is not None:
+        known += sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(known))
+    if unknown := [label for label in parsed.without if label not in known]:
+        raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
+    if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:
         raise InputError(
-            f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(LABEL_BLOCKS)}"
+            "give either a case folder or --model or --simulator, these with --train and --holdout"
         )
-    if (parsed.case is None) == (parsed.model is None):
-        raise InputError("give either a case folder or --model with --train and --holdout")
     if parsed.case is not None and (parsed.train or parsed.holdout):
-        raise InputError("--train and --holdout go with --model, not with a case folder")
+        raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
+    train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
+    case: Case | SimulatorCase
     if parsed.case is not None:
         case = Case.read(Path(parsed.case))
+    elif parsed.simulator is not None:
+        case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout)
     else:
-        case = Case.of_files(
-            Path(parsed.model).stem,
-            Path(parsed.model),
-            [Path(p) for p in parsed.train],
-            [Path(p) for p in parsed.holdout],
-        )
+        case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout)
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,

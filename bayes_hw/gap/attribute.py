@@ -27,7 +27,6 @@ from bayes_hw.gap.whitener import Plain
 
 BASE_DRAWS = 80
 BASE_STARTS = 4
-STATIC_SPREAD = np.array([0.12, 0.12, 0.7, 0.07])
 SINGLES_KEPT = 6
 PARTNERS_TRIED = 4
 FIRST_EFFECTS = 2
@@ -133,10 +132,11 @@ class Attributor:
     def _starts_about(self, host: Fit) -> FloatArray:
         """The nearest of many draws of limits, dead zone and gain; modes nominal, the effect as fitted."""
         count = self.base.base_count
+        spreads = self.base.builder.start_spreads
         own = np.concatenate([self.base.prior_means, host.coordinates[count:]])
         draws = np.repeat(own[None], BASE_DRAWS // 2, axis=0)
         rng = np.random.default_rng(self.seed + 1)
-        draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(len(draws), len(STATIC_SPREAD))) * STATIC_SPREAD
+        draws[:, : len(spreads)] += rng.normal(size=(len(draws), len(spreads))) * spreads
         return np.asarray(draws[np.argsort(self._square_errors(host.hypothesis, draws))[:RESTARTS]])
 
     def _square_errors(self, hypothesis: Hypothesis, coordinates: FloatArray) -> FloatArray:
@@ -171,11 +171,11 @@ class Attributor:
 
     @cached_property
     def _draws(self) -> FloatArray:
-        """Starts about the nominal model, limits, dead zone and gain drawn; the best first."""
-        means = self.base.prior_means
+        """Starts about the nominal model, what is roughly known of it drawn; the best first."""
+        means, spreads = self.base.prior_means, self.base.builder.start_spreads
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
         rng = np.random.default_rng(self.seed)
-        draws[:, : len(STATIC_SPREAD)] += rng.normal(size=(BASE_DRAWS, len(STATIC_SPREAD))) * STATIC_SPREAD
+        draws[:, : len(spreads)] += rng.normal(size=(BASE_DRAWS, len(spreads))) * spreads
         return np.asarray(draws[np.argsort(self._square_errors(self.base, draws))])
 
     def single_fits(self, base: Fit, tried_from_nominal: int = TRIED_FROM_NOMINAL) -> list[Fit]:
@@ -264,10 +264,10 @@ class Attributor:
     @cached_property
     def nominal(self) -> Fit:
         """The base model with its modes as given and the rest fitted."""
-        rows = np.arange(self.base.base_count)
+        rows = np.arange(self.base.base_count) < len(self.base.builder.start_spreads)
         starts = [self.base.prior_means, *self._draws[:BASE_STARTS]]
         fits = self.each(
-            lambda start: fit(self.base, self.measured, start, self.plain, FIRST_ITERATIONS * 2, rows < 4),
+            lambda start: fit(self.base, self.measured, start, self.plain, FIRST_ITERATIONS * 2, rows),
             starts,
         )
         return min(fits, key=lambda f: f.cost)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -59,16 +60,26 @@ class Case:
         cls, name: str, model: HammersteinWiener, train: Sequence[Record], holdout: Sequence[Record]
     ) -> Case:
         """A case of objects. Raises InputError on a rate that is not the model's or a record too short."""
-        if not train:
-            raise InputError(f"{name}: no record to train on; give at least one")
-        if not holdout:
-            raise InputError(f"{name}: no record held out; give one, or split a record in two")
-        for record in (*train, *holdout):
-            if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
-                raise InputError(
-                    f"{record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at "
-                    f"{model.sample_rate_hz:g} Hz; resample one of them"
-                )
-            if len(record.u) < SHORTEST:
-                raise InputError(f"{record.name}: {len(record.u)} samples; give {SHORTEST} or more")
+        check_records(name, model.sample_rate_hz, train, holdout)
         return cls(name, model, tuple(train), tuple(holdout))
+
+    @property
+    def held_out_inputs(self) -> list[FloatArray]:
+        """Commands of every record held out."""
+        return [record.u for record in self.holdout]
+
+
+def check_records(name: str, rate: float, train: Sequence[Record], holdout: Sequence[Record]) -> None:
+    """Raise InputError where there is none to train on or held out, one at another rate, or one too short."""
+    if not train:
+        raise InputError(f"{name}: no record to train on; give at least one")
+    if not holdout:
+        raise InputError(f"{name}: no record held out; give one, or split a record in two")
+    for record in (*train, *holdout):
+        if abs(record.sample_rate_hz / rate - 1) > RATE_TOLERANCE:
+            raise InputError(
+                f"{record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at {rate:g} Hz; "
+                "resample one of them"
+            )
+        if len(record.u) < SHORTEST:
+            raise InputError(f"{record.name}: {len(record.u)} samples; give {SHORTEST} or more")

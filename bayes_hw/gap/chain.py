@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
     DriveTrain,
@@ -17,6 +18,7 @@ from bayes_hw.gap.drive_train import (
     continuous_poles,
     realise,
 )
+from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -76,8 +78,14 @@ class ChainBuilder:
         self._linear = lru_cache(KEPT)(self._linear_of)
         self._paths = lru_cache(KEPT)(self._paths_of)
         self._chain = lru_cache(KEPT)(self._chain_of)
+        self.base_parameters = base_parameters(self.axis)
+        self.start_spreads = STATIC_SPREAD
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
         self.reference = realise(self._linear(self.nominal_of_g)[0], model.sample_rate_hz)
+
+    def write_base(self, values: FloatArray, settings: FloatArray) -> None:
+        """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
+        settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
 
     def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
         """The torque paths behind G at base parameters `values` (parameters,).

@@ -168,7 +168,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 store(start, i, load(t_inputs, t_n + i))
             load_response = _output(LOAD_SPEED, t_outputs, start)
         x[:], b[:] = 0.0, 0.0
-        followed, play, bristle, earlier = zero, zero, zero, zero
+        followed, play, bristle, earlier, last_place = zero, zero, zero, zero, zero
         per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
         per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
         start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
@@ -192,7 +192,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     place = _output(W, outputs, x)
                     if torques:
                         place = place + _output(W, t_outputs, b)
-                    phase = tau * place / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
+                    middle = place + broadcast(0.5) * (place - last_place)
+                    last_place = place
+                    phase = tau * middle / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
                     swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
                     lower, upper = load(s, S.LOWER) * swing, load(s, S.UPPER) * swing
                 limited = _clipped(later, lower, upper)

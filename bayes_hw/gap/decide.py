@@ -149,7 +149,7 @@ def _earned(
 
 
 def probability_of_other(left: Sequence[Leftover], expected: float, calibration: Calibration) -> float:
-    """Odds that what is left is structure, larger than what is `expected` beside the noise (both in sigma)."""
+    """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma)."""
     odds = -np.inf
     size = np.hypot(calibration.left_size, expected)
     for item in left:

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,17 +14,23 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
+from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.decide import Calibration, Decision, choose, decide, expected_left
 from bayes_hw.gap.draws import posterior_draws
+from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
+from bayes_hw.gap.simulator_case import SimulatorCase
+from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.verdict import Estimate, Verdict
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
@@ -39,7 +46,7 @@ CONFUSABLE_EVIDENCE = 6.0
 class Diagnosis:
     """Everything a report needs: the case, fits, decision, predictions of the first record held out."""
 
-    case: Case
+    case: Case | SimulatorCase
     attribution: Attribution
     decision: Decision
     verdict: Verdict
@@ -50,7 +57,7 @@ class Diagnosis:
 
 
 def diagnose(
-    case: Case,
+    case: Case | SimulatorCase,
     rng: np.random.Generator,
     *,
     jobs: int = 1,
@@ -66,32 +73,57 @@ def diagnose(
     progress = progress or Progress(quiet=True)
     calibration = calibration or Calibration.built_in()
     with one_blas_thread(), np.errstate(all="ignore"):
-        builder = ChainBuilder(case.model)
         nominal = case.model.noise_sigma
-        travel = max(float(np.ptp(record.y)) for record in case.train)
-        sigma = nominal if nominal > 0 else UNKNOWN_NOISE_SHARE * travel
-        train, _ = builder.paths(builder.axis.nominal)
-        scale = axis_scale(case.model, case.train, sigma, train.stiffness)
-        inputs = [record.u for record in case.train]
-        effects = catalogue(without)
-        labels = [label for label in LABEL_BLOCKS if label not in without]
-        labels += sorted({e.label for e in effects} - set(labels))
-        base = Hypothesis(builder, scale, inputs)
+        base, effects, labels = _posed(case, without)
+        inputs = list(base.inputs)
         measured = [record.y for record in case.train]
         attributor = Attributor(base, measured, effects, frozenset(labels), rng, jobs, progress.say)
         attribution = attributor.run()
+        if not nominal > 0:
+            attribution = without_small_seconds(attribution)
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs)
+        if not nominal > 0:
+            left = of_the_gap(left, best, attribution.base)
         expected = expected_left(attribution.base, best, calibration)
         decision = decide(best, scores, left, expected, labels, calibration)
-        final = attribution.base if decision.answer == ("other",) else best
+        if not nominal > 0:
+            attribution, decision = with_plain_estimates(attribution, decision, measured)
+        final = attribution.base if decision.answer == ("other",) else decision.explanation
         progress.say("how far")
         return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
 
 
+def _posed(
+    case: Case | SimulatorCase, without: frozenset[str]
+) -> tuple[Hypothesis, tuple[Effect, ...], list[str]]:
+    """The base hypothesis, the effects to try and every label in question."""
+    nominal = case.model.noise_sigma
+    travel = max(float(np.ptp(record.y)) for record in case.train)
+    sigma = nominal if nominal > 0 else UNKNOWN_NOISE_SHARE * travel
+    inputs = [record.u for record in case.train]
+    builder: Builder
+    if isinstance(case, Case):
+        builder = chains = ChainBuilder(case.model)
+        train, _ = chains.paths(chains.axis.nominal)
+        scale = axis_scale(case.model, case.train, sigma, train.stiffness)
+        effects, known = catalogue(without), set(LABEL_BLOCKS)
+    else:
+        builder = SimulatorBuilder(case.model)
+        scale = simulator_scale(case.model, case.train, sigma)
+        if not nominal > 0:
+            sigma = first_sigma(Hypothesis(builder, scale, inputs), [record.y for record in case.train])
+            scale = simulator_scale(case.model, case.train, sigma)
+        effects, known = effects_for(scale, case.model.force_door, without), set(STOCHASTIC_ON_OUTPUT)
+    known |= {effect.label for effect in effects}
+    labels = [label for label in LABEL_BLOCKS if label in known - without]
+    labels += sorted(known - without - set(labels))
+    return Hypothesis(builder, scale, inputs), effects, labels
+
+
 def _finished(
-    case: Case,
+    case: Case | SimulatorCase,
     attribution: Attribution,
     decision: Decision,
     final: Explanation,
@@ -106,7 +138,6 @@ def _finished(
     correlation = _first_autocorrelation(final)
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
     base = attribution.base
-    held = [record.u for record in case.holdout]
     gaps: list[Closure] = []
     before_held: list[FloatArray] = []
     after_held: list[FloatArray] = []
@@ -114,12 +145,13 @@ def _finished(
     draws_held: list[list[FloatArray]] = []
     for commands, outputs in (
         (list(inputs), [record.y for record in case.train]),
-        (held, [record.y for record in case.holdout]),
+        (case.held_out_inputs, [record.y for record in case.holdout]),
     ):
-        before = predicted(base, base.fit.values, commands)
-        after = before if final is base else predicted(final, final.fit.values, commands, drift=False)
-        shown = before if final is base else predicted(final, final.fit.values, commands)
-        drawn = [predicted(final, values, commands, drift=False) for values in some]
+        at = partial(_predicted_ends, commands, [len(y) for y in outputs])
+        before = at(base, base.fit.values)
+        after = before if final is base else at(final, final.fit.values, drift=False)
+        shown = before if final is base else at(final, final.fit.values)
+        drawn = [at(final, values, drift=False) for values in some]
         untracked = untracked_variance(final, after)
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
@@ -172,6 +204,18 @@ def _finished(
         shown_held[0] - half,
         shown_held[0] + half,
     )
+
+
+def _predicted_ends(
+    commands: Sequence[FloatArray],
+    lengths: Sequence[int],
+    explanation: Explanation,
+    values: FloatArray,
+    drift: bool = True,
+) -> list[FloatArray]:
+    """The last samples, as many as `lengths` say, of the prediction for every command."""
+    whole = predicted(explanation, values, commands, drift)
+    return [y[len(y) - length :] for y, length in zip(whole, lengths, strict=True)]
 
 
 def _unchanged(before: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float) -> Closure:

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import Chain
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.builder import SignalChain
 from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.small_signals import small_responses
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.signals import door_responses, has_door
 from bayes_hw.gap.whitener import Whitener
 
 HATS = 7
@@ -58,14 +60,15 @@ class FreeFunction:
         return float(np.sqrt(np.mean(np.concatenate(self.taken) ** 2)))
 
 
-def motions(
-    commands: Sequence[FloatArray], simulated: Sequence[FloatArray], chain: Chain, limits: tuple[float, float]
-) -> list[Motion]:
-    """The motion of every record from its command and simulated output."""
+def motions(fit: Fit, commands: Sequence[FloatArray]) -> list[Motion]:
+    """The motion of every record as a fit simulates it for `commands`."""
+    rate, values = fit.hypothesis.scale.rate, fit.values
+    chain = fit.hypothesis.chain(values)
+    lower, upper = fit.hypothesis.settings(values, chain)[[S.LOWER, S.UPPER]]
     found = []
-    for u, w in zip(commands, simulated, strict=True):
+    for u, w in zip(commands, fit.simulated, strict=True):
         delayed = np.concatenate([np.zeros(chain.delay_samples), u[: len(u) - chain.delay_samples]])
-        found.append(Motion(delayed, np.clip(delayed, *limits), w, np.gradient(w) * chain.rate))
+        found.append(Motion(delayed, np.clip(delayed, lower, upper), w, np.gradient(w) * rate))
     return found
 
 
@@ -122,7 +125,7 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
 
 def free_functions(
     found: Sequence[Motion],
-    chain: Chain,
+    chain: SignalChain,
     residuals: Sequence[FloatArray],
     tangents: Sequence[FloatArray],
     whitener: Whitener,
@@ -135,7 +138,9 @@ def free_functions(
     left = left - basis @ (basis.T @ left)
     results = []
     for block, (door, shapes) in shapes_of_blocks(found).items():
-        responses = [small_responses(chain, door, s) for s in shapes]
+        if not has_door(chain, door):
+            continue
+        responses = [door_responses(chain, door, s) for s in shapes]
         columns = np.concatenate([whitener.whiten(c, r) for r, c in enumerate(responses)])
         scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         columns = columns / scales

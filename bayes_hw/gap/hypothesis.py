@@ -11,44 +11,21 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.chain import STATIC_COUNT, Chain, ChainBuilder
-from bayes_hw.gap.chain_batch import ChainSignals, simulate_chains
+from bayes_hw.gap.builder import Builder, SignalChain
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.scale import AxisScale
+from bayes_hw.gap.signals import Signals, simulate_signals
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import Logarithm, LogNormal
-
-LIMIT_LOG_SD = 0.08
-GAIN_LOG_SD = 0.07
-FREQUENCY_LOG_SD = 0.035
-DAMPING_LOG_SD = 0.4
-DEAD_ZONE_LOG_SD = 0.7
-"""How far a nominal model may be off; a third wider than stated for a given model.json."""
+from bayes_hw.model.priors import LogNormal
 
 BASE_DERIVATIVE_STEP = 3e-4
-
-
-def base_parameters(builder: ChainBuilder) -> tuple[Parameter, ...]:
-    """The base parameters of FORMATS.md with priors for a nominal model."""
-    spreads = [LIMIT_LOG_SD, LIMIT_LOG_SD, DEAD_ZONE_LOG_SD, GAIN_LOG_SD]
-    found = []
-    for row, parameter in enumerate(builder.axis.parameters):
-        spread = spreads[row] if row < len(spreads) else FREQUENCY_LOG_SD
-        if parameter.name.endswith("damping_ratio"):
-            spread = DAMPING_LOG_SD
-        nominal = parameter.nominal
-        prior = LogNormal(nominal, spread)
-        found.append(
-            Parameter(parameter.name, parameter.unit, nominal, prior, Logarithm(float(np.sign(nominal))))
-        )
-    return tuple(found)
 
 
 @dataclass(frozen=True)
 class Hypothesis:
     """The base model of `builder` with `effects`, for commands `inputs` (one array a record)."""
 
-    builder: ChainBuilder
+    builder: Builder
     scale: AxisScale
     inputs: Sequence[FloatArray]
     effects: tuple[Effect, ...] = ()
@@ -56,11 +33,11 @@ class Hypothesis:
 
     def __post_init__(self) -> None:
         effects = [parameter for effect in self.effects for parameter in effect.parameters(self.scale)]
-        object.__setattr__(self, "parameters", (*base_parameters(self.builder), *effects))
+        object.__setattr__(self, "parameters", (*self.builder.base_parameters, *effects))
 
     @property
     def base_count(self) -> int:
-        return len(self.builder.axis.parameters)
+        return len(self.builder.base_parameters)
 
     @cached_property
     def effect_rows(self) -> tuple[slice, ...]:
@@ -82,17 +59,17 @@ class Hypothesis:
         """Whether the drive train behind G matters to the simulated output."""
         return any(effect.needs_drive_train for effect in self.effects)
 
-    def settings(self, values: FloatArray, chain: Chain) -> FloatArray:
+    def settings(self, values: FloatArray, chain: SignalChain) -> FloatArray:
         """The chain simulator's settings at parameter values (parameters,) of the linear block `chain`."""
         settings = S.NEUTRAL.copy()
         settings[S.MOTOR_STIFFNESS], settings[S.LOAD_STIFFNESS] = chain.stiffness
         settings[S.CONTACT_DAMPING] = chain.contact_damping
-        settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
+        self.builder.write_base(values, settings)
         for effect, rows in zip(self.effects, self.effect_rows, strict=True):
             effect.apply(values[rows], settings, self.scale)
         return settings
 
-    def chain(self, values: FloatArray) -> Chain:
+    def chain(self, values: FloatArray) -> SignalChain:
         """The linear block at parameter values (parameters,)."""
         resonator = None
         for effect, rows in zip(self.effects, self.effect_rows, strict=True):
@@ -112,7 +89,7 @@ class Hypothesis:
         self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
     ) -> list[FloatArray]:
         """y (samples, n) of every record at n parameter vectors (n, parameters), as `simulate` does."""
-        return [signals.y for signals in self._signals(values, inputs, drift, keep_w=False)]
+        return [y for _, y in self._signals(values, inputs, drift, keep_w=False)]
 
     def simulate_signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
@@ -122,12 +99,12 @@ class Hypothesis:
 
     def _signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None, drift: bool, keep_w: bool
-    ) -> list[ChainSignals]:
+    ) -> list[Signals]:
         chains = [self.chain(point) for point in values]
         settings = np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
         if not drift:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
-        return simulate_chains(chains, settings, self.inputs if inputs is None else inputs, keep_w)
+        return simulate_signals(chains, settings, self.inputs if inputs is None else inputs, keep_w)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
         """Parameter values of unbounded coordinates, both (..., parameters)."""

@@ -62,7 +62,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     found = [_line(residuals, white)] if rounded else [_line(residuals, white), _step(residuals)]
     fit = explanation.fit
     chain = fit.hypothesis.chain(fit.values)
-    moved = motions(inputs, fit.simulated, chain, (float(fit.values[0]), float(fit.values[1])))
+    moved = motions(fit, inputs)
     found += [
         (f"function at {function.block}", _tail(2 * function.gain, function.shapes), function.size**2)
         for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener)

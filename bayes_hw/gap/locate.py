@@ -9,6 +9,7 @@ import numpy as np
 from scipy.signal import coherence
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.effect import BLOCKS
@@ -22,7 +23,7 @@ EXCESS_SHARE = 0.8
 
 SEGMENTS = 12
 
-SMALLEST_HELP = 3.0
+CHANCE = 3.0
 """Standard deviations of chi-squared below which a free function is chance."""
 
 
@@ -63,7 +64,8 @@ def locate(
     """The gap of the base fit, with `sigma` (output units) of the noise and what is `left` by the best."""
     base = attribution.base.fit
     share = block_shares(attribution, inputs)
-    named = [block_of(label, tuple(base.hypothesis.effects)) for label in answer if label != "other"]
+    known = tuple(effect for e in attribution.explanations for effect in e.fit.hypothesis.effects)
+    named = [block_of(label, known) for label in answer if label != "other"]
     block = max(named, key=lambda b: share.get(b, 0.0)) if named else max(share, key=lambda b: share[b])
     if answer == ("other",) and _looks_like_a_reading(left):
         block = "sensor"
@@ -91,15 +93,14 @@ def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict
     """Share of every block in what helps: its free function on the base's residual, and its best effect.
 
     Of the free functions counts how far twice the gain is beyond its expectation, in standard deviations of
-    chi-squared; of the effects of the response half the share of the base's deficit that they make up.
+    chi-squared beyond chance; of the effects of the response half the share of the base's deficit that they make up.
     """
     base = attribution.base
     chain = base.fit.hypothesis.chain(base.fit.values)
-    limits = (float(base.fit.values[0]), float(base.fit.values[1]))
-    moved = motions(inputs, base.fit.simulated, chain, limits)
+    moved = motions(base.fit, inputs)
     functions = free_functions(moved, chain, base.fit.residuals, base.fit.jacobians, base.fit.whitener)
-    help_ = {f.block: max(0.0, (2 * f.gain - f.shapes) / np.sqrt(2 * f.shapes)) for f in functions}
-    most = max(max(help_.values()), SMALLEST_HELP)
+    help_ = {f.block: max(0.0, (2 * f.gain - f.shapes) / np.sqrt(2 * f.shapes) - CHANCE) for f in functions}
+    most = max(max(help_.values()), 1.0)
     found = {block: help_.get(block, 0.0) / most for block in BLOCKS}
     deficit = attribution.best.log_evidence - base.log_evidence
     for explanation in attribution.explanations:
@@ -141,20 +142,20 @@ def excess_band(base: Fit, rate: float) -> tuple[float, float]:
 
 def regime_masks(base: Fit, inputs: Sequence[FloatArray]) -> dict[str, list[BoolArray]]:
     """Samples of every regime, a mask a record."""
-    values = base.values
     scale = base.hypothesis.scale
-    delay = base.hypothesis.builder.model.linear.delay_samples
+    chain = base.hypothesis.chain(base.values)
+    settings, delay = base.hypothesis.settings(base.values, chain), chain.delay_samples
     masks: dict[str, list[BoolArray]] = {name: [] for name in ("saturated", "slow", "reversing", "dead zone")}
     for u, y in zip(inputs, base.simulated, strict=True):
         command = np.concatenate([np.zeros(delay), u[: len(u) - delay]])
         speed = np.gradient(y) * scale.rate
         usual = float(np.sqrt(np.mean(speed**2)))
-        masks["saturated"].append((command < values[0]) | (command > values[1]))
+        masks["saturated"].append((command < settings[S.LOWER]) | (command > settings[S.UPPER]))
         masks["slow"].append(np.abs(speed) < 0.1 * usual)
         turning = np.concatenate([[False], np.sign(speed[1:]) * np.sign(speed[:-1]) < 0])
         near = np.convolve(turning, np.ones(max(int(0.5 * scale.rate), 1)), "full")[: len(y)] > 0
         masks["reversing"].append(near)
-        masks["dead zone"].append(np.abs(y) < 0.5 * values[2])
+        masks["dead zone"].append(np.abs(y) < 0.5 * settings[S.DEAD_ZONE])
     return masks
 
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.small_signals import small_responses
+from bayes_hw.gap.signals import door_responses
 from bayes_hw.gap.whitener import Whitener
 
 MAX_PERIODS = 240
@@ -106,6 +107,7 @@ class Screen:
         hypothesis, values = self.base.hypothesis, self.base.values
         scale = hypothesis.scale
         chain = hypothesis.chain(values)
+        dead_zone = hypothesis.settings(values, chain)[S.DEAD_ZONE]
         unit = effect.unit_amplitude(scale)
         signals = hypothesis.simulate_signals(values)
         shortest = max(SHORTEST_PERIOD_SHARE * scale.travel, 2.5 * scale.output_speed / scale.rate)
@@ -122,8 +124,8 @@ class Screen:
                     added -= added[:1]
                 if effect.only_saturated:
                     added *= _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)[:, None]
-                shift = small_responses(chain, effect.door, added)
-                columns.append(np.where(np.abs(w[:, None]) > values[2], shift, 0.0))
+                shift = door_responses(chain, effect.door, added)
+                columns.append(np.where(np.abs(w[:, None]) > dead_zone, shift, 0.0))
             projected = self.project(columns)
             sines.append(projected[:, : len(some)])
             cosines.append(projected[:, len(some) :])

@@ -52,9 +52,15 @@ from bayes_hw.arrays import FloatArray
     DRIFT_RATE,
     DRIFT_SETTLING,
     DRIFT_TIME,
-) = range(41)
+    INPUT_DEAD_LOWER,
+    INPUT_DEAD_UPPER,
+    LAG,
+    VISCOUS,
+    VISCOUS_ASYMMETRY,
+    MOTOR_ASYMMETRY,
+) = range(47)
 
-COUNT = 41
+COUNT = 47
 
 NEUTRAL: FloatArray = np.zeros(COUNT)
 NEUTRAL[[LOWER, UPPER]] = -np.inf, np.inf
@@ -93,3 +99,50 @@ SWITCHES = (
     DRIFT_SETTLING,
 )
 """Settings that leave out a part of the simulation where they are neutral."""
+
+COMMAND_SIDE = frozenset(
+    {
+        LOWER,
+        UPPER,
+        EXTRA_DELAY,
+        COMMAND_RATE,
+        BIAS,
+        GAIN_CHANGE,
+        GAIN_TIME,
+        INPUT_DEAD_LOWER,
+        INPUT_DEAD_UPPER,
+        LAG,
+    }
+)
+OUTPUT_SIDE = frozenset(
+    {
+        PLAY,
+        ECCENTRICITY,
+        ECCENTRICITY_PERIOD,
+        ECCENTRICITY_PHASE,
+        GAIN_RATIO,
+        DEAD_ZONE,
+        DRIFT_RATE,
+        DRIFT_SETTLING,
+        DRIFT_TIME,
+    }
+)
+FORCE_SIDE = frozenset(
+    {
+        MOTOR_FRICTION,
+        MOTOR_STATIC,
+        MOTOR_STRIBECK_SPEED,
+        MOTOR_SMOOTHING,
+        MOTOR_ASYMMETRY,
+        VISCOUS,
+        VISCOUS_ASYMMETRY,
+        RIPPLE,
+        RIPPLE_PERIOD,
+        RIPPLE_PHASE,
+    }
+)
+"""Settings by where they enter a simulator of any kind: before it, behind it, or as a force within it.
+
+The input's dead zone, the lag and friction that depends on the direction or grows with speed exist for those
+simulators alone: a Hammerstein-Wiener axis has a dead zone and a velocity loop of its own.
+"""

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import TorquePath
+from bayes_hw.gap.chain import Chain, TorquePath
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.spectra import (
     LARGEST_NOISE_CORRELATION,
@@ -41,7 +41,10 @@ def wind(fit: Fit) -> StochasticFit | None:
     The second corner is the size of the structure, which small gusts do not move (aerodynamic admittance).
     """
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
-    path = fit.hypothesis.chain(fit.values).torque_path
+    chain = fit.hypothesis.chain(fit.values)
+    if not isinstance(chain, Chain):
+        return None
+    path = chain.torque_path
     static = max(float(_load_compliance(path, np.array([STATIC_HZ]))[0]), 1e-300)
     lowest, highest = np.log(0.1 / (samples / rate)), np.log(0.15 * rate)
 

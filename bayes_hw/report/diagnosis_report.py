@@ -6,6 +6,7 @@ import numpy as np
 
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.sentence import sentence
+from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis_sections import NO_NUMBER, OTHER, how_far_section, where_section, which_section
 from bayes_hw.report.document import (
@@ -179,9 +180,25 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it "
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
-        "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
-        "taken as given; only its parameters were estimated again.",
+        _structure(diagnosis),
         "The probabilities are tempered, not yet calibrated on many cases; a real axis can be less sure.",
         "The intervals take the noise's own parameters as estimated.",
     ]
+    if not diagnosis.case.model.noise_sigma > 0:
+        items.append(
+            "Small effects: no noise level was given, so that what is small beside the gap (a fifth of its "
+            "root mean square) is called neither a second effect nor “other”."
+        )
     return Section("What was not checked", (Bullets(tuple(items)),))
+
+
+def _structure(diagnosis: Diagnosis) -> str:
+    if isinstance(diagnosis.case, SimulatorCase):
+        return (
+            "The simulator's structure was taken as given; only its parameters were estimated again. Effects "
+            "were tried before it, behind it and, where it takes forces, as forces: not within it."
+        )
+    return (
+        "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
+        "taken as given; only its parameters were estimated again."
+    )

@@ -12,6 +12,7 @@ from bayes_hw.gap.ranking import Ranked, ranking
 from bayes_hw.gap.residual_map import noise_power, residual_map
 from bayes_hw.gap.shrink import Closure
 from bayes_hw.gap.spectra import mean_spectrum
+from bayes_hw.gap.verdict import Verdict
 from bayes_hw.report.document import Block, Bullets, Callout, Paragraph, Section, Table, ZoomableRecord
 from bayes_hw.report.figures_diagnosis import (
     block_shares,
@@ -101,7 +102,7 @@ def which_section(diagnosis: Diagnosis) -> Section:
     verdict = diagnosis.verdict
     blocks: list[Block] = [
         label_probabilities(verdict.probability, verdict.answer),
-        _ranking_table(diagnosis),
+        ranking_table(diagnosis),
     ]
     if verdict.confusable:
         pairs = tuple(f"{one} and {other}" for one, other in verdict.confusable)
@@ -137,7 +138,7 @@ def _one_paragraph(docstring: str) -> str:
     return " ".join(docstring.replace("`", "").split())
 
 
-def _ranking_table(diagnosis: Diagnosis) -> Table:
+def ranking_table(diagnosis: Diagnosis) -> Table:
     unit = diagnosis.case.model.units.output
     ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor)
     return Table(
@@ -165,36 +166,45 @@ def how_far_section(diagnosis: Diagnosis) -> Section:
     unit = diagnosis.case.model.units.output
     blocks: list[Block] = [
         error_before_and_after(verdict.gap_train, verdict.gap_holdout, unit),
-        Table(
-            ("records", "rmse before", "rmse after", "noise floor", "closed", "94 % interval"),
-            (
-                _closure_row("training", verdict.gap_train, unit),
-                _closure_row("held out", verdict.gap_holdout, unit),
-            ),
-            "Root mean square errors, and the share of the reducible squared error (beyond the noise) that "
-            "the answer's effects remove. The interval counts the uncertainty of the parameters and the "
-            "finite length of the records.",
-            (1, 2, 3, 4, 5),
-        ),
+        closure_table(diagnosis),
     ]
     blocks += _unclosed(diagnosis)
     blocks.append(_zoomable(diagnosis))
     if verdict.parameters:
-        blocks.append(
-            Table(
-                ("parameter of the effect", "posterior mean ± sd", "94 % HDI"),
-                tuple(
-                    (name, format_estimate(e.mean, e.sd, e.unit), format_interval(*e.hdi94, e.unit))
-                    for name, e in verdict.parameters.items()
-                ),
-                "Parameters of the answer's effects. HDI: highest-density interval.",
-                (1, 2),
-            )
-        )
+        blocks.append(parameter_table(verdict))
     elif verdict.answer == OTHER:
         blocks.append(Paragraph("No effect of the catalogue was added, so there are no parameters of one."))
     blocks.append(_base_table(diagnosis))
     return Section("How far it shrinks", tuple(blocks))
+
+
+def closure_table(diagnosis: Diagnosis) -> Table:
+    """Errors before and after on both kinds of record."""
+    verdict, unit = diagnosis.verdict, diagnosis.case.model.units.output
+    return Table(
+        ("records", "rmse before", "rmse after", "noise floor", "closed", "94 % interval"),
+        (
+            _closure_row("training", verdict.gap_train, unit),
+            _closure_row("held out", verdict.gap_holdout, unit),
+        ),
+        "Root mean square errors, and the share of the reducible squared error (beyond the noise) that "
+        "the answer's effects remove. The interval counts the uncertainty of the parameters and the "
+        "finite length of the records.",
+        (1, 2, 3, 4, 5),
+    )
+
+
+def parameter_table(verdict: Verdict) -> Table:
+    """Parameters of the answer's effects."""
+    return Table(
+        ("parameter of the effect", "posterior mean ± sd", "94 % HDI"),
+        tuple(
+            (name, format_estimate(e.mean, e.sd, e.unit), format_interval(*e.hdi94, e.unit))
+            for name, e in verdict.parameters.items()
+        ),
+        "Parameters of the answer's effects. HDI: highest-density interval.",
+        (1, 2),
+    )
 
 
 def _unclosed(diagnosis: Diagnosis) -> list[Block]:

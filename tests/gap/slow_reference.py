@@ -40,7 +40,7 @@ class Setting:
 def slow_w(
     u: FloatArray, rate: float, delay: int, lower: float, upper: float, setting: Setting
 ) -> FloatArray:
-    """w (samples,) from rest; limits and gain change at samples, the rest within them."""
+    """w (samples,) from rest; the gain changes at samples, the rest within them."""
     substeps = round(1 / (rate * STEP)) if setting.fine else 1
     h = 1 / (rate * substeps)
     a, b, c = TRAIN.state_space(setting.resonator)
@@ -49,8 +49,9 @@ def slow_w(
     followed, force = 0.0, np.zeros(3)
     for k in range(len(u)):
         w[k] = c[W] @ x
-        swing, gain = setting.limits_at(w[k]), setting.gain_at(k / rate)
+        gain = setting.gain_at(k / rate)
         for j in range(substeps):
+            swing = setting.limits_at(float(c[W] @ x))
             index = int(np.floor(k + j / substeps - delay - setting.extra_delay + 1e-9))
             command = u[index] if index >= 0 else 0.0
             if setting.command_rate < np.inf:

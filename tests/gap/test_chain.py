@@ -136,7 +136,7 @@ def test_no_resonator_without_inertia() -> None:
 BEFORE_THE_LIMITER: Any = [
     (RateLimit(), (0.3,), Setting(command_rate=0.3), 1e-3),
     (TransportDelay(), (2.0,), Setting(extra_delay=2.0), 1e-9),
-    (SaturationDrift(), (0.1, 0.05, 1.5), None, 1e-9),
+    (SaturationDrift(), (0.1, 0.05, 1.5), None, 1e-3),
     (CommandBias(), (0.01,), Setting(bias=0.01, fine=False), 1e-9),
     (GainDrift(), (0.05, 7.0), Setting(gain_at=lambda t: 1.05 - 0.05 * np.exp(-t / 7), fine=False), 1e-9),
 ]
@@ -151,7 +151,7 @@ def test_command_side(
     def swing(w: float) -> float:
         return 1 + float(TWICE * np.sin(2 * np.pi * w / 1.5 + TURN))
 
-    setting = setting or Setting(limits_at=swing, fine=False)
+    setting = setting or Setting(limits_at=swing)
     assert relative_error(effect, values, setting) < tolerance
 
 

@@ -77,7 +77,7 @@ def test_w_is_kept_on_request() -> None:
     assert without.w.shape == (0, 1)
 
 
-@pytest.mark.parametrize(("rate", "torques", "ramp"), [(20.0, 5, 8), (50.0, 2, 8), (125.0, 1, 8)])
+@pytest.mark.parametrize(("rate", "torques", "ramp"), [(20.0, 10, 10), (50.0, 4, 8), (125.0, 2, 8)])
 def test_steps_a_sample(rate: float, torques: int, ramp: int) -> None:
     """10 ms for torques, eight where the command changes within a sample, else one."""
     active = np.zeros(S.COUNT, dtype=np.bool_)

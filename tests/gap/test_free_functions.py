@@ -12,7 +12,7 @@ from scipy.stats import chi2, kstest
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions, hats, motions, shapes_of_blocks
+from bayes_hw.gap.free_functions import FreeFunction, free_functions, hats, motions, shapes_of_blocks
 from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Plain
 
@@ -23,14 +23,9 @@ def noise(seed: int) -> list[FloatArray]:
     return [white(SAMPLES, SIGMA, 1000 + 2 * seed + record) for record in range(2)]
 
 
-def moved(fit: Fit) -> list[Motion]:
-    chain = fit.hypothesis.chain(fit.values)
-    return motions(INPUTS, fit.simulated, chain, (float(fit.values[0]), float(fit.values[1])))
-
-
 def found(fit: Fit) -> dict[str, FreeFunction]:
     chain = fit.hypothesis.chain(fit.values)
-    functions = free_functions(moved(fit), chain, fit.residuals, fit.jacobians, Plain(SIGMA))
+    functions = free_functions(motions(fit, INPUTS), chain, fit.residuals, fit.jacobians, Plain(SIGMA))
     return {function.block: function for function in functions}
 
 
@@ -60,7 +55,7 @@ def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     """Most at its own block; what is taken is its response less what the base could do, to 15 %."""
     fit = with_residuals(noise(2))
     chain = fit.hypothesis.chain(fit.values)
-    door, shapes = shapes_of_blocks(moved(fit))[block]
+    door, shapes = shapes_of_blocks(motions(fit, INPUTS))[block]
     response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2]))[:, 0] for s in shapes]
     stacked, tangents = np.concatenate(response), np.concatenate(fit.jacobians)
     kept = stacked - tangents @ np.linalg.lstsq(tangents, stacked, rcond=None)[0]

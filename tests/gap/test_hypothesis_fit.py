@@ -19,7 +19,6 @@ from bayes_hw.gap.effects.catalogue import (
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import with_coloured_noise
 from bayes_hw.gap.fit import evaluated, fit, jacobians
-from bayes_hw.gap.hypothesis import base_parameters
 from bayes_hw.gap.whitener import Plain
 
 PLAIN = Plain(SIGMA)
@@ -34,7 +33,7 @@ BASE_NAMES = [
 def test_base_parameters_are_those_of_the_format() -> None:
     """Names in order, priors about the nominal model, coordinates that go there and back."""
     found = hypothesis(AXIS, INPUTS, CoulombFrictionAtMotor(), TransportDelay())
-    assert [p.name for p in base_parameters(found.builder)] == BASE_NAMES
+    assert [p.name for p in found.builder.base_parameters] == BASE_NAMES
     names = [p.name for p in found.parameters]
     assert names == [*BASE_NAMES, "friction.torque", "friction.smoothing_speed", "transport_delay.samples"]
     assert found.labels == ("friction", "transport_delay") and found.torques

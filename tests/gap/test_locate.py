@@ -56,7 +56,7 @@ def test_shares_of_the_blocks() -> None:
     assert max(quiet, key=lambda block: quiet[block]) == "drive"
     simulated = with_residuals(noise()).simulated
     shapes = [e + 2 * SIGMA * np.cos(6 * y / np.ptp(y)) for e, y in zip(noise(), simulated, strict=True)]
-    shown = block_shares(attribution(shapes, friction=100.0, command_bias=25.0), INPUTS)
+    shown = block_shares(attribution(shapes, command_bias=25.0), INPUTS)
     assert max(shown, key=lambda block: shown[block]) == "sensor"
 
 

@@ -1,0 +1,41 @@
+"""Signals of base models of either kind: the compiled chain of a drive train, or any simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias, cast
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.builder import SignalChain
+from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.chain_batch import simulate_chains
+from bayes_hw.gap.effects.effect import Door
+from bayes_hw.gap.simulator_chain import SimulatorChain, simulate_simulators
+from bayes_hw.gap.small_signals import small_responses
+
+Signals: TypeAlias = tuple[FloatArray, FloatArray]
+"""w and y of one record, both (samples, chains)."""
+
+
+def simulate_signals(
+    chains: Sequence[SignalChain], settings: FloatArray, inputs: Sequence[FloatArray], keep_w: bool = False
+) -> list[Signals]:
+    """Signals of every record under every chain, all of one kind, and its row of `settings` (chains, COUNT).
+
+    `inputs` holds the commands (samples,), one a record. Without `keep_w` the w may have no samples.
+    """
+    if isinstance(chains[0], SimulatorChain):
+        return simulate_simulators(cast("Sequence[SimulatorChain]", chains), settings, inputs)
+    return [(w, y) for w, y in simulate_chains(cast("Sequence[Chain]", chains), settings, inputs, keep_w)]
+
+
+def has_door(chain: SignalChain, door: Door) -> bool:
+    """Whether signals can be added at `door`: a user's simulator may take no force."""
+    return door != "motor_torque" or not isinstance(chain, SimulatorChain) or chain.simulator.force_door
+
+
+def door_responses(chain: SignalChain, door: Door, signals: FloatArray) -> FloatArray:
+    """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
+    if isinstance(chain, SimulatorChain):
+        return chain.small_responses(door, signals)
+    return small_responses(cast("Chain", chain), door, signals)

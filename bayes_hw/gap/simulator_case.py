@@ -1,0 +1,81 @@
+"""A case whose simulator is of any kind."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap.case import check_records
+from bayes_hw.gap.simulator import Simulator
+from bayes_hw.record import Record
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatorCase:
+    """A simulator and its records; outputs of `holdout` serve to score a finished prediction only.
+
+    Every training record starts as the simulator starts. `history` holds, for every record held out, the
+    commands (samples,) that came before it: they are simulated and not scored, so that a record can be held
+    out that does not start at rest. Empty where it does.
+    """
+
+    name: str
+    model: Simulator
+    train: tuple[Record, ...]
+    holdout: tuple[Record, ...]
+    history: tuple[FloatArray, ...]
+
+    @classmethod
+    def of_records(
+        cls,
+        simulator: Simulator,
+        train: Sequence[Record],
+        holdout: Sequence[Record],
+        history: Sequence[FloatArray] = (),
+    ) -> SimulatorCase:
+        """A case of objects. Raises InputError on a rate not the simulator's, or a record too short."""
+        check_records(simulator.name, simulator.sample_rate_hz, train, holdout)
+        before = tuple(history) or tuple(np.empty(0) for _ in holdout)
+        if len(before) != len(holdout):
+            raise InputError(
+                f"{simulator.name}: {len(before)} histories for {len(holdout)} records held out; give each "
+                "one"
+            )
+        return cls(simulator.name, simulator, tuple(train), tuple(holdout), before)
+
+    @classmethod
+    def of_files(cls, simulator: Simulator, train: Sequence[Path], holdout: Sequence[Path]) -> SimulatorCase:
+        """Read the records of a simulator from files."""
+        records = [Record.read(path, units=simulator.units) for path in (*train, *holdout)]
+        return cls.of_records(simulator, records[: len(train)], records[len(train) :])
+
+    @property
+    def held_out_inputs(self) -> list[FloatArray]:
+        """Commands of every record held out, those before it included."""
+        return [np.concatenate([h, record.u]) for h, record in zip(self.history, self.holdout, strict=True)]
+
+
+def find_simulator(name: str) -> Simulator:
+    """What MODULE:FUNCTION returns without arguments; raises InputError where that is no simulator."""
+    module, _, function = name.partition(":")
+    try:
+        make = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(
+            f"--simulator {name}: cannot be imported ({error}); give MODULE:FUNCTION of a module that Python "
+            "finds (PYTHONPATH)"
+        ) from None
+    found = make() if callable(make) else make
+    needed = ("name", "parameters", "sample_rate_hz", "units", "noise_sigma", "force_door", "simulate")
+    if missing := [part for part in needed if not hasattr(found, part)]:
+        raise InputError(
+            f"--simulator {name}: returned no simulator ({missing[0]} is missing); return a "
+            "FunctionSimulator or what has its parts"
+        )
+    return found
