@@ -42,6 +42,10 @@ TRIED_WHERE_NOTHING_IS_LEFT = 3
 SINGLES_FINISHED = 8
 FEWEST_GLITCHES = 3
 
+HIDING = 2
+NEAR = 100.0
+"""Log-evidence within which a second stochastic effect is held against every effect too."""
+
 RESTARTED = 3
 RESTARTS = 3
 
@@ -154,9 +158,15 @@ class Attributor:
         return paired + self.each(self._without_one, self._parts(best))
 
     def _under_noise(self, found: Sequence[Explanation]) -> list[Explanation]:
-        """Effects fitted under the best stochastic effect, which may hide them."""
-        alone = [e for e in found if e.stochastic is not None and not e.fit.hypothesis.effects]
-        return self.stochastic.under(min(alone, key=_worst_first), self.effects) if alone else []
+        """Effects fitted under the best stochastic effects, which may hide them."""
+        alone: dict[tuple[str, ...], Explanation] = {}
+        for e in sorted(found, key=_worst_first):
+            if e.stochastic is not None and not e.fit.hypothesis.effects:
+                alone.setdefault(e.labels, e)
+        near = [
+            e for e in alone.values() if e.log_evidence > max(x.log_evidence for x in alone.values()) - NEAR
+        ]
+        return [pair for e in near[:HIDING] for pair in self.stochastic.under(e, self.effects)]
 
     def base_fits(self) -> list[Fit]:
         """Base fits from the nominal model and from the best of many draws about it, best first."""

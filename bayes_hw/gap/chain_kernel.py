@@ -38,6 +38,18 @@ def _clipped(x, lower, upper):  # type: ignore[no-untyped-def]
     return minimum(maximum(x, lower), upper)
 
 
+@njit(cache=True, inline="always")
+def _ramped(command, followed, largest, step):  # type: ignore[no-untyped-def]
+    """Mean over a step of a command followed at no more than `largest` a second, and where it ends."""
+    zero, half = broadcast(0.0), broadcast(0.5)
+    distance = command - followed
+    needed = absolute(distance) / largest
+    reach = where_less(distance, zero, zero - largest, largest) * step
+    mean = (half * (followed + command) * needed + command * (step - needed)) / step
+    end = where_less(needed, step, command, followed + reach)
+    return where_less(needed, step, mean, followed + half * reach), end
+
+
 @njit(cache=True, error_model="numpy")
 def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, rounds):  # type: ignore[no-untyped-def]
     """Friction torque of this step: the one that stops the motion, at most the sliding friction.
@@ -168,7 +180,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 store(start, i, load(t_inputs, t_n + i))
             load_response = _output(LOAD_SPEED, t_outputs, start)
         x[:], b[:] = 0.0, 0.0
-        followed, play, bristle, earlier, last_place = zero, zero, zero, zero, zero
+        followed, ramped, play, bristle, earlier, last_place = zero, zero, zero, zero, zero, zero
         per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
         per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
         start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
@@ -197,19 +209,15 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     phase = tau * middle / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
                     swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
                     lower, upper = load(s, S.LOWER) * swing, load(s, S.UPPER) * swing
-                limited = _clipped(later, lower, upper)
+                asked = later
+                if active[S.EARLY_RATE]:
+                    asked, ramped = _ramped(later, ramped, load(s, S.EARLY_RATE), step)
+                limited = _clipped(asked, lower, upper)
                 if active[S.EXTRA_DELAY]:
                     before = _clipped(part * broadcast(1.0 * substeps) - broadcast(1.0 * j), zero, one)
                     limited = before * _clipped(earlier, lower, upper) + (one - before) * limited
                 if active[S.COMMAND_RATE]:
-                    largest = load(s, S.COMMAND_RATE)
-                    distance = limited - followed
-                    needed = absolute(distance) / largest
-                    reach = where_less(distance, zero, zero - largest, largest) * step
-                    mean = (broadcast(0.5) * (followed + limited) * needed + limited * (step - needed)) / step
-                    ramp = followed + broadcast(0.5) * reach
-                    followed = where_less(needed, step, limited, followed + reach)
-                    limited = where_less(needed, step, mean, ramp)
+                    limited, followed = _ramped(limited, followed, load(s, S.COMMAND_RATE), step)
                 v = gain * limited + load(s, S.BIAS)
                 if j == 0:
                     output = position + load(ds, 0) * v

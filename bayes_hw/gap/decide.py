@@ -17,9 +17,11 @@ import numpy as np
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.leftover import Leftover
-from bayes_hw.gap.stochastic import HeldDisplay
 
 NONE, OTHER = "none", "other"
+
+LIKE_CHAOS = ("wind", "sensor_drift", "timing_jitter")
+"""Stochastic effects that stand for what chaotic motion leaves."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Calibration:
     effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
     `left_surprise` (nats) and `left_size` (units of the noise, joined by `left_share` of the gap) the
     leftover at which "other" is even odds, `loose_share` in its place where the effect itself cannot be
-    followed sample by sample (chaotic motion, repeated samples);
+    followed sample by sample (chaotic motion, repeated or rounded samples);
     `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor` the least doubt;
     `pair_ceiling` the largest probability of a label in an answer of two;
     `sigma_log_sd` how far a nominal noise may be off.
@@ -126,7 +128,7 @@ def _earned(
 ) -> bool:
     """Whether both effects of a pair earn their place against the pair without the one or the other."""
     pair = best[labels]
-    if pair.stochastic is not None and any(effect.chaotic for effect in pair.fit.hypothesis.effects):
+    if pair.stochastic is not None and pair.stochastic.label in LIKE_CHAOS and pair.chaotic:
         return False
     for label in labels:
         reference = best.get((label,), best[()])
@@ -166,8 +168,8 @@ def expected_left(base: Explanation, explanation: Explanation, calibration: Cali
     sigma = max(explanation.encoder_sigma, 1e-300)
     gap = float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
     stochastic = explanation.stochastic
-    loose = stochastic is not None and isinstance(stochastic.display, HeldDisplay)
-    loose = loose or any(effect.chaotic for effect in explanation.fit.hypothesis.effects)
+    loose = stochastic is not None and stochastic.display is not None
+    loose = loose or explanation.chaotic
     return gap * (calibration.loose_share if loose else calibration.left_share)
 
 

@@ -48,6 +48,11 @@ class Explanation:
         return self.fit.whitener.sigma
 
     @property
+    def chaotic(self) -> bool:
+        """Whether an effect's motion cannot be predicted for long."""
+        return any(effect.chaotic for effect in self.fit.hypothesis.effects)
+
+    @property
     def innovations(self) -> list[FloatArray]:
         """Whitened residuals of every record: white and of unit variance where the explanation holds."""
         return [self.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(self.fit.residuals)]

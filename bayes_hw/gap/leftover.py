@@ -38,8 +38,8 @@ LOWEST_LINE = 12
 
 LARGEST_SURPRISE = 1e4
 
-SURPRISE_OF_STRUCTURE = 12.0
-SMALLEST_STRUCTURE = 0.08
+SURPRISE_OF_STRUCTURE = 9.0
+SMALLEST_STRUCTURE = 0.06
 """Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
 
 

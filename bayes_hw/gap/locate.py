@@ -92,8 +92,8 @@ def locate(
 def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict[str, float]:
     """Share of every block in what helps: its free function on the base's residual, and its best effect.
 
-    Of the free functions counts how far twice the gain is beyond its expectation, in standard deviations of
-    chi-squared beyond chance; of the effects of the response half the share of the base's deficit that they make up.
+    Of the free functions counts how far twice the gain is beyond chance, in standard deviations of
+    chi-squared; of the effects of the response half the share of the base's deficit that they make up.
     """
     base = attribution.base
     chain = base.fit.hypothesis.chain(base.fit.values)

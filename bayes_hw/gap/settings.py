@@ -58,13 +58,14 @@ from bayes_hw.arrays import FloatArray
     VISCOUS,
     VISCOUS_ASYMMETRY,
     MOTOR_ASYMMETRY,
-) = range(47)
+    EARLY_RATE,
+) = range(48)
 
-COUNT = 47
+COUNT = 48
 
 NEUTRAL: FloatArray = np.zeros(COUNT)
 NEUTRAL[[LOWER, UPPER]] = -np.inf, np.inf
-NEUTRAL[COMMAND_RATE] = np.inf
+NEUTRAL[[COMMAND_RATE, EARLY_RATE]] = np.inf
 NEUTRAL[[GAIN_RATIO, SHOWN_RATIO, READING_PERIOD]] = 1.0
 NEUTRAL[
     [
@@ -83,7 +84,7 @@ NEUTRAL.setflags(write=False)
 TORQUES = (MOTOR_FRICTION, LOAD_FRICTION, RIPPLE, LOAD_RIPPLE, CUBIC, GAP)
 """Settings that need the drive train's inner motion, and with it short steps."""
 
-WITHIN_SAMPLE = (EXTRA_DELAY, COMMAND_RATE, LIMIT_DEPTH)
+WITHIN_SAMPLE = (EXTRA_DELAY, COMMAND_RATE, EARLY_RATE, LIMIT_DEPTH)
 """Settings that change the command between samples."""
 
 SWITCHES = (

@@ -18,6 +18,7 @@ from bayes_hw.gap.effects.catalogue import (
     CoulombFrictionAtMotor,
     CubicStiffness,
     DynamicBacklash,
+    EarlyRateLimit,
     EncoderEccentricity,
     GainAsymmetry,
     GainDrift,
@@ -25,6 +26,8 @@ from bayes_hw.gap.effects.catalogue import (
     LinearSensorDrift,
     PreslidingFriction,
     RateLimit,
+    ReadingAsymmetry,
+    ReadingEccentricity,
     SaturationDrift,
     StribeckFrictionAtMotor,
     ThermalSensorDrift,
@@ -135,6 +138,8 @@ def test_no_resonator_without_inertia() -> None:
 
 BEFORE_THE_LIMITER: Any = [
     (RateLimit(), (0.3,), Setting(command_rate=0.3), 1e-3),
+    (EarlyRateLimit(), (0.3,), Setting(command_rate=0.3), 1e-3),
+    (EarlyRateLimit(), (4.0,), Setting(command_rate=4.0), 2e-3),
     (TransportDelay(), (2.0,), Setting(extra_delay=2.0), 1e-9),
     (SaturationDrift(), (0.1, 0.05, 1.5), None, 1e-3),
     (CommandBias(), (0.01,), Setting(bias=0.01, fine=False), 1e-9),
@@ -214,3 +219,14 @@ def test_two_effects_at_once() -> None:
         held = min(max(held, late[k] - 0.01), late[k] + 0.01)
         expected[k] = held
     np.testing.assert_allclose(w, expected, atol=1e-9)
+
+
+def test_errors_behind_the_dead_zone() -> None:
+    """A reading's eccentricity and unequal gains act on the dead zone's output, by the angle before it."""
+    w, plain = simulated(GainAsymmetry(), (1.0,))
+    ratio = simulated(ReadingAsymmetry(), (1.2,))[1]
+    np.testing.assert_allclose(ratio, np.where(plain > 0, 1.2 * plain, plain), rtol=1e-12)
+    sine, cosine, period = 0.01, 0.004, 0.4
+    shown = simulated(ReadingEccentricity(), (sine, cosine, period))[1]
+    x = 2 * np.pi * w / period
+    np.testing.assert_allclose(shown, plain + sine * np.sin(x) + cosine * (np.cos(x) - 1), atol=1e-9)

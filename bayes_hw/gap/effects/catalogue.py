@@ -17,7 +17,7 @@ from bayes_hw.gap.effects.drive import (
     TorqueRipple,
 )
 from bayes_hw.gap.effects.effect import Block, Effect
-from bayes_hw.gap.effects.input import CommandBias, GainDrift, RateLimit, SaturationDrift
+from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
 from bayes_hw.gap.effects.linear import CubicStiffness, TransportDelay, UnmodelledMode
 from bayes_hw.gap.effects.sensor import (
     EncoderEccentricity,
@@ -32,6 +32,7 @@ ENTRY_POINT_GROUP = "bayes_hw.effects"
 
 BUILT_IN: tuple[type[Effect], ...] = (
     RateLimit,
+    EarlyRateLimit,
     SaturationDrift,
     CommandBias,
     GainDrift,

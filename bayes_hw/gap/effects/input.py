@@ -36,6 +36,18 @@ class RateLimit(Effect):
         return [(float(factor) * scale.speed,) for factor in np.geomspace(0.5, 100.0, 16)]
 
 
+class EarlyRateLimit(RateLimit):
+    """|dc/dt| <= rate in front of the limiter: the position controller ramps what it asks for.
+
+    Not to be believed where the command never jumps by more than rate / sample rate.
+    """
+
+    form: ClassVar[str] = "before the limiter"
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.EARLY_RATE] = values[0]
+
+
 class SaturationDrift(PeriodicEffect):
     """limits (1 + depth sin(2 pi w / period + phase)): speed limits that vary with the axis position.
 
