@@ -193,20 +193,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
 
 def write_prediction(path: Path, prediction: Prediction) -> None:
     """The bands of one record as CSV."""
-    record = prediction.record
-    write_csv(
-        path,
-        {
-            "t": record.t,
-            "u": record.u,
-            "y": record.y,
-            "mean": prediction.mean,
-            "lo": prediction.lower,
-            "hi": prediction.upper,
-            "lo_parameters": prediction.lower_parameters,
-            "hi_parameters": prediction.upper_parameters,
-        },
-    )
+    write_csv(path, prediction.columns())
 
 
 def say_verdict(posterior: Posterior, quiet: bool) -> None:
