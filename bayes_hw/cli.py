@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import blind, design, design_experiment, diagnose, identifiability
+from bayes_hw.commands import blind, convert, design, design_experiment, diagnose, identifiability
 from bayes_hw.commands.options import (
     FREE_HELP,
+    RECORD_HELP,
     add_common,
     add_noise,
     add_output,
@@ -42,13 +43,15 @@ train, dead zone, with honest uncertainties.
 """
 
 EPILOG = """\
-A record is a CSV or MATLAB file with time (s), velocity command and measured angle, one row a
-sample at a uniform rate, by default in columns t, u, y; map other names with --time, --input,
---output. Exit status: 0 done, 2 bad input or usage (one line on stderr), 1 anything else.
+A record holds time (s), velocity command and measured angle, one row a sample at a uniform rate, by
+default in columns t, u, y; map other names with --time, --input, --output. It is a CSV file unless it
+ends in .mat (variables, or an iddata exported as a structure), .h5 or .parquet. A model is model.json,
+or an idnlhw exported as a structure (.mat). Exit status: 0 done, 2 bad input or usage (one line on
+stderr), 1 anything else.
 """
 
 
-MODULES: tuple[Any, ...] = (blind, design, design_experiment, diagnose, identifiability)
+MODULES: tuple[Any, ...] = (blind, convert, design, design_experiment, diagnose, identifiability)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
@@ -88,7 +91,7 @@ def build_parser() -> argparse.ArgumentParser:
         "four-step point estimate from records alone",
         "bayes-hw identify train_1.csv train_2.csv --holdout holdout.csv --out model/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records to validate on, not fitted to"
     )
@@ -102,7 +105,7 @@ def build_parser() -> argparse.ArgumentParser:
         "posterior of a model's parameters given records",
         "bayes-hw sample --model model/model.json train_1.csv train_2.csv --out posterior/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--model", required=True, metavar="MODEL.json", help="the model that priors are centred on"
     )
@@ -119,7 +122,7 @@ def build_parser() -> argparse.ArgumentParser:
         "noise-free response of a model to a record's command",
         "bayes-hw simulate --model model/model.json train_1.csv --out run.csv",
     )
-    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument("--model", required=True, metavar="MODEL.json")
     add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
     add_record_options(sub)
@@ -130,7 +133,7 @@ def build_parser() -> argparse.ArgumentParser:
         "94 % bands of a record's output under a posterior",
         "bayes-hw predict --posterior posterior/ holdout.csv --out bands.csv",
     )
-    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)
@@ -141,7 +144,7 @@ def build_parser() -> argparse.ArgumentParser:
         "everything in one go: estimate, posterior, bands, report.html and report.pdf",
         "bayes-hw report train_1.csv train_2.csv --holdout holdout.csv --out azimuth/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records for the bands, not fitted to"
     )

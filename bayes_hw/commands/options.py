@@ -10,6 +10,8 @@ FREE_HELP = (
     "all: every pole and zero of G as well"
 )
 
+RECORD_HELP = "a record: .csv, .mat, .h5 or .parquet"
+
 
 def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
     """--out, checked before anything is computed."""
