@@ -12,7 +12,16 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import blind, convert, design, design_experiment, diagnose, identifiability
+from bayes_hw.commands import (
+    blind,
+    completion,
+    convert,
+    demo,
+    design,
+    design_experiment,
+    diagnose,
+    identifiability,
+)
 from bayes_hw.commands.options import (
     FREE_HELP,
     RECORD_HELP,
@@ -30,6 +39,7 @@ DESCRIPTION = """\
 Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive
 train, dead zone, with honest uncertainties.
 
+  a guided first hour             bayes-hw demo
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -40,6 +50,11 @@ train, dead zone, with honest uncertainties.
   for the controller              bayes-hw design --posterior posterior/ --out design/
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
+  other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  completion in your shell        bayes-hw completion bash
+
+Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
+same numbers), --jobs N and --quiet. The same from Python: import bayes_hw; help(bayes_hw).
 """
 
 EPILOG = """\
@@ -51,7 +66,16 @@ stderr), 1 anything else.
 """
 
 
-MODULES: tuple[Any, ...] = (blind, convert, design, design_experiment, diagnose, identifiability)
+MODULES: tuple[Any, ...] = (
+    demo,
+    design,
+    design_experiment,
+    diagnose,
+    blind,
+    identifiability,
+    convert,
+    completion,
+)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
@@ -172,7 +196,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    parsed = build_parser().parse_args(given)
+    parser = build_parser()
+    parsed = parser.parse_args(given)
+    parsed.parser, parsed.run_other = parser, main
     parsed.command_line = shlex.join(["bayes-hw", *given])
     parsed.checkpoint = Path(getattr(parsed, "out", "")) / CHECKPOINT_FOLDER
     try:
