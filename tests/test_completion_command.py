@@ -50,7 +50,7 @@ def test_every_command_is_in_the_other_scripts(script: Path, request: pytest.Fix
         assert word in text
     shell = shutil.which(request.node.callspec.params["script"])
     if shell is not None:
-        subprocess.run([shell, "--no-execute", str(script)], check=True, timeout=20)
+        subprocess.run([shell, "-n", str(script)], check=True, timeout=20)
 
 
 def test_an_unknown_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

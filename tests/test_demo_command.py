@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import shlex
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from command_files import files_below
 
 from bayes_hw.cli import main
-from bayes_hw.gap import diagnosis
+from bayes_hw.commands import demo
+from bayes_hw.gap.blind import open_case
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.infer import pilot
+from bayes_hw.plant.kinds import KINDS
 
-DIAGNOSE = diagnosis.diagnose
-FEW = frozenset(LABEL_BLOCKS) - {"friction", "command_bias"}
+RUN_COMMAND = demo.run_command
+FEW = set(LABEL_BLOCKS) - {"friction"}
+SHORTER = {
+    "sample": ("--walkers", "40", "--max-steps", "50"),
+    "diagnose": ("--without", *FEW),
+}
 
 
-def diagnose_with_few(*arguments: Any, **options: Any) -> diagnosis.Diagnosis:
-    """The diagnosis with a catalogue of two labels, for speed."""
-    return DIAGNOSE(*arguments, **(options | {"without": FEW}))
+def run_shorter(parsed: argparse.Namespace, *arguments: str) -> None:
+    """The command with options that cut it short: it prints these as well."""
+    RUN_COMMAND(parsed, *arguments, *SHORTER.get(arguments[0], ()))
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +37,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
-        patch.setattr(diagnosis, "diagnose", diagnose_with_few)
+        patch.setattr(demo, "run_command", run_shorter)
+        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(30.0,))})
         patch.chdir(tmp_path_factory.mktemp("demo"))
         yield Path.cwd()
 
