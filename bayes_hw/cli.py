@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import shlex
@@ -214,7 +215,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        return _fail(1, f"error: {error}")
+        return _fail(1, f"error: {error}{disk_advice(error)}")
+    except MemoryError:
+        return _fail(1, "error: out of memory; give shorter records, or a lower rate with --resample")
     return 0
 
 
@@ -225,6 +228,13 @@ def interruption_advice(parsed: argparse.Namespace) -> str:
     if getattr(parsed, "goes_on", False):
         return "what is finished is kept; the same command goes on from there"
     return "nothing was written; run the command again"
+
+
+def disk_advice(error: OSError) -> str:
+    """What to do where there is no room for a file; nothing for other errors."""
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return ""
+    return "; earlier results are untouched: make room, or give another --out, and run the command again"
 
 
 def _fail(status: int, message: str) -> int:

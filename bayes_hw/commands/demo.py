@@ -62,6 +62,7 @@ are all there is to it; `bayes-hw --help` lists the rest."""
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to write, and which effect to hide in the axis."""
+    parser.set_defaults(out_is_folder=True)
     parser.add_argument(
         "--out", default="bayes-hw-demo", metavar="DIR", help="folder of all files (default bayes-hw-demo)"
     )

@@ -6,13 +6,13 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-import h5py
 import numpy as np
 from scipy import io
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import temporary_sibling
+from bayes_hw.formats.hdf5_output import hdf5_written_atomically
 from bayes_hw.formats.parquet_file import pyarrow_parquet
 
 
@@ -28,7 +28,7 @@ def write_columns(path: Path, columns: Mapping[str, FloatArray], attributes: Map
             with temporary_sibling(path) as temporary:
                 io.savemat(temporary, dict(columns), oned_as="column", do_compression=True)
         case ".h5" | ".hdf5" | ".hdf":
-            with temporary_sibling(path) as temporary, h5py.File(temporary, "w") as file:
+            with hdf5_written_atomically(path) as file:
                 file.attrs.update(attributes)
                 for name, values in columns.items():
                     file.create_dataset(name, data=values, compression="gzip", shuffle=True)

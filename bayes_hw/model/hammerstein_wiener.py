@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
@@ -129,7 +129,7 @@ class HammersteinWiener:
             if path.suffix.lower() == ".mat":
                 data: Any = read_idnlhw(path)
             else:
-                data = json.loads(path.read_text(encoding="utf-8"))
+                data = json.loads(read_small_text(path))
         except InputError:
             raise
         except OSError as error:
