@@ -17,6 +17,7 @@ from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
+from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_diagnosis import gap_canvas
 
 
@@ -53,7 +54,9 @@ class GapDiagnosis:
         """The first record held out: measured, predicted before and after, and both errors."""
         found = self.diagnosis
         noise = self.verdict.gap_holdout.noise_floor
-        return gap_canvas(found.case.holdout[0], found.before, found.after, found.low, found.high, noise)
+        return on_paper(
+            gap_canvas(found.case.holdout[0], found.before, found.after, found.low, found.high, noise)
+        )
 
     def write(self, folder: Path | str) -> None:
         """verdict.json and holdout_prediction.csv, as `bayes-hw diagnose` writes them."""

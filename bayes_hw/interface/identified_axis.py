@@ -14,6 +14,7 @@ from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
+from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_fit import fit_canvas
 
 
@@ -47,7 +48,7 @@ class IdentifiedAxis:
     def plot(self, record: int = 0) -> Figure:
         """The record of this index, what the model simulates of it, and the difference; no bands."""
         shown = self.records[record]
-        return fit_canvas(shown, shown.y - self.identification.residuals[record])
+        return on_paper(fit_canvas(shown, shown.y - self.identification.residuals[record]))
 
 
 def identify(

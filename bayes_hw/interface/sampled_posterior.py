@@ -21,6 +21,7 @@ from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
+from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_posterior import marginals_canvas
 from bayes_hw.report.figures_prediction import overview_canvas
 from bayes_hw.report.posterior_report import predicted_record_of
@@ -42,7 +43,7 @@ class PredictedOutput:
 
     def plot(self) -> Figure:
         """Record, prediction and bands over time, with the residual below."""
-        return overview_canvas(predicted_record_of(self.prediction))
+        return on_paper(overview_canvas(predicted_record_of(self.prediction)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ class SampledPosterior:
 
     def plot(self) -> Figure:
         """Prior and posterior of every parameter, with 94 % intervals."""
-        return marginals_canvas(marginals(self.posterior, self.posterior.names, {}))
+        return on_paper(marginals_canvas(marginals(self.posterior, self.posterior.names, {})))
 
     def predict(self, record: Record, *, seed: int = 1) -> PredictedOutput:
         """94 % bands of this record's output. Raises InputError on a rate that is not the model's."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bayes_hw.files import write_text_atomically
@@ -23,12 +23,16 @@ class OpenCase:
     holdout: str
 
 
-def write_open_case(folder: Path, seed: int, labels: tuple[str, ...], kind: str = "easy") -> OpenCase:
+def write_open_case(
+    folder: Path, seed: int, labels: tuple[str, ...], *, kind: str = "easy", duration_s: float | None = None
+) -> OpenCase:
     """Write case.json, model.json and records of a plant with these faults, and its truth as truth.json.
 
-    Same arguments, same files. Raises UnreachableGapError where no axis that is drawn can show the faults.
+    The records last `duration_s` each, or as long as the kind of case has them. Same arguments, same files.
+    Raises UnreachableGapError where no axis that is drawn can show the faults.
     """
-    case = make_case(seed, 0, KINDS[kind], labels)
+    durations = KINDS[kind].durations_s if duration_s is None else (duration_s,)
+    case = make_case(seed, 0, replace(KINDS[kind], durations_s=durations), labels)
     write_case(case, folder)
     write_text_atomically(folder / "truth.json", json.dumps(case.truth, indent=1) + "\n")
     truth = case.truth
