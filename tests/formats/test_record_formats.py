@@ -206,6 +206,23 @@ def test_iddata_that_is_no_record_is_refused(tmp_path: Path, changes: dict[str, 
     assert said in refusal(path)
 
 
+CELL = np.array([1.0, "a"], dtype=object)
+VALUES = st.sampled_from([CELL, {"a": 1.0}, {}, "", "text", np.zeros((0, 0)), np.eye(3), 1j, U + 0j]) | (
+    st.floats() | st.integers(-(2**31), 2**31 - 1) | st.lists(st.floats(), max_size=3)
+)
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(value=VALUES, field=st.sampled_from(["OutputData", "InputData", "Ts", "Tstart", "TimeUnit", "y"]))
+def test_any_value_in_an_iddata_is_used_or_refused(tmp_path: Path, value: object, field: str) -> None:
+    path = tmp_path / "axis.mat"
+    scipy.io.savemat(path, {"data": iddata(**{field: value})})
+    try:
+        assert len(Record.read(path)) == SAMPLES
+    except InputError as error:
+        assert "\n" not in str(error)
+
+
 def test_several_iddata_are_named(tmp_path: Path) -> None:
     path = tmp_path / "axis.mat"
     scipy.io.savemat(path, {"night": iddata(), "day": iddata()})
