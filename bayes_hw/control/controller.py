@@ -154,7 +154,7 @@ class Controller:
         except InputError:
             raise
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+            raise InputError(f"{path}: cannot be read ({error.strerror}); give a controller file") from None
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error}); give a controller file") from None
         try:

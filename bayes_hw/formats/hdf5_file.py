@@ -95,7 +95,8 @@ def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int) -> Flo
                 f"takes {size * width / 2**20:.0f} MB, more than the {MOST_BYTES // 2**20} MB that are read; "
                 "cut the record into parts"
             )
-    values = np.asarray(dataset[()], dtype=np.float64).ravel()[:most_rows]
+    first = tuple(slice(most_rows) for _ in shape)
+    values = np.asarray(dataset[first], dtype=np.float64).ravel()
     faults = np.flatnonzero(~np.isfinite(values))
     if len(faults):
         raise refusal(

@@ -133,7 +133,9 @@ class HammersteinWiener:
         except InputError:
             raise
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+            raise InputError(
+                f"{path}: cannot be read ({error.strerror}); give a model.json, as from bayes-hw identify"
+            ) from None
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error}); give a model.json") from None
         try:
