@@ -15,6 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.formats.table import Table
 
 MOST_BYTES = 256 * 2**20
@@ -41,6 +42,8 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     """
     with path.open("rb"):
         pass
+    if not is_sound_hdf5(path):
+        raise InputError(f"{path}: is not a sound HDF5 file; write it again")
     try:
         with h5py.File(path, "r") as file:
             found = {name: _dataset(path, file, name) for name in wanted}

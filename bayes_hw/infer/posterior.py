@@ -15,6 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import write_bytes_atomically, write_text_atomically
+from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
@@ -199,6 +200,8 @@ class Posterior:
         path = Path(folder) / "posterior.nc"
         if not path.is_file():
             raise InputError(f"{path}: missing; give the --out folder of `bayes-hw sample`")
+        if not is_sound_hdf5(path):
+            raise InputError(f"{path}: damaged or not written by bayes-hw; sample again")
         import h5py
 
         try:

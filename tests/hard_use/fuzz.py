@@ -38,6 +38,11 @@ MOST_SECONDS = 10.0
 SAMPLES = 240
 INTERESTING = (0, 1, 0x7F, 0x80, 0xFF, 0xFFFF, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1, 2**64 - 1)
 
+IN_A_CHILD = ("record.h5", "v73.mat", "posterior.nc")
+"""Formats that a child process tries first, which takes a hundred times longer than reading the others."""
+
+ROUNDS_BETWEEN = 20
+
 Reader = Callable[[Path], object]
 
 
@@ -155,8 +160,12 @@ def main() -> int:
     faults = 0
     end = time.monotonic() + seconds
     names = [name for name in files if not sys.argv[5:] or sys.argv[5] in name]
+    rounds = 0
     while time.monotonic() < end:
+        rounds += 1
         for name in names:
+            if name in IN_A_CHILD and rounds % ROUNDS_BETWEEN != 1:
+                continue
             path, reader = files[name]
             target = folder / "current" / path.name
             target.parent.mkdir(exist_ok=True)
