@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import shlex
@@ -12,9 +13,19 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from bayes_hw import __version__
-from bayes_hw.commands import blind, design, design_experiment, diagnose, identifiability
+from bayes_hw.commands import (
+    blind,
+    completion,
+    convert,
+    demo,
+    design,
+    design_experiment,
+    diagnose,
+    identifiability,
+)
 from bayes_hw.commands.options import (
     FREE_HELP,
+    RECORD_HELP,
     add_common,
     add_noise,
     add_output,
@@ -29,6 +40,7 @@ DESCRIPTION = """\
 Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive
 train, dead zone, with honest uncertainties.
 
+  a guided first hour             bayes-hw demo
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -39,16 +51,32 @@ train, dead zone, with honest uncertainties.
   for the controller              bayes-hw design --posterior posterior/ --out design/
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
+  other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  completion in your shell        bayes-hw completion bash
+
+Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
+same numbers), --jobs N and --quiet. The same from Python: import bayes_hw; help(bayes_hw).
 """
 
 EPILOG = """\
-A record is a CSV or MATLAB file with time (s), velocity command and measured angle, one row a
-sample at a uniform rate, by default in columns t, u, y; map other names with --time, --input,
---output. Exit status: 0 done, 2 bad input or usage (one line on stderr), 1 anything else.
+A record holds time (s), velocity command and measured angle, one row a sample at a uniform rate, by
+default in columns t, u, y; map other names with --time, --input, --output. It is a CSV file unless it
+ends in .mat (variables, or an iddata exported as a structure), .h5 or .parquet. A model is model.json,
+or an idnlhw exported as a structure (.mat). Exit status: 0 done, 2 bad input or usage (one line on
+stderr), 1 anything else.
 """
 
 
-MODULES: tuple[Any, ...] = (blind, design, design_experiment, diagnose, identifiability)
+MODULES: tuple[Any, ...] = (
+    demo,
+    design,
+    design_experiment,
+    diagnose,
+    blind,
+    identifiability,
+    convert,
+    completion,
+)
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
 
 CHECKPOINT_FOLDER = "checkpoint"
@@ -88,7 +116,7 @@ def build_parser() -> argparse.ArgumentParser:
         "four-step point estimate from records alone",
         "bayes-hw identify train_1.csv train_2.csv --holdout holdout.csv --out model/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records to validate on, not fitted to"
     )
@@ -102,7 +130,7 @@ def build_parser() -> argparse.ArgumentParser:
         "posterior of a model's parameters given records",
         "bayes-hw sample --model model/model.json train_1.csv train_2.csv --out posterior/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--model", required=True, metavar="MODEL.json", help="the model that priors are centred on"
     )
@@ -119,7 +147,7 @@ def build_parser() -> argparse.ArgumentParser:
         "noise-free response of a model to a record's command",
         "bayes-hw simulate --model model/model.json train_1.csv --out run.csv",
     )
-    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument("--model", required=True, metavar="MODEL.json")
     add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
     add_record_options(sub)
@@ -130,7 +158,7 @@ def build_parser() -> argparse.ArgumentParser:
         "94 % bands of a record's output under a posterior",
         "bayes-hw predict --posterior posterior/ holdout.csv --out bands.csv",
     )
-    sub.add_argument("record", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)
@@ -141,7 +169,7 @@ def build_parser() -> argparse.ArgumentParser:
         "everything in one go: estimate, posterior, bands, report.html and report.pdf",
         "bayes-hw report train_1.csv train_2.csv --holdout holdout.csv --out azimuth/",
     )
-    sub.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    sub.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     sub.add_argument(
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records for the bands, not fitted to"
     )
@@ -169,7 +197,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    parsed = build_parser().parse_args(given)
+    parser = build_parser()
+    parsed = parser.parse_args(given)
+    parsed.parser, parsed.run_other = parser, main
     parsed.command_line = shlex.join(["bayes-hw", *given])
     parsed.checkpoint = Path(getattr(parsed, "out", "")) / CHECKPOINT_FOLDER
     try:
@@ -185,7 +215,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        return _fail(1, f"error: {error}")
+        return _fail(1, f"error: {error}{disk_advice(error)}")
+    except MemoryError:
+        return _fail(1, "error: out of memory; give shorter records, or a lower rate with --resample")
     return 0
 
 
@@ -196,6 +228,13 @@ def interruption_advice(parsed: argparse.Namespace) -> str:
     if getattr(parsed, "goes_on", False):
         return "what is finished is kept; the same command goes on from there"
     return "nothing was written; run the command again"
+
+
+def disk_advice(error: OSError) -> str:
+    """What to do where there is no room for a file; nothing for other errors."""
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return ""
+    return "; earlier results are untouched: make room, or give another --out, and run the command again"
 
 
 def _fail(status: int, message: str) -> int:

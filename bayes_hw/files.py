@@ -10,6 +10,8 @@ from pathlib import Path
 
 from bayes_hw.errors import InputError
 
+MOST_SETTINGS_BYTES = 16 * 2**20
+
 
 @contextmanager
 def temporary_sibling(path: Path) -> Iterator[Path]:
@@ -25,7 +27,8 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
     os.close(handle)
     temporary = Path(name)
     try:
-        yield temporary
+        with _named(path):
+            yield temporary
         temporary.chmod(0o666 & ~_umask())
         try:
             temporary.replace(path)
@@ -33,6 +36,17 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
             raise InputError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """An OSError that names no file, as that of a full disk, names `path`."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(path)
+        raise
 
 
 def check_output_folder(folder: Path) -> None:
@@ -53,6 +67,18 @@ def check_output_file(path: Path, inputs: Sequence[Path]) -> None:
     check_output_folder(path.parent)
     if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
         raise InputError(f"{path}: would overwrite an input; give another --out")
+
+
+def read_small_text(path: Path) -> str:
+    """Text of a file of settings, in UTF-8. Raises InputError where it is no regular file or larger than
+    MOST_SETTINGS_BYTES, OSError where it cannot be read, UnicodeDecodeError where it is not UTF-8."""
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not a regular file; give a JSON file")
+    if path.stat().st_size > MOST_SETTINGS_BYTES:
+        raise InputError(
+            f"{path}: is larger than {MOST_SETTINGS_BYTES // 2**20} MB; give a JSON file of settings"
+        )
+    return path.read_text(encoding="utf-8")
 
 
 def write_bytes_atomically(path: Path, content: bytes) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.formats.column_output import write_columns
 from bayes_hw.record_files import Columns, read_columns
 from bayes_hw.resample import describe, resample_columns
 
@@ -95,7 +96,7 @@ class Record:
         resample_hz: float | None = None,
         units: Units | None = None,
     ) -> Record:
-        """Read a CSV or MATLAB file; see `bayes_hw.record_files.read_columns`."""
+        """Read a CSV, MATLAB, HDF5 or Parquet file; see `bayes_hw.record_files.read_columns`."""
         path = Path(path)
         content = read_columns(
             path, columns or Columns(), sample_rate_hz=sample_rate_hz, resample_hz=resample_hz
@@ -111,6 +112,10 @@ class Record:
             sha256=content.sha256,
             treatment=content.treatment,
         )
+
+    def write(self, path: Path | str) -> None:
+        """Write t, u, y in the format of the path's ending; see `bayes_hw.formats.column_output`."""
+        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y}, self.units.to_dict())
 
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.

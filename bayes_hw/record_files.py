@@ -1,4 +1,4 @@
-"""Reading records from CSV and MATLAB files, refusing what cannot be one."""
+"""Reading records from CSV, MATLAB, HDF5 and Parquet files, refusing what cannot be one."""
 
 from __future__ import annotations
 
@@ -14,11 +14,17 @@ import numpy as np
 
 from bayes_hw import time_stamps
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_file import read_csv
 from bayes_hw.errors import InputError
-from bayes_hw.matlab_file import read_matlab
+from bayes_hw.formats.csv_file import read_csv
+from bayes_hw.formats.hdf5_file import is_hdf5, read_hdf5
+from bayes_hw.formats.iddata import read_iddata
+from bayes_hw.formats.matlab_file import read_matlab
+from bayes_hw.formats.parquet_file import read_parquet
+from bayes_hw.formats.table import Table
 from bayes_hw.resample import MOST_SAMPLES, describe, resample_columns
-from bayes_hw.table import Table
+
+HDF5, PARQUET = (".h5", ".hdf5", ".hdf"), (".parquet", ".pq")
+"""Endings of files, without regard to case."""
 
 FEWEST_SAMPLES = 32
 MOST_BYTES = 512 * 2**20
@@ -65,9 +71,11 @@ def read_columns(
     sample_rate_hz: float | None = None,
     resample_hz: float | None = None,
 ) -> FileContent:
-    """Read one record from a MATLAB file, when the path ends in `.mat`, or else from a CSV file.
+    """Read one record from the file at `path`, whose ending says its format.
 
-    The formats are those of `csv_file.read_csv` and `matlab_file.read_matlab`. `sample_rate_hz`
+    `.mat` is MATLAB, `.h5`, `.hdf5` and `.hdf` are HDF5, `.parquet` and `.pq` Parquet, anything else
+    CSV; see `read_csv`, `read_matlab`, `read_hdf5`, `read_parquet`. A MATLAB file without variables
+    of the names asked for, but with an iddata structure, is read by `read_iddata`. `sample_rate_hz`
     stands for the time stamps when `columns.time` is None, and is otherwise checked against them
     (1 %). Stamps that are not uniform in the sense of `time_stamps.is_uniform` are refused,
     unless `resample_hz` gives the rate to put the record on, as `resample.resample_columns` does.
@@ -90,8 +98,7 @@ def read_columns(
         )
     with _os_errors(path):
         digest = _digest(path)
-        reader = read_matlab if path.suffix.lower() == ".mat" else read_csv
-        table = reader(path, list(wanted.values()), most_rows=MOST_SAMPLES + 1)
+        table = _table(path, columns, list(wanted.values()))
         _check_columns(path, table, wanted)
         if columns.time is None:
             assert sample_rate_hz is not None
@@ -111,6 +118,22 @@ def read_columns(
     return FileContent(t, u, y, float(rate), digest, treatment)
 
 
+def _table(path: Path, columns: Columns, wanted: list[str]) -> Table:
+    """The columns `wanted` by the reader of the file's format."""
+    suffix, rows = path.suffix.lower(), MOST_SAMPLES + 1
+    if suffix in PARQUET:
+        return read_parquet(path, wanted, most_rows=rows)
+    if suffix in HDF5 or (suffix == ".mat" and is_hdf5(path)):
+        return read_hdf5(path, wanted, most_rows=rows)
+    if suffix != ".mat":
+        return read_csv(path, wanted, most_rows=rows)
+    table = read_matlab(path, wanted, most_rows=rows)
+    if columns.input in table.missing and columns.output in table.missing:
+        names = (columns.time or Columns.time or "", columns.input, columns.output)
+        return read_iddata(path, names, most_rows=rows) or table
+    return table
+
+
 @contextmanager
 def _os_errors(path: Path) -> Iterator[None]:
     try:
@@ -122,9 +145,9 @@ def _os_errors(path: Path) -> Iterator[None]:
 def _digest(path: Path) -> str:
     """SHA-256 of the file; refuses what is not a file, is empty, or is too large."""
     if path.is_dir():
-        raise InputError(f"{path}: is a directory; give a CSV or .mat file")
+        raise InputError(f"{path}: is a directory; give a CSV, .mat, .h5 or .parquet file")
     if path.exists() and not path.is_file():
-        raise InputError(f"{path}: is not a regular file; give a CSV or .mat file")
+        raise InputError(f"{path}: is not a regular file; give a CSV, .mat, .h5 or .parquet file")
     size = path.stat().st_size
     if size == 0:
         raise InputError(f"{path}: is empty; give a record with a header and rows")

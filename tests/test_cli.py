@@ -25,7 +25,7 @@ from bayes_hw.infer import pilot
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design", "diagnose")
+COMMANDS = ("identify", "sample", "simulate", "predict", "report", "design", "diagnose", "convert", "demo")
 SHORT = ("--walkers", "32", "--max-steps", "50")
 """A run too short to converge."""
 
@@ -168,6 +168,21 @@ def test_help_answers(command: str | None, capsys: pytest.CaptureFixture[str]) -
     assert "usage: bayes-hw" in text
     for option in () if command is None else ("--seed", "--jobs", "--quiet", "--out"):
         assert option in text
+
+
+def test_every_example_is_good_usage() -> None:
+    """The help of every command ends with lines that parse, each a call of that command."""
+    parser = build_parser()
+    (commands,) = (a.choices for a in parser._actions if isinstance(a.choices, dict))
+    assert set(COMMANDS) < set(commands)
+    for name, command in commands.items():
+        lines = command.epilog.removeprefix("example:\n").splitlines()
+        assert lines
+        for line in lines:
+            program, *arguments = shlex.split(line.split(" > ")[0])
+            assert (program, arguments[0]) == ("bayes-hw", name)
+            parser.parse_args(arguments)
+        assert name in (parser.description or ""), f"{name}: not in the manual of --help"
 
 
 @pytest.mark.parametrize(

@@ -357,3 +357,9 @@ def test_band_files_never_overwrite_each_other() -> None:
     assert band_file_names(["a", "b"]) == ["bands_a.csv", "bands_b.csv"]
     assert band_file_names(["a", "a"]) == ["bands_1.csv", "bands_2.csv"]
     assert band_file_names(["é" * 120]) == ["bands_1.csv"]
+
+
+@pytest.mark.parametrize("name", ["../up", "a/b", "C:\\x", "a\nb", "\x1b[31m", "\u202e", "nul\0"])
+def test_band_files_stay_in_their_folder(name: str) -> None:
+    """A name that would leave the folder, or show as another, is replaced by a number."""
+    assert band_file_names([name]) == ["bands_1.csv"]

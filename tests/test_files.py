@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
 import pytest
 
 from bayes_hw.errors import InputError
-from bayes_hw.files import temporary_sibling, write_bytes_atomically, write_text_atomically
+from bayes_hw.files import (
+    read_small_text,
+    temporary_sibling,
+    write_bytes_atomically,
+    write_text_atomically,
+)
 
 
 def test_content_lands_whole_in_a_new_folder(tmp_path: Path) -> None:
@@ -60,3 +66,27 @@ def test_a_long_name_is_no_obstacle(tmp_path: Path) -> None:
     path = tmp_path / ("x" * 240 + ".json")
     write_text_atomically(path, "1")
     assert path.read_text() == "1"
+
+
+def test_settings_are_read_within_bounds(tmp_path: Path) -> None:
+    """No device, no folder, no gigabytes: a model given as /dev/zero is refused at once."""
+    path = tmp_path / "x.json"
+    path.write_text("größe", encoding="utf-8")
+    assert read_small_text(path) == "größe"
+    for other in (tmp_path, Path("/dev/zero")):
+        with pytest.raises(InputError, match="is not a regular file"):
+            read_small_text(other)
+    with path.open("wb") as stream:
+        stream.truncate(2**34)
+    with pytest.raises(InputError, match="is larger than 16 MB"):
+        read_small_text(path)
+
+
+def test_a_full_disk_is_named_with_its_file(tmp_path: Path) -> None:
+    with (
+        pytest.raises(OSError, match="No space left on device") as caught,
+        temporary_sibling(tmp_path / "x.csv"),
+    ):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert caught.value.filename == str(tmp_path / "x.csv")
+    assert list(tmp_path.iterdir()) == []

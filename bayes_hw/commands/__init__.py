@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.errors import InputError
+from bayes_hw.folder_claim import claimed_folder
 
 
 def run(parsed: argparse.Namespace) -> None:
@@ -21,13 +24,15 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError(f"--seed {parsed.seed}: must be zero or more")
     if "out" in parsed and not parsed.out:
         raise InputError("--out: is empty; name a place for the results")
+    claim = claimed_folder(Path(parsed.out)) if getattr(parsed, "out_is_folder", False) else nullcontext()
     try:
-        if "run" in parsed:
-            parsed.run(parsed)
-        else:
-            from bayes_hw.commands.axis import COMMANDS
+        with claim:
+            if "run" in parsed:
+                parsed.run(parsed)
+            else:
+                from bayes_hw.commands.axis import COMMANDS
 
-            COMMANDS[parsed.command](parsed)
+                COMMANDS[parsed.command](parsed)
     except np.linalg.LinAlgError as error:
         named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
         raise InputError(

@@ -29,6 +29,9 @@ from bayes_hw.provenance import provenance
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
+SEPARATORS = frozenset("/\\:")
+"""Characters that set folders and drives apart on one system or another."""
+
 LONGEST_NAME = 200
 """Bytes of a record's name that still fit into the name of a file."""
 
@@ -108,8 +111,11 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
 
 
 def band_file_names(records: Sequence[str]) -> list[str]:
-    """bands_RECORD.csv for every record, numbered instead where names repeat or are too long for a file."""
-    usable = all(len(os.fsencode(name)) <= LONGEST_NAME for name in records)
+    """bands_RECORD.csv for every record, numbered instead where names repeat or are no names of files."""
+    usable = all(
+        len(os.fsencode(name)) <= LONGEST_NAME and name.isprintable() and not set(name) & SEPARATORS
+        for name in records
+    )
     if not usable or len(set(records)) < len(records):
         return [f"bands_{number}.csv" for number in range(1, len(records) + 1)]
     return [f"bands_{name}.csv" for name in records]
@@ -193,20 +199,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
 
 def write_prediction(path: Path, prediction: Prediction) -> None:
     """The bands of one record as CSV."""
-    record = prediction.record
-    write_csv(
-        path,
-        {
-            "t": record.t,
-            "u": record.u,
-            "y": record.y,
-            "mean": prediction.mean,
-            "lo": prediction.lower,
-            "hi": prediction.upper,
-            "lo_parameters": prediction.lower_parameters,
-            "hi_parameters": prediction.upper_parameters,
-        },
-    )
+    write_csv(path, prediction.columns())
 
 
 def say_verdict(posterior: Posterior, quiet: bool) -> None:

@@ -6,7 +6,14 @@ import argparse
 import time
 from pathlib import Path
 
-from bayes_hw.commands.options import add_common, add_output, add_record_options, add_sampling, add_start
+from bayes_hw.commands.options import (
+    RECORD_HELP,
+    add_common,
+    add_output,
+    add_record_options,
+    add_sampling,
+    add_start,
+)
 
 NAME = "identifiability"
 SUMMARY = "what records can and cannot tell: flat directions, freed gains, profiles, a verdict a parameter"
@@ -16,7 +23,7 @@ EXAMPLE = "bayes-hw identifiability model/model.json train_1.csv train_2.csv --o
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of this command."""
     parser.add_argument("model", metavar="MODEL", help="model.json that priors are centred on")
-    parser.add_argument("records", nargs="+", metavar="RECORD", help="CSV or .mat file")
+    parser.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
     parser.add_argument("--title", default="", help="title of the report")
     add_output(parser, "folder for identifiability.json, freed_draws.csv, report.html and report.pdf")
     add_record_options(parser)

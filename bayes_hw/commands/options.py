@@ -10,9 +10,12 @@ FREE_HELP = (
     "all: every pole and zero of G as well"
 )
 
+RECORD_HELP = "a record: .csv, .mat, .h5 or .parquet"
+
 
 def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
-    """--out, checked before anything is computed."""
+    """--out, checked before anything is computed; a folder (DIR) is held for this process alone."""
+    parser.set_defaults(out_is_folder=metavar == "DIR")
     parser.add_argument("--out", required=True, metavar=metavar, help=text)
 
 

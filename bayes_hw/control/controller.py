@@ -14,7 +14,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.control.notch import Notch, Section
 from bayes_hw.control.state_space import StateSpace, series
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import read_small_text, write_text_atomically
 
 SCHEMA = "bayes-hw/controller/1"
 RATIO_TOLERANCE = 1e-6
@@ -150,9 +150,11 @@ class Controller:
         """Read a controller file. Raises InputError that names the file, the key and the remedy."""
         path = Path(path)
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
+            data = json.loads(read_small_text(path))
+        except InputError:
+            raise
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+            raise InputError(f"{path}: cannot be read ({error.strerror}); give a controller file") from None
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error}); give a controller file") from None
         try:

@@ -11,7 +11,65 @@ from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.loop import Loop
 from bayes_hw.control.weight import Weight
+from bayes_hw.errors import InputError
+from bayes_hw.identify.identified_model import LIGHT_DAMPING
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock
+from bayes_hw.record import Units
+
+
+def transfer_function(model: HammersteinWiener) -> control.TransferFunction:
+    """G of `model` with its delay, discrete in time, from v (input units) to w (output units)."""
+    numerator, denominator = model.linear.coefficients()
+    length = max(len(numerator), len(denominator))
+    padded = (np.pad(c, (0, length - len(c))) for c in (numerator, denominator))
+    return control.tf(*padded, 1 / model.sample_rate_hz, inputs=["v"], outputs=["w"], name=model.name)
+
+
+def model_of_transfer_function(
+    system: control.TransferFunction,
+    *,
+    saturation: Saturation,
+    dead_zone: DeadZone,
+    noise_sigma: float = float("nan"),
+    units: Units | None = None,
+) -> HammersteinWiener:
+    """The axis whose G is `system`, discrete in time with one input and one output, in these units.
+
+    The inverse of `transfer_function`; limits and dead zone are no part of a transfer function and have to
+    be given. Its lightly damped pole pairs become the dominant modes. Raises InputError on a system that is
+    continuous in time, has several inputs or outputs, is improper or unstable.
+    """
+    if not (system.ninputs == 1 and system.noutputs == 1):
+        raise InputError(
+            f"transfer function: {system.ninputs} inputs and {system.noutputs} outputs; give that of one axis"
+        )
+    period = system.dt
+    if period is None or period is True or not period > 0:
+        raise InputError(
+            "transfer function: has no sample time; make it discrete with control.sample_system(system, dt)"
+        )
+    numerator, denominator = system.num[0][0], system.den[0][0]
+    lead = len(denominator) - len(np.trim_zeros(numerator, "f"))
+    if lead < 0:
+        raise InputError(
+            "transfer function: improper, its numerator is of higher degree than its denominator"
+        )
+    linear = LinearBlock.from_coefficients([*np.zeros(lead), *np.trim_zeros(numerator, "f")], denominator)
+    linear.check_stable()
+    modes = [mode for mode in linear.modes(1 / period) if mode.damping_ratio < LIGHT_DAMPING]
+    return HammersteinWiener(
+        name=str(system.name),
+        sample_rate_hz=1 / float(period),
+        saturation=saturation,
+        linear=linear,
+        dead_zone=dead_zone,
+        dominant_modes=tuple(mode for mode in modes if mode.frequency_hz < 0.5 / period),
+        noise_sigma=noise_sigma,
+        units=units or Units(),
+    )
 
 
 def nominal_system(posterior: Posterior) -> control.StateSpace:

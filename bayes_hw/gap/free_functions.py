@@ -119,7 +119,7 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
         "linear": ("command", _lagged(limited)),
         "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
         "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
-        "disturbance": ("motor_torque", _knots_in_time([len(m.w) for m in found])),
+        "disturbance": ("load_torque", _knots_in_time([len(m.w) for m in found])),
     }
 
 

@@ -31,7 +31,9 @@ def simulate_signals(
 
 def has_door(chain: SignalChain, door: Door) -> bool:
     """Whether signals can be added at `door`: a user's simulator may take no force."""
-    return door != "motor_torque" or not isinstance(chain, SimulatorChain) or chain.simulator.force_door
+    if not isinstance(chain, SimulatorChain) or door in ("command", "output"):
+        return True
+    return door == "motor_torque" and chain.simulator.force_door
 
 
 def door_responses(chain: SignalChain, door: Door, signals: FloatArray) -> FloatArray:

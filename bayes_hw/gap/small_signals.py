@@ -17,17 +17,17 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
     if door == "output":
         return signals
     states = command_states([chain], 1 / chain.rate)
-    if door == "motor_torque":
+    if door in ("motor_torque", "load_torque"):
         states = torque_states([chain], 1 / chain.rate)
     samples, count = signals.shape
     padded = np.zeros((samples, padded_to_lanes(count)))
     padded[:, :count] = signals
     responses = np.empty_like(padded)
-    motor_or_command, w = 0, 0
+    row, w = int(door == "load_torque"), 0
     filter_lanes(
         states.real_count,
         np.ascontiguousarray(states.factors[:, 0]),
-        np.ascontiguousarray(states.inputs[motor_or_command, :, 0]),
+        np.ascontiguousarray(states.inputs[row, :, 0]),
         np.ascontiguousarray(states.outputs[w, :, 0]),
         padded,
         responses,

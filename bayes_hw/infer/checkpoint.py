@@ -18,7 +18,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import temporary_sibling
+from bayes_hw.formats.hdf5_output import hdf5_written_atomically
 from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import Bend, StudentTMixture
 
@@ -58,7 +58,7 @@ class Checkpoint:
             path.unlink(missing_ok=True)
 
     def save_plan(self, plan: Plan, states: Sequence[EnsembleState]) -> None:
-        with temporary_sibling(self.folder / "plan.h5") as path, h5py.File(path, "w") as file:
+        with hdf5_written_atomically(self.folder / "plan.h5") as file:
             file.attrs["fingerprint"] = self.fingerprint
             file.attrs["independence_weight"] = plan.independence_weight
             file.attrs["expected_acceptance"] = plan.expected_acceptance
@@ -72,7 +72,7 @@ class Checkpoint:
             _write_states(file, states)
 
     def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
-        with temporary_sibling(self._block_path(number)) as path, h5py.File(path, "w") as file:
+        with hdf5_written_atomically(self._block_path(number)) as file:
             file.attrs["fingerprint"] = self.fingerprint
             file.attrs["non_finite"] = block.non_finite
             file["chain"] = block.chain

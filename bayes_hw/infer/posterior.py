@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.files import write_bytes_atomically, write_text_atomically
+from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 
 SCHEMA = "bayes-hw/posterior/1"
 STORED_DRAWS = 40_000
+MOST_DRAWS = 10_000_000
+"""Most draws of a parameter that are read back."""
+
 PRIOR_DRAWS = 2_000
 PRIOR_DOMINATED_BELOW = 0.5
 """A contraction below this means that the records say little about the parameter beyond its prior."""
@@ -183,8 +188,9 @@ class Posterior:
 
     def write(self, folder: Path, records: Sequence[Record] = ()) -> None:
         """Write posterior.nc and posterior.json into `folder`."""
-        with temporary_sibling(folder / "posterior.nc") as path:
-            self.to_arviz(records).to_netcdf(path, engine="h5netcdf")
+        memory = io.BytesIO()
+        self.to_arviz(records).to_netcdf(memory, engine="h5netcdf")
+        write_bytes_atomically(folder / "posterior.nc", memory.getvalue())
         text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
         write_text_atomically(folder / "posterior.json", text + "\n")
 
@@ -194,14 +200,16 @@ class Posterior:
         path = Path(folder) / "posterior.nc"
         if not path.is_file():
             raise InputError(f"{path}: missing; give the --out folder of `bayes-hw sample`")
+        if not is_sound_hdf5(path):
+            raise InputError(f"{path}: damaged or not written by bayes-hw; sample again")
         import h5py
 
         try:
             with h5py.File(path, "r") as file:
                 state = json.loads(file.attrs["bayes_hw"])
                 names = state["names"]
-                columns = [np.asarray(file["posterior"][name]) for name in names]
-                log_probability = np.asarray(file["sample_stats"]["lp"])
+                columns = [_stored(file["posterior"][name]) for name in names]
+                log_probability = _stored(file["sample_stats"]["lp"])
             model = HammersteinWiener.from_dict(state["model"])
             start = state["start_positions"]
             axis = AxisParameters(
@@ -221,6 +229,8 @@ class Posterior:
                 np.stack(columns, axis=-1).reshape(ensembles, -1, columns[0].shape[1], len(names)), 2, 1
             )
             log_probability = np.moveaxis(log_probability.reshape(ensembles, -1, columns[0].shape[1]), 2, 1)
+            if not np.isfinite(values).all():
+                raise ValueError("draws that are not finite")
             posterior = cls(
                 axis,
                 noise_parameters(estimate, model.units.output),
@@ -259,3 +269,10 @@ class Posterior:
             "seconds": self.seconds,
         }
         return {"bayes_hw": json.dumps(state)}
+
+
+def _stored(dataset: Any) -> FloatArray:
+    """A stored variable as an array; raises ValueError where it declares more than MOST_DRAWS draws."""
+    if dataset.size > MOST_DRAWS or dataset.is_virtual or dataset.external:
+        raise ValueError("not a variable that bayes-hw writes")
+    return np.asarray(dataset, dtype=np.float64)

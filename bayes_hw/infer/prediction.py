@@ -49,6 +49,19 @@ class Prediction:
         y = self.record.y
         return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
 
+    def columns(self) -> dict[str, FloatArray]:
+        """Record, mean and bands under the column names of `bayes-hw predict`."""
+        return {
+            "t": self.record.t,
+            "u": self.record.u,
+            "y": self.record.y,
+            "mean": self.mean,
+            "lo": self.lower,
+            "hi": self.upper,
+            "lo_parameters": self.lower_parameters,
+            "hi_parameters": self.upper_parameters,
+        }
+
     def hardest_stretch(self, share: float) -> tuple[float, float]:
         """Start and end time (s) of the part, `share` of the record long, with the largest squared error."""
         length = max(2, round(share * len(self.record)))

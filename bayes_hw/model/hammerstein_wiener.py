@@ -12,8 +12,9 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
+from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.modal import linear_batch, modal_form
@@ -119,15 +120,22 @@ class HammersteinWiener:
 
     @classmethod
     def read(cls, path: Path | str) -> HammersteinWiener:
-        """Read model.json and check that the model is proper and stable.
+        """Read model.json, or an idnlhw structure where the path ends in .mat; checks that it is stable.
 
         Raises InputError that names the file, the key and the remedy.
         """
         path = Path(path)
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
+            if path.suffix.lower() == ".mat":
+                data: Any = read_idnlhw(path)
+            else:
+                data = json.loads(read_small_text(path))
+        except InputError:
+            raise
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+            raise InputError(
+                f"{path}: cannot be read ({error.strerror}); give a model.json, as from bayes-hw identify"
+            ) from None
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error}); give a model.json") from None
         try:
@@ -203,7 +211,10 @@ class HammersteinWiener:
         }
 
     def write(self, path: Path) -> None:
-        """Write model.json (to a temporary name, then renamed)."""
+        """Write model.json, or an idnlhw structure where the path ends in .mat; see `write_idnlhw`."""
+        if path.suffix.lower() == ".mat":
+            write_idnlhw(path, self.to_dict(), *self.linear.coefficients())
+            return
         write_text_atomically(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
 

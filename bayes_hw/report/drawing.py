@@ -19,7 +19,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report import document
-from bayes_hw.report.palette import SETTINGS
+from bayes_hw.report.palette import PAPER, SETTINGS
 from bayes_hw.report.plain_text import visible
 from bayes_hw.report.rounding import SUPERSCRIPTS
 from bayes_hw.report.svg_size import compact
@@ -58,6 +58,12 @@ def finished(canvas: Canvas, caption: str, alt_text: str) -> document.Figure:
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     width = float(canvas.get_figwidth())
     return document.Figure(compact(buffer.getvalue()), caption, alt_text, width)
+
+
+def on_paper(canvas: Canvas) -> Canvas:
+    """The drawing on white instead of the page's own ground, for use outside a report."""
+    canvas.set_facecolor(PAPER)
+    return canvas
 
 
 def drawable(text: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import LogLocator
 
 from bayes_hw.arrays import FloatArray
@@ -49,11 +50,31 @@ def gap_on_record(
 
     `before`, `after`, `low`, `high` have shape (samples,), output units as `noise_sigma`.
     """
+    part = "" if stretch is None else f", {stretch[0]:.4g} to {stretch[1]:.4g} s"
+    with drawing_settings():
+        return finished(
+            gap_canvas(record, before, after, low, high, noise_sigma, stretch),
+            f"The record held out, “{record.name}”{part}: measured output and its prediction by the "
+            "re-estimated model (before) and by the same with the answer's effects (after). Below, record "
+            "minus prediction with the 94 % band of the measured output and the noise floor.",
+            "Output and prediction errors over time, before and after the effects are added.",
+        )
+
+
+def gap_canvas(
+    record: Record,
+    before: FloatArray,
+    after: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    noise_sigma: float,
+    stretch: tuple[float, float] | None = None,
+) -> Canvas:
+    """The drawing of `gap_on_record`."""
     time = record.t - record.t[0]
     kept = slice(None) if stretch is None else slice(*np.searchsorted(time, stretch))
     t, y = time[kept], record.y[kept]
     b, a, lower, upper = before[kept], after[kept], low[kept], high[kept]
-    part = "" if stretch is None else f", {stretch[0]:.4g} to {stretch[1]:.4g} s"
     with drawing_settings():
         canvas = new_canvas(4.2)
         whole, *errors = canvas.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0), sharex=True)
@@ -81,13 +102,7 @@ def gap_on_record(
         handles, labels = whole.get_legend_handles_labels()
         more, words = error.get_legend_handles_labels()
         canvas.legend(handles + more, labels + words, loc="outside upper center", ncols=5, columnspacing=1.1)
-        return finished(
-            canvas,
-            f"The record held out, “{record.name}”{part}: measured output and its prediction by the "
-            "re-estimated model (before) and by the same with the answer's effects (after). Below, record "
-            "minus prediction with the 94 % band of the measured output and the noise floor.",
-            "Output and prediction errors over time, before and after the effects are added.",
-        )
+    return canvas
 
 
 def block_shares(share: Mapping[str, float], named: str) -> Figure:

@@ -71,6 +71,19 @@ class Marginal:
 
 def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.94) -> Figure:
     """One panel a parameter: prior density, posterior histogram, interval and estimates."""
+    with drawing_settings():
+        return finished(
+            marginals_canvas(marginals, probability),
+            "Prior density (dashed) against the posterior draws of each parameter. The bar under each "
+            f"histogram, also printed above it, is the {format_percent(probability)} "
+            "highest-density interval (HDI). "
+            "A posterior as wide as its prior means that the data say nothing about the parameter.",
+            f"Grid of {len(marginals)} panels, each with a prior curve and a posterior histogram.",
+        )
+
+
+def marginals_canvas(marginals: Sequence[Marginal], probability: float = 0.94) -> Canvas:
+    """The drawing of `priors_and_posteriors`."""
     columns = 4
     rows = -(-len(marginals) // columns)
     with drawing_settings():
@@ -91,14 +104,7 @@ def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.
         if any(m.truth is not None for m in marginals):
             handles.append(Line2D([], [], color=TRUTH, linestyle=":", linewidth=2, label="truth"))
         canvas.legend(handles=handles, loc="outside upper center", ncols=len(handles))
-        return finished(
-            canvas,
-            "Prior density (dashed) against the posterior draws of each parameter. The bar under each "
-            f"histogram, also printed above it, is the {format_percent(probability)} "
-            "highest-density interval (HDI). "
-            "A posterior as wide as its prior means that the data say nothing about the parameter.",
-            f"Grid of {len(marginals)} panels, each with a prior curve and a posterior histogram.",
-        )
+    return canvas
 
 
 def _draw_marginal(axes: Axes, marginal: Marginal) -> None:

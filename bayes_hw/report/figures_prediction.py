@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.record import Units
@@ -73,6 +74,18 @@ class PredictedRecord:
 
 def predicted_overview(record: PredictedRecord, what: str = "held-out record") -> Figure:
     """The whole record and its residual."""
+    level = format_percent(record.probability)
+    with drawing_settings():
+        return finished(
+            overview_canvas(record),
+            f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
+            "alone (dark) and with measurement noise (light); below, record minus mean.",
+            "Measured and predicted output over time with bands, and the residual.",
+        )
+
+
+def overview_canvas(record: PredictedRecord) -> Canvas:
+    """The drawing of `predicted_overview`."""
     with drawing_settings():
         canvas = new_canvas(2.9)
         whole, residual = canvas.subplots(2, 1, height_ratios=(3, 1.6), sharex=True)
@@ -82,13 +95,7 @@ def predicted_overview(record: PredictedRecord, what: str = "held-out record") -
         residual.set_xlabel(with_unit("time from first sample", record.units.time))
         canvas.align_ylabels()
         canvas.legend(*whole.get_legend_handles_labels(), loc="outside upper center", ncols=4)
-        level = format_percent(record.probability)
-        return finished(
-            canvas,
-            f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
-            "alone (dark) and with measurement noise (light); below, record minus mean.",
-            "Measured and predicted output over time with bands, and the residual.",
-        )
+    return canvas
 
 
 def predicted_record(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+PAPER: Final = "#ffffff"
 INK: Final = "#222222"
 MUTED: Final = "#6b6b6b"
 GRID: Final = "#d9d9d9"
@@ -102,7 +103,7 @@ def page_colours() -> dict[str, dict[str, str]]:
     """Colours of the HTML page by role, for a light and a dark screen."""
     return {
         "light": {
-            "paper": "#ffffff",
+            "paper": PAPER,
             "ink": INK,
             "muted": "#5c5c5c",
             "line": GRID,

@@ -122,7 +122,8 @@ def _model_section() -> Section:
     )
 
 
-def _predicted(prediction: Prediction) -> PredictedRecord:
+def predicted_record_of(prediction: Prediction) -> PredictedRecord:
+    """A prediction as its figures take it, times counted from the first sample."""
     record = prediction.record
     return PredictedRecord(
         name=record.name,
@@ -139,11 +140,11 @@ def _predicted(prediction: Prediction) -> PredictedRecord:
 
 
 def _overview(analysis: Analysis, prediction: Prediction) -> Figure:
-    return predicted_overview(_predicted(prediction), _kind(analysis))
+    return predicted_overview(predicted_record_of(prediction), _kind(analysis))
 
 
 def _prediction_figure(analysis: Analysis, prediction: Prediction) -> Figure:
-    return predicted_record(_predicted(prediction), _hardest(prediction), _kind(analysis))
+    return predicted_record(predicted_record_of(prediction), _hardest(prediction), _kind(analysis))
 
 
 def _hardest(prediction: Prediction) -> tuple[float, float]:

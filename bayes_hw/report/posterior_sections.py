@@ -73,7 +73,7 @@ def _parameter_section(analysis: Analysis) -> Section:
             f"interval. {LEGEND} They are centred on the model that sampling started from.{_mark(posterior)}",
             (2, 3),
         ),
-        priors_and_posteriors(_marginals(posterior, posterior.names, analysis.truth)),
+        priors_and_posteriors(marginals(posterior, posterior.names, analysis.truth)),
     ]
     if analysis.truth:
         blocks.append(
@@ -112,7 +112,8 @@ def _mark(posterior: Posterior) -> str:
     )
 
 
-def _marginals(posterior: Posterior, names: Sequence[str], truth: dict[str, float]) -> list[Marginal]:
+def marginals(posterior: Posterior, names: Sequence[str], truth: dict[str, float]) -> list[Marginal]:
+    """Draws, prior and interval of the parameters named, with their true values where they are known."""
     draws = _flat(posterior, MARGINAL_DRAWS)
     found = []
     for name in names:
@@ -223,7 +224,7 @@ def _widening_section(analysis: Analysis, dominant: dict[str, Summary], everythi
             np.array([dominant[name].sd for name in shared]),
             truth=truth,
         ),
-        priors_and_posteriors(_marginals(everything, shared, analysis.truth)),
+        priors_and_posteriors(marginals(everything, shared, analysis.truth)),
         Table(
             PARAMETER_HEADER,
             _parameter_rows(everything),

@@ -215,3 +215,22 @@ class TorqueRipple(PeriodicEffect):
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * 4 * scale.stiffness[0]
+
+
+class LoadRipple(TorqueRipple):
+    """torque = A sin(2 pi w / period + phase) on the load: unevenness of the rail, in units of acceleration.
+
+    Azimuth track unevenness moves the structure on it (Gawronski, Modeling and Control of Antennas and
+    Telescopes). Not to be believed where the period is longer than the travel.
+    """
+
+    form: ClassVar[str] = "load"
+    door: ClassVar[Door] = "load_torque"
+    test_values = (0.5, 0.3, 0.3)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.LOAD_RIPPLE], settings[S.LOAD_RIPPLE_PERIOD] = np.hypot(values[0], values[1]), values[2]
+        settings[S.LOAD_RIPPLE_PHASE] = np.arctan2(values[1], values[0])
+
+    def unit_amplitude(self, scale: AxisScale) -> float:
+        return scale.sigma * scale.stiffness[1]

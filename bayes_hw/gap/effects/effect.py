@@ -15,8 +15,8 @@ Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
 
 BLOCKS: tuple[Block, ...] = ("input", "linear", "drive", "disturbance", "sensor")
 
-Door: TypeAlias = Literal["command", "motor_torque", "output"]
-"""Where a small additive signal of a periodic effect enters: v, the motor's torque, or w."""
+Door: TypeAlias = Literal["command", "motor_torque", "load_torque", "output"]
+"""Where a small additive signal of a periodic effect enters: v, the motor's or the load's torque, or w."""
 
 
 class Effect(ABC):

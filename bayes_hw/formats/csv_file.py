@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.table import Table
+from bayes_hw.formats.table import Table
 
 LONGEST_LINE = 2**20
 DELIMITERS = ",;\t"

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bayes_hw.csv_file import read_csv
 from bayes_hw.errors import InputError
+from bayes_hw.formats.csv_file import read_csv
 
 COLUMNS = ["t", "u", "y"]
 GOOD = "t,u,y\n" + "".join(f"{k / 10},{k % 3},{k % 5}\n" for k in range(40))

@@ -40,7 +40,7 @@ MOUNT = DATA / "rubin_tma" / "20230531_azimuth.csv"
 
 
 def main() -> None:
-    study = start_study("14_real_axes_gap", __doc__)
+    study = start_study("15_real_axes_gap", __doc__)
     for path in (EMPS, MOTOR, MOUNT):
         skip_without(path)
     cases = {"emps": emps_case(EMPS), "dc_motor": dc_motor_case(MOTOR), "rubin_azimuth": mount_case(MOUNT)}

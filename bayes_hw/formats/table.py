@@ -21,5 +21,5 @@ class Table:
     values: Mapping[str, FloatArray]
     missing: tuple[str, ...]
     names: tuple[str, ...]
-    kind: Literal["column", "variable"]
+    kind: Literal["column", "variable", "data set"]
     place: Callable[[int], str]

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
-from bayes_hw.matlab_file import MOST_BYTES, read_matlab
+from bayes_hw.formats.matlab_file import MOST_BYTES, read_matlab
 
 MATRIX, COMPRESSED, DOUBLE, INT8, INT32, UINT32 = 14, 15, 9, 1, 5, 6
 

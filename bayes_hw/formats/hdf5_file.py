@@ -1,0 +1,122 @@
+"""Reading vectors from HDF5 files, MATLAB files of version 7.3 among them.
+
+Only plain one-dimensional data sets of numbers that lie in the file itself are read: no external or virtual
+storage, no external links, no references. Their declared size is checked before anything is read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.formats.hdf5_probe import is_sound_hdf5
+from bayes_hw.formats.table import Table
+
+MOST_BYTES = 256 * 2**20
+"""Largest size of one data set, or of one of its chunks, inflated, in bytes."""
+
+MOST_NAMES = 200
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MATLAB_BLOCK = 512
+"""Bytes before the HDF5 part of a MATLAB file of version 7.3."""
+
+
+def is_hdf5(path: Path) -> bool:
+    """Whether the file begins as HDF5, or as MATLAB of version 7.3, does. Raises OSError if unreadable."""
+    with path.open("rb") as stream:
+        head = stream.read(MATLAB_BLOCK + len(SIGNATURE))
+    return head.startswith(SIGNATURE) or head[MATLAB_BLOCK:] == SIGNATURE
+
+
+def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
+    """Read the data sets named in `wanted`, at most `most_rows` of each; "group.u" is "group/u".
+
+    Raises InputError on a file that is no sound HDF5 file, and on a data set that is not a vector of finite
+    real numbers or larger than `MOST_BYTES`. Raises OSError when the file cannot be read.
+    """
+    with path.open("rb"):
+        pass
+    if not is_sound_hdf5(path):
+        raise InputError(f"{path}: is not a sound HDF5 file; write it again")
+    try:
+        with h5py.File(path, "r") as file:
+            found = {name: _dataset(path, file, name) for name in wanted}
+            values = {
+                name: _vector(path, name, dataset, most_rows)
+                for name, dataset in found.items()
+                if dataset is not None
+            }
+            names = _names(file)
+    except InputError:
+        raise
+    except Exception:
+        # h5py raises nearly every built-in exception on damaged files.
+        raise InputError(f"{path}: is not a sound HDF5 file; write it again") from None
+    return Table(
+        values=values,
+        missing=tuple(name for name in wanted if name not in values),
+        names=names,
+        kind="data set",
+        place=lambda index: f"sample {index + 1}",
+    )
+
+
+def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset | None:
+    """The data set of this name, reached by hard links alone; None where there is none."""
+    place: h5py.Group | h5py.Dataset = file
+    parts = name.split("/") if name in file or "." not in name else name.split(".")
+    for part in filter(None, parts):
+        if not isinstance(place, h5py.Group) or part not in place:
+            return None
+        if not isinstance(place.get(part, getlink=True), h5py.HardLink):
+            raise InputError(f"{path}: data set {name!r} is a link; write the numbers into the file itself")
+        place = place[part]
+    return place if isinstance(place, h5py.Dataset) else None
+
+
+def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int) -> FloatArray:
+    def refusal(said: str) -> InputError:
+        return InputError(f"{path}: data set {name!r} {said}")
+
+    if dataset.dtype.kind not in "iuf":
+        raise refusal("does not hold real numbers; name a vector of numbers")
+    if dataset.is_virtual or dataset.external:
+        raise refusal("lies in other files; write the numbers into the file itself")
+    shape = tuple(int(size) for size in dataset.shape or ())
+    if not shape or sum(size != 1 for size in shape) > 1:
+        raise refusal(f"is {' x '.join(map(str, shape[:4])) or 'a scalar'}; name a vector")
+    width = max(dataset.dtype.itemsize, 8)
+    for size in (math.prod(shape), math.prod(dataset.chunks or (0,))):
+        if size * width > MOST_BYTES:
+            raise refusal(
+                f"takes {size * width / 2**20:.0f} MB, more than the {MOST_BYTES // 2**20} MB that are read; "
+                "cut the record into parts"
+            )
+    first = tuple(slice(most_rows) for _ in shape)
+    values = np.asarray(dataset[first], dtype=np.float64).ravel()
+    faults = np.flatnonzero(~np.isfinite(values))
+    if len(faults):
+        raise refusal(
+            f"sample {faults[0] + 1}: {values[faults[0]]} is not a finite number; correct or remove it"
+        )
+    return values
+
+
+def _names(file: h5py.File) -> tuple[str, ...]:
+    """Names at the top of the file and one group down, at most MOST_NAMES."""
+    found: list[str] = []
+    for name in file:
+        if len(found) >= MOST_NAMES:
+            break
+        inner = file.get(name) if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+        if isinstance(inner, h5py.Group):
+            found += [f"{name}.{part}" for part, _ in zip(inner, range(MOST_NAMES), strict=False)]
+        else:
+            found.append(name)
+    return tuple(found)

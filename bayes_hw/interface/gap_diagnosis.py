@@ -1,0 +1,85 @@
+"""Why do a simulator and records differ?"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from bayes_hw.gap import diagnosis
+from bayes_hw.gap.case import Case
+from bayes_hw.gap.sentence import sentence
+from bayes_hw.gap.verdict import Verdict
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+from bayes_hw.report.drawing import on_paper
+from bayes_hw.report.figures_diagnosis import gap_canvas
+
+
+@dataclass(frozen=True, eq=False)
+class GapDiagnosis:
+    """What is missing from a simulator; `diagnosis` holds fits, decision and prediction."""
+
+    diagnosis: diagnosis.Diagnosis
+
+    @property
+    def verdict(self) -> Verdict:
+        """The content of verdict.json."""
+        return self.diagnosis.verdict
+
+    @property
+    def answer(self) -> tuple[str, ...]:
+        """Labels said to be present; () for no structural gap, ("other",) for one that no entry explains."""
+        return self.verdict.answer
+
+    def __str__(self) -> str:
+        """The verdict in words."""
+        return sentence(self.diagnosis)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a label, most probable first: `probability` that it is present, whether in the answer."""
+        ordered = sorted(self.verdict.probability.items(), key=lambda item: -item[1])
+        named = set(self.answer) or {"none"}
+        rows = {label: (probability, label in named) for label, probability in ordered}
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["probability", "in_answer"]).rename_axis(
+            "label"
+        )
+
+    def plot(self) -> Figure:
+        """The first record held out: measured, predicted before and after, and both errors."""
+        found = self.diagnosis
+        noise = self.verdict.gap_holdout.noise_floor
+        return on_paper(
+            gap_canvas(found.case.holdout[0], found.before, found.after, found.low, found.high, noise)
+        )
+
+    def write(self, folder: Path | str) -> None:
+        """verdict.json and holdout_prediction.csv, as `bayes-hw diagnose` writes them."""
+        diagnosis.write_results(self.diagnosis, Path(folder))
+
+
+def diagnose(
+    model: HammersteinWiener,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    *,
+    seed: int = 1,
+    jobs: int | None = None,
+    without: Sequence[str] = (),
+) -> GapDiagnosis:
+    """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
+
+    As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
+    struck from the catalogue. Raises InputError on records that do not fit the model.
+    """
+    case = Case.of_records(model.name, model, train, holdout)
+    return GapDiagnosis(
+        diagnosis.diagnose(
+            case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=frozenset(without)
+        )
+    )

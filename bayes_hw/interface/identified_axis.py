@@ -1,0 +1,73 @@
+"""Which model fits these records?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from bayes_hw.identify import four_steps
+from bayes_hw.identify.result import Identification
+from bayes_hw.infer.inference import StartCondition, axis_for
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+from bayes_hw.report.drawing import on_paper
+from bayes_hw.report.figures_fit import fit_canvas
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedAxis:
+    """A model with its records; `identification` holds all that the four steps found."""
+
+    identification: Identification
+    records: tuple[Record, ...]
+    start: StartCondition
+
+    @property
+    def model(self) -> HammersteinWiener:
+        """The estimate, ready for `sample`, `diagnose` and `model.write("model.json")`."""
+        return self.identification.model
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the estimate must know, in words."""
+        return self.identification.warnings
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a parameter, named as in posterior.json: `value` and `unit`."""
+        parameters = axis_for(self.model, self.records, "dominant", "rest").parameters
+        rows = {p.name: (p.nominal, p.unit) for p in parameters}
+        rows["noise.sigma"] = (self.model.noise_sigma, self.model.units.output)
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"]).rename_axis(
+            "parameter"
+        )
+
+    def plot(self, record: int = 0) -> Figure:
+        """The record of this index, what the model simulates of it, and the difference; no bands."""
+        shown = self.records[record]
+        return on_paper(fit_canvas(shown, shown.y - self.identification.residuals[record]))
+
+
+def identify(
+    records: Sequence[Record],
+    *,
+    seed: int = 1,
+    name: str | None = None,
+    start: StartCondition = "rest",
+) -> IdentifiedAxis:
+    """The four-step estimate from `records` of one axis; as `bayes-hw identify`.
+
+    `name` is the model's (the first record's unless given). With `start` "free" the initial state of every
+    record is estimated; "rest" takes each to begin at rest at zero. Raises InputError when the records
+    cannot be used.
+    """
+    found = four_steps.identify(
+        records,
+        rng=np.random.default_rng(seed),
+        name=name or (records[0].name if records else "axis"),
+        free_start=start == "free",
+    )
+    return IdentifiedAxis(found, tuple(records), start)

@@ -1,0 +1,55 @@
+"""No damaged file ends in a traceback, a crash, a hang or a gigabyte.
+
+BAYES_HW_FUZZ_SECONDS makes the search longer, BAYES_HW_FUZZ_SEED another one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bayes_hw.infer import pilot
+from bayes_hw.infer.inference import infer
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+SECONDS = float(os.environ.get("BAYES_HW_FUZZ_SECONDS", "8"))
+SEED = os.environ.get("BAYES_HW_FUZZ_SEED", "1")
+
+
+@pytest.fixture
+def posterior(
+    small_axis: HammersteinWiener, small_record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Path:
+    """A folder with a small posterior.nc and model.json."""
+    monkeypatch.setattr(pilot, "PILOT_STEPS", 20)
+    monkeypatch.setattr(pilot, "TRIAL_PROPOSALS", 256)
+    settings = SamplerSettings(walkers=32, max_steps=50)
+    found = infer(small_axis, [small_record], np.random.default_rng(1), settings=settings)
+    found.posterior.write(tmp_path / "posterior")
+    small_axis.write(tmp_path / "posterior" / "model.json")
+    return tmp_path / "posterior"
+
+
+@pytest.mark.timeout(SECONDS + 120)
+def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path) -> None:
+    """Every reader: CSV, JSON, MATLAB vectors, iddata, idnlhw, HDF5, MATLAB 7.3, Parquet, posterior, case."""
+    work = tmp_path / "fuzz"
+    work.mkdir()
+    script = Path(__file__).with_name("fuzz.py")
+    done = subprocess.run(
+        [sys.executable, script, str(SECONDS), SEED, work, posterior], capture_output=True, text=True
+    )
+    assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found["peak_mb"] < 1024
+    assert len(found["counts"]) == 13
+    for name, counts in found["counts"].items():
+        assert counts["refused"] >= 1, name

@@ -1,0 +1,127 @@
+"""The Python interface: what the README shows runs, agrees with the commands' numbers, and stays light."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from command_files import write_axis
+from matplotlib.figure import Figure
+
+import bayes_hw
+from bayes_hw.gap import diagnosis
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.identify.four_steps import identify
+from bayes_hw.infer import pilot
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+DIAGNOSE = diagnosis.diagnose
+FEW = frozenset(LABEL_BLOCKS) - {"command_bias", "sensor_drift"}
+README = Path(__file__).parents[2] / "README.md"
+
+
+def diagnose_with_few(*arguments: Any, **options: Any) -> diagnosis.Diagnosis:
+    """The diagnosis with a catalogue of two labels, for speed."""
+    return DIAGNOSE(*arguments, **(options | {"without": FEW}))
+
+
+@pytest.fixture(scope="module")
+def shown(
+    small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[dict[str, Any]]:
+    """The names that README's Python block leaves behind, run as it stands on records of the small axis."""
+    (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        patch.setattr(diagnosis, "diagnose", diagnose_with_few)
+        patch.chdir(write_axis(tmp_path_factory.mktemp("axis"), small_axis))
+        Path("block.py").write_text(block, encoding="utf-8")
+        names = runpy.run_path("block.py")
+        names["figure"] = Path("posterior.png").read_bytes()
+        yield names
+
+
+def test_the_readme_block_runs(shown: dict[str, Any], small_axis: HammersteinWiener) -> None:
+    """Its posterior converges on the axis that made the records, and its figure is a picture."""
+    table = shown["posterior"].to_dataframe()
+    assert shown["posterior"].converged
+    for name, true in (("saturation.upper", small_axis.saturation.upper), ("mode1.frequency_hz", 2.0)):
+        low, high = table.loc[name, ["hdi94_low", "hdi94_high"]]
+        assert low - 0.05 * true < true < high + 0.05 * true
+    assert shown["figure"].startswith(b"\x89PNG")
+    assert set(shown["gap"].to_dataframe().index) >= {"none", "other", "command_bias"}
+
+
+def test_tables_hold_what_the_files_hold(shown: dict[str, Any]) -> None:
+    """Every entry of posterior.json has its row, every label of verdict.json its probability."""
+    posterior, gap = shown["posterior"], shown["gap"]
+    table = posterior.to_dataframe()
+    entries = posterior.posterior.to_dict()["parameters"]
+    assert list(table.index) == list(entries)
+    assert table.loc["gain", "mean"] == entries["gain"]["mean"]
+    assert table.loc["gain", "hdi94_high"] == entries["gain"]["hdi94"][1]
+    probability = gap.to_dataframe()["probability"]
+    assert dict(probability) == dict(gap.verdict.probability)
+    assert probability.is_monotonic_decreasing
+    assert str(gap).endswith(".")
+
+
+def test_the_tree_is_that_of_arviz(shown: dict[str, Any]) -> None:
+    from arviz_stats import summary
+
+    found = summary(shown["posterior"].tree, var_names=["gain"], round_to="none")
+    assert isinstance(found, pd.DataFrame)
+    assert found.loc["gain", "mean"] == pytest.approx(
+        shown["posterior"].to_dataframe().loc["gain", "mean"], rel=1e-3
+    )
+
+
+def test_every_answer_draws_itself(shown: dict[str, Any]) -> None:
+    """A matplotlib figure with the record's own samples in it, without matplotlib's global state."""
+    records: list[Record] = shown["records"]
+    estimate = bayes_hw.identify(records)
+    prediction = shown["posterior"].predict(records[0])
+    for answer in (estimate, shown["posterior"], prediction, shown["gap"]):
+        assert isinstance(answer.plot(), Figure)
+    drawn = estimate.plot(1).axes[0].get_lines()[0].get_ydata()
+    np.testing.assert_array_equal(drawn, records[1].y)
+    assert list(prediction.to_dataframe().columns)[:6] == ["t", "u", "y", "mean", "lo", "hi"]
+
+
+def test_identify_is_the_four_step_estimate(shown: dict[str, Any]) -> None:
+    records: list[Record] = shown["records"]
+    table = bayes_hw.identify(records, seed=3).to_dataframe()
+    model = identify(records, rng=np.random.default_rng(3)).model
+    assert table.loc["saturation.lower", "value"] == model.saturation.lower
+    assert table.loc["saturation.lower", "unit"] == "deg/s"
+    assert table.loc["noise.sigma", "value"] == model.noise_sigma
+
+
+def test_results_can_be_written(shown: dict[str, Any], tmp_path: Path) -> None:
+    shown["posterior"].write(tmp_path)
+    shown["gap"].write(tmp_path)
+    found = {path.name for path in tmp_path.iterdir()}
+    assert found == {"posterior.nc", "posterior.json", "verdict.json", "holdout_prediction.csv"}
+
+
+def test_importing_the_package_is_light() -> None:
+    """No numpy until a name of the interface is used; then every name is there, whatever came first."""
+    script = (
+        "import sys, bayes_hw; assert 'numpy' not in sys.modules\n"
+        "import bayes_hw.identify.four_steps as steps\n"
+        "from bayes_hw import identify, sample, diagnose, Record, Units, InputError\n"
+        "assert callable(identify) and identify.four_steps is steps and identify is bayes_hw.identify\n"
+        "assert set(bayes_hw.__all__) <= set(dir(bayes_hw))\n"
+        "assert not hasattr(bayes_hw, 'nonsense')\n"
+    )
+    subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, timeout=60)

@@ -1,0 +1,79 @@
+"""bayes-hw demo: it runs the commands that it prints, and says of their results what the files say."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from command_files import files_below
+
+from bayes_hw.cli import main
+from bayes_hw.commands import demo
+from bayes_hw.gap.blind import open_case
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.infer import pilot
+from bayes_hw.plant.kinds import KINDS
+
+RUN_COMMAND = demo.run_command
+FEW = set(LABEL_BLOCKS) - {"friction"}
+SHORTER = {
+    "sample": ("--walkers", "40", "--max-steps", "50"),
+    "diagnose": ("--without", *FEW),
+}
+
+
+def run_shorter(parsed: argparse.Namespace, *arguments: str) -> None:
+    """The command with options that cut it short: it prints these as well."""
+    RUN_COMMAND(parsed, *arguments, *SHORTER.get(arguments[0], ()))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pilot, "PILOT_STEPS", 30)
+        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        patch.setattr(demo, "run_command", run_shorter)
+        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(30.0,))})
+        patch.chdir(tmp_path_factory.mktemp("demo"))
+        yield Path.cwd()
+
+
+def test_a_new_user_gets_from_records_to_a_verdict(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every command printed can be parsed and has left its files; the numbers said are those of the files."""
+    assert main(["demo"]) == 0
+    printed = capsys.readouterr().out
+    out = folder / "bayes-hw-demo"
+    commands = [
+        shlex.split(line.partition("$ ")[2]) for line in printed.splitlines() if line.startswith("    $ ")
+    ]
+    assert [command[:2] for command in commands] == [
+        ["bayes-hw", name] for name in ("identify", "sample", "diagnose")
+    ]
+    found = files_below(out)
+    assert found > {
+        "case/train_1.csv",
+        "case/truth.json",
+        "identified/model.json",
+        "posterior/posterior.nc",
+        "diagnosis/verdict.json",
+        "diagnosis/report.html",
+        "diagnosis/report.pdf",
+    }
+    verdict = json.loads((out / "diagnosis" / "verdict.json").read_text())
+    truth = json.loads((out / "case" / "truth.json").read_text())
+    assert verdict["answer"] == truth["effects"] == ["friction"]
+    words = " ".join(printed.split())
+    mean = verdict["base"]["mode1.frequency_hz"]["mean"]
+    assert f"the simulator with it says {mean:.3f}" in words and "The verdict was friction: right." in words
+
+
+def test_a_folder_that_cannot_be_used_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "file").write_text("")
+    assert main(["demo", "--out", "file"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "is a file where a folder is to be" in line
