@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -45,6 +45,9 @@ FEWEST_GLITCHES = 3
 HIDING = 2
 NEAR = 100.0
 """Log-evidence within which a second stochastic effect is held against every effect too."""
+
+PERIODS_TRIED = 2
+FURTHER_KEPT = 3
 
 RESTARTED = 3
 RESTARTS = 3
@@ -102,10 +105,13 @@ class Attributor:
         self.tell("stochastic effects")
         found += [*coloured, *self.stochastic.beside(base, coloured, singles)]
         if structure and self._unfinished(found):
-            self.tell("other starts")
-            restarted = self._restarted(coloured)
-            found += restarted
-            coloured += restarted
+            self.tell("short periods and other starts")
+            short = self._short_periods(bases[0])
+            singles = _best_of_each([*singles, *short])
+            more = [with_coloured_noise(f, self.measured) for f in short[:FURTHER_KEPT]]
+            more += self._restarted([*coloured, *more])
+            found += more
+            coloured += more
         if structure and self._unfinished(found):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
@@ -122,6 +128,16 @@ class Attributor:
 
     def _unfinished(self, found: Sequence[Explanation]) -> bool:
         return leaves_structure(min(found, key=_worst_first), self.base.inputs)
+
+    def _short_periods(self, base: Fit) -> list[Fit]:
+        """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
+        starts: list[tuple[Fit, list[Candidate]]] = []
+        periodic = [e for e in self.effects if isinstance(e, PeriodicEffect) and not e.only_saturated]
+        for origin in (self.nominal, base):
+            finely = partial(Screen(origin, self._whitener(origin)).candidates, finely=True)
+            scanned = self.each(finely, periodic)
+            starts += [(origin, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
+        return self._in_two_rounds(starts, FURTHER_KEPT)
 
     def _restarted(self, coloured: Sequence[Explanation]) -> list[Explanation]:
         """The best of `coloured` from other limits, dead zones and gains."""

@@ -24,6 +24,9 @@ MAX_PERIODS = 240
 SHORTEST_PERIOD_SHARE = 1 / 60
 """Of the travel, where a quarter of a cycle more over it is told apart; shorter periods are not scanned."""
 
+SAMPLES_A_PERIOD = 2.5
+MAX_FINE_PERIODS = 2000
+
 CHUNK = 40
 
 LARGEST_RESPONSE = 1e6
@@ -64,10 +67,13 @@ class Screen:
         correlation = projected.T @ self.residual
         return float(correlation @ np.linalg.solve(gram, correlation))
 
-    def candidates(self, effect: Effect) -> list[Candidate]:
-        """Every start of `effect` with what it promises, best first."""
+    def candidates(self, effect: Effect, finely: bool = False) -> list[Candidate]:
+        """Every start of `effect` with what it promises, best first.
+
+        Periods are scanned `finely` down to what the samples can follow, otherwise to a share of the travel.
+        """
         found = (
-            self._scanned(effect)
+            self._scanned(effect, finely)
             if isinstance(effect, PeriodicEffect)
             else self.tried(effect, effect.starts(self.base.hypothesis.scale))
         )
@@ -103,15 +109,16 @@ class Screen:
             found.append(Candidate(effect, tuple(start), promised))
         return found
 
-    def _scanned(self, effect: PeriodicEffect) -> list[Candidate]:
+    def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
         hypothesis, values = self.base.hypothesis, self.base.values
         scale = hypothesis.scale
         chain = hypothesis.chain(values)
         dead_zone = hypothesis.settings(values, chain)[S.DEAD_ZONE]
         unit = effect.unit_amplitude(scale)
         signals = hypothesis.simulate_signals(values)
-        shortest = max(SHORTEST_PERIOD_SHARE * scale.travel, 2.5 * scale.output_speed / scale.rate)
-        count = int(np.clip(4 * scale.travel / shortest, 10, MAX_PERIODS))
+        followed = SAMPLES_A_PERIOD * scale.output_speed / scale.rate
+        shortest = followed if finely else max(SHORTEST_PERIOD_SHARE * scale.travel, followed)
+        count = int(np.clip(4 * scale.travel / shortest, 10, MAX_FINE_PERIODS if finely else MAX_PERIODS))
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
         sines, cosines = [], []
         for start in range(0, count, CHUNK):
