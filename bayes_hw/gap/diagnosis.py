@@ -26,6 +26,7 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
+from bayes_hw.gap.next_experiment import confusable_pairs, next_experiment
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
 from bayes_hw.gap.simulator_case import SimulatorCase
@@ -39,7 +40,6 @@ UNKNOWN_NOISE_SHARE = 1e-3
 """Of the travel: the noise assumed to start with where the model names none."""
 
 SECONDS_FOR_DRAWS = 3.0
-CONFUSABLE_EVIDENCE = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ def _finished(
         case.model.units.output,
     )
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
-    confusable = _confusable(decision, scores)
+    confusable = confusable_pairs(decision.answer, scores)
     verdict = Verdict(
         decision.answer,
         decision.probability,
@@ -190,7 +190,7 @@ def _finished(
         gaps[1],
         own,
         base_estimates,
-        _next_experiment(decision, confusable),
+        next_experiment(decision.answer, confusable),
         time.perf_counter() - begin,
         _notes(attribution),
     )
@@ -233,34 +233,6 @@ def _marginal_variance(explanation: Explanation) -> float:
     """Variance of a measured sample about the prediction, output units squared."""
     residual = float(np.mean(np.concatenate(explanation.fit.residuals) ** 2))
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
-
-
-def _confusable(decision: Decision, scores: dict[tuple[str, ...], float]) -> list[tuple[str, str]]:
-    """Pairs of single labels whose evidence the data cannot tell apart, where one of them is the answer."""
-    if len(decision.answer) != 1 or decision.answer[0] == "other":
-        return []
-    own = scores[decision.answer]
-    return [
-        (decision.answer[0], labels[0])
-        for labels, value in scores.items()
-        if len(labels) == 1 and labels != decision.answer and own - value < CONFUSABLE_EVIDENCE
-    ]
-
-
-def _next_experiment(decision: Decision, confusable: Sequence[tuple[str, str]]) -> str | None:
-    """The experiment that would separate what the records leave open."""
-    if decision.answer == ("other",):
-        return (
-            "repeat one of the records unchanged: what repeats belongs to the axis, what does not to its "
-            "surroundings"
-        )
-    if not confusable:
-        return None
-    one, other = confusable[0]
-    return (
-        f"{one} and {other}: slow reversals of small amplitude, then the same at twice the amplitude and "
-        "from another position"
-    )
 
 
 def _notes(attribution: Attribution) -> list[str]:
