@@ -15,12 +15,12 @@ import numpy as np
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind, joined
-from bayes_hw.gap.blind.evidence import Evidence
+from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from bayes_hw.report.blind_report import blind_report, share_text
 
-NUMBERS = {"easy": 140, "hard": 160, "wide": 100}
+NUMBERS = {"easy": 290, "hard": 100, "wide": 12}
 QUICK_NUMBERS = {"easy": 2}
 BASELINES = {
     "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",
@@ -35,7 +35,12 @@ def main() -> None:
     scores = {kind: score_evidence(part, np.random.default_rng(study.seed)) for kind, part in parts.items()}
     together = joined(list(parts.values()))
     score = score_evidence(together, np.random.default_rng(study.seed))
-    baselines = {name: baseline_score(study, numbers, function) for name, function in BASELINES.items()}
+    baselines = {
+        "Akaike, white residuals": score_evidence(
+            of_white_choice(together), np.random.default_rng(study.seed)
+        ),
+        **{name: baseline_score(study, numbers, function) for name, function in BASELINES.items()},
+    }
     study.write_document(blind_report(score, together, study.origin(), baselines))
     results = {kind: score_to_dict(scores[kind], part) for kind, part in parts.items()}
     study.write_results(

@@ -33,6 +33,7 @@ from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
 from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.verdict import Estimate, Verdict
+from bayes_hw.gap.white_choice import white_choice
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
 
@@ -193,6 +194,7 @@ def _finished(
         next_experiment(decision.answer, confusable),
         time.perf_counter() - begin,
         _notes(attribution),
+        white_choice(attribution),
     )
     return Diagnosis(
         case,

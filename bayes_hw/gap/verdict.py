@@ -39,7 +39,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Verdict:
-    """See FORMATS: what is said to be present, how probable, where, how far the gap shrinks."""
+    """See FORMATS: what is said to be present, how probable, where, how far the gap shrinks.
+
+    `white_choice` is what a plain rule would have said, kept to be compared with.
+    """
 
     answer: tuple[str, ...]
     probability: Mapping[str, float]
@@ -52,6 +55,7 @@ class Verdict:
     next_experiment: str | None
     seconds: float
     notes: Sequence[str] = ()
+    white_choice: Sequence[str] = ()
 
     def to_dict(self) -> dict[str, object]:
         """The content of verdict.json."""
@@ -66,6 +70,7 @@ class Verdict:
             "base": {name: estimate.to_dict() for name, estimate in self.base.items()},
             "next_experiment": self.next_experiment,
             "notes": list(self.notes),
+            "white_choice": list(self.white_choice),
             "seconds": self.seconds,
         }
 

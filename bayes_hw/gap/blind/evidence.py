@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from bayes_hw.gap.blind.folders import (
     read_truth,
 )
 from bayes_hw.gap.blind.run import PREDICTION, SCHEMA, VERDICT, VERDICTS, case_digest, verdict_digest
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,7 @@ class CaseVerdict:
     after: FloatArray | None = None
     seconds: float = float("nan")
     failed: bool = False
+    white_choice: tuple[str, ...] = ()
 
 
 FAILED = CaseVerdict(("no verdict",), {}, failed=True)
@@ -125,6 +127,7 @@ def read_verdict(folder: Path) -> CaseVerdict:
             before=np.array([float(row["before"]) for row in table]),
             after=np.array([float(row["after"]) for row in table]),
             seconds=float(content["seconds"]),
+            white_choice=tuple(content.get("white_choice", ())),
         )
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
@@ -190,3 +193,15 @@ def _truth(name: str, files: Mapping[str, str]) -> CaseTruth:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"the truth of {name} is missing or damaged ({error!r})") from None
+
+
+def of_white_choice(evidence: Evidence) -> Evidence:
+    """The same cases as a plain rule would have answered them (`white_choice` of their verdicts)."""
+    plain = []
+    for verdict in evidence.verdicts:
+        labels = verdict.white_choice
+        block = LABEL_BLOCKS.get(labels[0], "") if labels else "none"
+        said = dict.fromkeys(labels or ("none",), 1.0)
+        probability = {label: said.get(label, 0.0) for label in verdict.probability}
+        plain.append(CaseVerdict(labels, probability, block, failed=verdict.failed))
+    return replace(evidence, verdicts=tuple(plain))
