@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.gap.base_shift import BaseShift, base_shifts
 from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.latent_force import latent_force
 from bayes_hw.gap.ranking import Ranked, ranking
 from bayes_hw.gap.residual_map import noise_power, residual_map
 from bayes_hw.gap.shrink import Closure
@@ -24,6 +25,7 @@ from bayes_hw.report.figures_diagnosis import (
     time_frequency,
     time_segments,
 )
+from bayes_hw.report.figures_latent_force import latent_force_figure
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.rounding import (
     MINUS,
@@ -93,6 +95,11 @@ def where_section(diagnosis: Diagnosis) -> Section:
         ),
         regimes_and_coherences(where.regimes, where.coherences, where.regime),
         time_segments(where.segments),
+        latent_force_figure(
+            latent_force(base, loudest),
+            diagnosis.case.train[loudest].name,
+            (diagnosis.case.model.units.output, diagnosis.case.model.units.time),
+        ),
     ]
     return Section("Where", tuple(blocks))
 
