@@ -20,7 +20,7 @@ from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from bayes_hw.report.blind_report import blind_report, share_text
 
-NUMBERS = {"easy": 290, "hard": 100, "wide": 12}
+NUMBERS = {"easy": 240, "hard": 140, "wide": 20}
 QUICK_NUMBERS = {"easy": 2}
 BASELINES = {
     "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",

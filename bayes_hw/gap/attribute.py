@@ -102,8 +102,10 @@ class Attributor:
         tried = TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT
         singles = self.single_fits(bases[0], tried)
         coloured = self.each(lambda f: with_coloured_noise(f, self.measured), singles[:SINGLES_KEPT])
+        found += coloured
         self.tell("stochastic effects")
-        found += [*coloured, *self.stochastic.beside(base, coloured, singles)]
+        hosts = coloured if self.stochastic.lattice or self._unfinished(found) else []
+        found += self.stochastic.beside(base, hosts, singles if hosts else [])
         if structure and self._unfinished(found):
             self.tell("short periods and other starts")
             short = self._short_periods(bases[0])

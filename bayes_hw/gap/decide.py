@@ -29,7 +29,8 @@ class Calibration:
     """The constants of a decision, those of `calibration.json`: set by hand so far, not yet fitted.
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
-    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove;
+    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, `slow_pair_size`
+    that a stochastic one must make;
     `left_surprise` (nats) and `left_size` (units of the noise, joined by `left_share` of the gap) the
     leftover at which "other" is even odds, `loose_share` in its place where the effect itself cannot be
     followed sample by sample (chaotic motion, repeated or rounded samples);
@@ -42,6 +43,7 @@ class Calibration:
     single_gain: float
     pair_gain: float
     pair_size: float
+    slow_pair_size: float
     left_surprise: float
     left_size: float
     left_share: float
@@ -138,10 +140,8 @@ def _earned(
         elif scores[labels] < scores[reference.labels] + calibration.pair_gain:
             return False
         if pair.stochastic is not None and pair.stochastic.label != label:
-            if (
-                pair.stochastic.size is not None
-                and pair.stochastic.size < calibration.pair_size * pair.encoder_sigma
-            ):
+            least = calibration.slow_pair_size * pair.encoder_sigma
+            if pair.stochastic.size is not None and pair.stochastic.size < least:
                 return False
             continue
         removed = reference.fit.rmse**2 - pair.fit.rmse**2

@@ -7,6 +7,9 @@ from numba import njit
 
 LOG_2PI = np.log(2 * np.pi)
 
+SETTLED = 1e-7
+"""Relative change of the state's variance in a sample below which the gain is kept."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def jitter_filter(columns, coefficient, innovation_variance, extra_variance, white):  # type: ignore[no-untyped-def]
@@ -116,7 +119,7 @@ def state_filter(columns, transition, output, increment, initial, white):  # typ
                     scale = np.sqrt(abs(following[i, i] * following[j, j])) + 1e-300
                     moved = max(moved, abs(following[i, j] - variance[i, j]) / scale)
                     variance[i, j] = 0.5 * (following[i, j] + following[j, i])
-            settled = moved < 1e-9 and k > n
+            settled = moved < SETTLED and k > n
         log_determinant += log_total
         for c in range(m):
             innovation = columns[k, c]

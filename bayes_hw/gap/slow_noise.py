@@ -25,11 +25,14 @@ from bayes_hw.gap.spectra import (
     mean_spectrum,
 )
 from bayes_hw.gap.state_noise import StateNoise, torque_noise, walking_noise
-from bayes_hw.gap.stochastic import StochasticFit
+from bayes_hw.gap.stochastic import StochasticFit, autoregression
 
 STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
 CURVATURE_STEP = 0.05
+
+HOPELESS = 5.0
+"""Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
 
 Model: TypeAlias = Callable[[FloatArray], StateNoise]
 Power: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
@@ -150,14 +153,17 @@ def _fitted(
         value = -noise(p).fitted_to(fit.residuals).log_likelihood
         return value if np.isfinite(value) else 1e300
 
+    lowest = cost(start)
+    if lowest > HOPELESS - autoregression(fit).log_likelihood:
+        return start, np.ones(len(start)), noise(start).fitted_to(fit.residuals)
     found = minimize(
         cost,
         start,
         method="Nelder-Mead",
         options={"maxfev": EXACT_EVALUATIONS, "fatol": 0.1, "xatol": 1e-3},
     )
-    best = np.asarray(found.x if found.fun < cost(start) else start)
-    lowest = cost(best)
+    best = np.asarray(found.x if found.fun < lowest else start)
+    lowest = min(float(found.fun), lowest)
     sds = np.empty(len(best))
     for i in range(len(best)):
         step = np.zeros(len(best))
