@@ -29,14 +29,13 @@ class Calibration:
     """The constants of a decision, those of `calibration.json`: set by hand so far, not yet fitted.
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
-    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, `slow_pair_size`
-    that a stochastic one must make;
-    `left_surprise` (nats) and `left_size` (units of the noise, joined by `left_share` of the gap) the
-    leftover at which "other" is even odds, `loose_share` in its place where the effect itself cannot be
-    followed sample by sample (chaotic motion, repeated or rounded samples);
-    `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor` the least doubt;
-    `pair_ceiling` the largest probability of a label in an answer of two;
-    `sigma_log_sd` how far a nominal noise may be off.
+    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
+    `slow_pair_size` that a stochastic one must make; `left_surprise` (nats) and `left_size` (units of the
+    noise, joined by `left_share` of the gap) the leftover at which "other" is even odds, `loose_share` in the
+    place of `left_share` where the effect itself cannot be followed sample by sample (chaotic motion,
+    repeated or rounded samples); `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor`
+    the least doubt; `pair_ceiling` the largest probability of a label in an answer of two; `sigma_log_sd` how
+    far a nominal noise may be off.
     """
 
     temperature: float

@@ -106,13 +106,13 @@ def gap_canvas(
 
 
 def block_shares(share: Mapping[str, float], named: str) -> Figure:
-    """How much of the evidence each block's best effect makes up; the block `named` stands out."""
+    """Each block's share in what helps; the block `named` stands out."""
     return _bars(
         {name: 100 * value for name, value in share.items()},
         {named},
-        "gain in log-evidence, % of the best explanation's",
-        "Where by block: gain in log-evidence of the best single effect of every block, as a share of what "
-        f"the best explanation of all gains. Verdict: {named}.",
+        "share in what helps (%)",
+        "Where by block: what a free function that enters at the block takes of the residual, base tangents "
+        f"projected off, and what the block's best single effect gains. Verdict: {named}.",
         f"Bars of {len(share)} blocks; the verdict is {named}.",
         100.0,
     )

@@ -13,6 +13,7 @@ from bayes_hw.gap.decide import (
     best_of_sets,
     choose,
     decide,
+    expected_left,
     probability_of_other,
     score,
 )
@@ -20,9 +21,9 @@ from bayes_hw.gap.leftover import Leftover
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
-    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, left_surprise=40.0, left_size=0.3,
-    left_share=0.05, loose_share=0.3,
-    left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
+    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3,
+    left_surprise=40.0, left_size=0.3, left_share=0.05, loose_share=0.3, left_sharpness=2.0,
+    floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
 
 
 @dataclass
@@ -34,6 +35,7 @@ class Stub:
     rmse: float = 1.0
     encoder_sigma: float = 1.0
     stochastic: Any = None
+    chaotic: bool = False
 
     @property
     def fit(self) -> Any:
@@ -143,3 +145,17 @@ def test_other_takes_the_place_of_a_name() -> None:
     assert decision.answer == ("other",)
     assert decision.probability["other"] > 0.95 > 0.05 > decision.probability["friction"]
     assert decision.leftovers == tuple(left)
+
+
+def test_what_even_a_right_explanation_may_leave() -> None:
+    """A share of the gap, a larger one where the motion is chaotic or the display repeats or rounds."""
+    base, plain = Stub((), 0, rmse=5.0), Stub(("friction",), 9, rmse=1.0)
+    chaotic = Stub(("backlash",), 9, rmse=1.0, chaotic=True)
+    rounded = Stub(("timing_jitter",), 9, rmse=1.0, stochastic=SimpleNamespace(display=object()))
+    gap = 24**0.5
+    assert expected(base, plain) == pytest.approx(CONSTANTS.left_share * gap)
+    assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
+
+
+def expected(base: Stub, explanation: Stub) -> float:
+    return expected_left(base, explanation, CONSTANTS)  # type: ignore[arg-type]
