@@ -33,9 +33,9 @@ class Calibration:
     `slow_pair_size` that a stochastic one must make; `left_surprise` (nats) and `left_size` (units of the
     noise, joined by `left_share` of the gap) the leftover at which "other" is even odds, `loose_share` in the
     place of `left_share` where the effect itself cannot be followed sample by sample (chaotic motion,
-    repeated or rounded samples); `left_sharpness` how fast the odds change with the logarithm of the surprise; `floor`
-    the least doubt; `pair_ceiling` the largest probability of a label in an answer of two; `sigma_log_sd` how
-    far a nominal noise may be off.
+    repeated or rounded samples); `left_sharpness` how fast the odds change with the logarithm of the
+    surprise; `floor` the least doubt; `pair_ceiling` the largest probability of a label in an answer of two;
+    `sigma_log_sd` how far a nominal noise may be off.
     """
 
     temperature: float
