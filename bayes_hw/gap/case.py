@@ -9,6 +9,7 @@ from pathlib import Path
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.files import read_small_text
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -31,7 +32,9 @@ class Case:
         """Read case.json and what it names, relative to `folder`. Raises InputError on anything wrong."""
         path = folder / "case.json"
         try:
-            data = json.loads(path.read_text(encoding="utf-8"))
+            data = json.loads(read_small_text(path))
+        except InputError:
+            raise
         except OSError as error:
             raise InputError(f"{path}: cannot be read ({error.strerror}); give a case folder") from None
         except (ValueError, RecursionError) as error:

@@ -95,3 +95,10 @@ def test_bytes_that_are_no_text_are_refused(folder: Path) -> None:
     (folder / "case.json").write_bytes(b"\xff\xfe{")
     with pytest.raises(InputError, match="not JSON"):
         Case.read(folder)
+
+
+def test_an_endless_file_is_refused(folder: Path) -> None:
+    (folder / "case.json").unlink()
+    (folder / "case.json").symlink_to("/dev/zero")
+    with pytest.raises(InputError, match="not a regular file"):
+        Case.read(folder)
