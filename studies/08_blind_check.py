@@ -30,7 +30,7 @@ BASELINES = {
 
 def main() -> None:
     study = start_study("08_blind_check", __doc__, diagnoses=True)
-    numbers = QUICK_NUMBERS if study.quick else NUMBERS
+    numbers = QUICK_NUMBERS if study.quick else {k: round(n * study.share) for k, n in NUMBERS.items()}
     parts = {kind: evidence_of(study, kind, count) for kind, count in numbers.items()}
     scores = {kind: score_evidence(part, np.random.default_rng(study.seed)) for kind, part in parts.items()}
     together = joined(list(parts.values()))

@@ -41,6 +41,7 @@ class Study:
     begin: float
     scheduler: str | None = None
     diagnosis: str = DIAGNOSIS
+    share: float = 1.0
 
     def executor(self) -> Executor:
         """Where the replicates of the study run."""
@@ -83,6 +84,7 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
     parser.add_argument("--out", type=Path, default=REPORTS / name, help="folder of the results")
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
+        parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
     parsed = parser.parse_args()
     return Study(
         name,
@@ -94,6 +96,7 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         time.perf_counter(),
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
+        getattr(parsed, "share", 1.0),
     )
 
 
