@@ -1,4 +1,4 @@
-"""A headless Chromium driven over its debugging pipe, for looking at pages as a reader's browser shows them."""
+"""A headless Chromium driven over its debugging pipe: pages as a reader's browser shows them."""
 
 from __future__ import annotations
 
@@ -84,14 +84,18 @@ class Browser:
 
     def open(self, page: Path, *, dark: bool = False, width: int = 1280) -> None:
         """Load a file and wait until it and its pictures have been drawn."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+        self.call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False
+        )
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.call("Emulation.setEmulatedMedia", media="screen", features=[scheme])
         self.errors, self.requests, self._loaded = [], [], False
         self.call("Page.navigate", url=page.resolve().as_uri())
         self._wait_for_load()
         self.evaluate("Promise.all([...document.images].map(image => image.decode().catch(() => 0)))")
-        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))")
+        self.evaluate(
+            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))"
+        )
 
     def evaluate(self, script: str) -> Any:
         """The value of a JavaScript expression in the page; promises are waited for."""
@@ -107,7 +111,9 @@ class Browser:
     def drag(self, x: float, y: float, to: float) -> None:
         """Press at (x, y) of the view, move to (to, y) and let go."""
         for kind, at in (("mousePressed", x), ("mouseMoved", to), ("mouseReleased", to)):
-            self.call("Input.dispatchMouseEvent", type=kind, x=at, y=y, button="left", buttons=1, clickCount=1)
+            self.call(
+                "Input.dispatchMouseEvent", type=kind, x=at, y=y, button="left", buttons=1, clickCount=1
+            )
 
     def pdf(self) -> bytes:
         """The page as the browser prints it."""

@@ -117,7 +117,7 @@ def which_section(diagnosis: Diagnosis) -> Section:
         Table(
             ("what is left", "surprise (nats)", "size / noise"),
             tuple(
-                (left.kind, format_number(left.surprise), format_number(left.size, 2))
+                (left.kind, f"{left.surprise:.2f}", f"{left.size:.2f}")
                 for left in diagnosis.decision.leftovers
             ),
             f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
@@ -266,6 +266,7 @@ def _zoomable(diagnosis: Diagnosis) -> ZoomableRecord:
             diagnosis.verdict.gap_holdout.noise_floor,
             _widest_gap(diagnosis),
         ),
+        record.name,
     )
 
 
