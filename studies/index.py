@@ -12,6 +12,7 @@ from manifest import REPORTS, STUDIES, Manifest, question_of, read_manifest
 from markupsafe import Markup
 
 from bayes_hw.files import write_text_atomically
+from bayes_hw.report.html import breakable
 from bayes_hw.report.palette import page_colours
 from bayes_hw.report.rounding import format_duration
 
@@ -36,6 +37,7 @@ def write_index(reports: Path) -> Path:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["breakable"] = breakable
     style = files("bayes_hw.report") / "templates" / "report.css"
     page = environment.from_string((STUDIES / "index.html").read_text(encoding="utf-8")).render(
         studies=list(entries(reports)),

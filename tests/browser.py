@@ -97,6 +97,12 @@ class Browser:
             "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))"
         )
 
+    def follow(self, link: str) -> None:
+        """Click the link that a CSS selector names and wait for the page it leads to."""
+        self._loaded = False
+        self.evaluate(f"document.querySelector({json.dumps(link)}).click()")
+        self._wait_for_load()
+
     def evaluate(self, script: str) -> Any:
         """The value of a JavaScript expression in the page; promises are waited for."""
         found = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
@@ -116,7 +122,9 @@ class Browser:
             )
 
     def pdf(self) -> bytes:
-        """The page as the browser prints it."""
+        """The page as the browser prints it, on a computer set to dark colours."""
+        scheme = {"name": "prefers-color-scheme", "value": "dark"}
+        self.call("Emulation.setEmulatedMedia", media="print", features=[scheme])
         printed = self.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
         return base64.b64decode(printed["data"])
 

@@ -16,7 +16,7 @@ from bayes_hw.report.figures_identification import (
     static_blocks,
     step_results,
 )
-from bayes_hw.report.rounding import format_number
+from bayes_hw.report.rounding import format_number, format_p_value
 
 LISTED_ORDERS = 12
 
@@ -149,7 +149,7 @@ def _residual_section(analysis: Analysis) -> Section:
             (
                 test.name,
                 format_number(test.statistic),
-                f"{test.p_value:.2g}",
+                format_p_value(test.p_value),
                 "yes" if test.passed else "no",
                 test.meaning,
             )

@@ -34,7 +34,7 @@ def to_html(report: Report) -> str:
     environment.filters["data_uri"] = _svg_data_uri
     environment.filters["script_json"] = _script_json
     environment.filters["formula_svg"] = formula_svg
-    environment.filters["breakable"] = _breakable
+    environment.filters["breakable"] = breakable
     environment.filters["percent_of_column"] = _percent_of_column
     return environment.get_template("report.html").render(
         report=content,
@@ -66,7 +66,7 @@ def _script_json(value: Any) -> Markup:
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
-def _breakable(text: str) -> Markup:
+def breakable(text: str) -> Markup:
     """`text`, escaped, that may go on a new line after an underscore."""
     return escape(text).replace("_", Markup("_<wbr>"))
 

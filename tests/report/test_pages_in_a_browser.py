@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser, browser_program
+from browser import Browser
 from matplotlib.image import imread
 
 from bayes_hw.report.document import Report
@@ -51,20 +51,13 @@ PIXELS = """
   const canvas = document.querySelector(".live canvas");
   const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
   let drawn = 0, sum = 0;
-  for (let k = 0; k < data.length; k += 4) if (data[k + 3]) { drawn++; sum = (sum * 31 + data[k] + k) % 1000003; }
+  for (let k = 0; k < data.length; k += 4) {
+    if (data[k + 3]) { drawn++; sum = (sum * 31 + data[k] + k) % 1000003; }
+  }
   return [drawn, sum];
 })()
 """
 """How many pixels of the zoomable figure are drawn on, and a number that changes with the picture."""
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    program = browser_program()
-    if program is None:
-        pytest.skip("no chromium or google-chrome on the PATH: pages were not looked at")
-    with Browser(program, tmp_path_factory.mktemp("profile")) as found:
-        yield found
 
 
 def check_page(browser: Browser) -> None:
