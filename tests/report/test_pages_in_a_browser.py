@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser import Browser
 from matplotlib.image import imread
+from page_checks import check_page
 
 from bayes_hw.report.document import Report
 from bayes_hw.report.html import to_html
@@ -19,30 +20,6 @@ REPORTS = Path(__file__).resolve().parents[2] / "reports"
 PAGES = sorted(REPORTS.glob("*/report.html"))
 MOST_BYTES = 5 * 2**20
 HOSTILE = '<img src=x onerror="alert(1)"></title><script>alert(1)</script><style>body{display:none}</style>'
-
-NOT_DRAWN = """
-[...document.querySelectorAll("figure, .formula")]
-  .map(shown => [shown.id, ...shown.querySelectorAll("img, canvas, table")].map(one => {
-    if (typeof one === "string") return "";
-    if (one.checkVisibility && !one.checkVisibility()) return "";
-    const box = one.getBoundingClientRect();
-    const empty = box.width < 10 || box.height < 5 || (one.tagName === "IMG" && !one.naturalWidth);
-    return empty ? one.tagName + " of " + shown.id : "";
-  }).filter(Boolean))
-  .flat()
-"""
-"""Pictures, canvases and tables meant to be seen that take up no room."""
-
-HIDDEN_FIGURES = """
-[...document.querySelectorAll("figure")]
-  .filter(figure => ![...figure.querySelectorAll("img, canvas, table")].some(one => one.checkVisibility()))
-  .map(figure => figure.id)
-"""
-
-DEAD_LINKS = """
-[...document.querySelectorAll("a[href^='#']")]
-  .map(link => link.hash.slice(1)).filter(name => !document.getElementById(name))
-"""
 
 TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
@@ -58,15 +35,6 @@ PIXELS = """
 })()
 """
 """How many pixels of the zoomable figure are drawn on, and a number that changes with the picture."""
-
-
-def check_page(browser: Browser) -> None:
-    """What holds of every page, once opened."""
-    assert browser.errors == []
-    assert len(browser.requests) == 1
-    assert browser.evaluate(NOT_DRAWN) == []
-    assert browser.evaluate(HIDDEN_FIGURES) == []
-    assert browser.evaluate(DEAD_LINKS) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.parent.name)
