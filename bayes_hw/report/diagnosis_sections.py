@@ -156,7 +156,10 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
 def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
     mark = "▸ " if row.labels == chosen else ""
     gain = NO_NUMBER if row.gain is None else f"{row.gain:.1f}".replace("-", MINUS)
-    closes = NO_NUMBER if row.closes is None else format_percent(row.closes)
+    if row.closes is None:
+        closes = NO_NUMBER
+    else:
+        closes = format_percent(row.closes) if row.closes >= -1 else f"< {MINUS}100 %"
     return (mark + row.name, gain, format_number(row.rmse), closes)
 
 

@@ -53,10 +53,10 @@ def format_interval(lower: float, upper: float, unit: str = "") -> str:
     """
     width = abs(upper - lower)
     if not (_usable(lower, width) and math.isfinite(upper)):
-        ends = f"[{format_number(lower)}, {format_number(upper)}]"
+        ends = f"[{format_number(lower)},{NO_BREAK_SPACE}{format_number(upper)}]"
         return _append(ends, unit)
     decimals, exponent = _places([lower, upper], width / 2)
-    return _append(_scaled([lower, upper], "[{}, {}]", decimals, exponent), unit)
+    return _append(_scaled([lower, upper], f"[{{}},{NO_BREAK_SPACE}{{}}]", decimals, exponent), unit)
 
 
 def format_p_value(p_value: float) -> str:
