@@ -21,6 +21,9 @@ FILE_NAME = "manifest.json"
 STUDIES = Path(__file__).resolve().parent
 REPORTS = STUDIES.parent / "reports"
 PACKAGE = Path(bayes_hw.__file__).resolve().parent
+WITHOUT_NUMBERS = {"index.py", "manifest.py"}
+"""Scripts beside the studies that change no result."""
+
 SOURCE_ENDINGS = (".py", ".json", ".html", ".css", ".js", ".typ")
 
 
@@ -110,10 +113,11 @@ def question_of(script: Path) -> str:
 
 
 def code_digest(script: Path) -> str:
-    """SHA-256 over the sources of the package, study.py and the script, with their names."""
+    """SHA-256 over the sources of the package, what studies import beside it, and the script, with names."""
     sources = sorted(path for path in PACKAGE.rglob("*") if path.suffix in SOURCE_ENDINGS)
+    beside = sorted(p for p in STUDIES.glob("[a-z]*.py") if p.name not in WITHOUT_NUMBERS)
     total = hashlib.sha256()
-    for path in [*sources, STUDIES / "study.py", script]:
+    for path in [*sources, *beside, script]:
         name = path.relative_to(PACKAGE.parent) if path.is_relative_to(PACKAGE) else path.name
         total.update(f"{name}\0{digest(path)}\n".encode())
     return total.hexdigest()

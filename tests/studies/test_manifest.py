@@ -79,6 +79,24 @@ def test_done_until_command_code_or_a_file_changes(written: Manifest, folder: Pa
     assert not written.is_done(folder, code, COMMAND)
 
 
+def test_helpers_of_the_studies_change_the_code_and_other_studies_do_not(
+    script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "studies"
+    shutil.copytree(module.STUDIES, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(module, "STUDIES", folder)
+    known = code_digest(script)
+    for name, changes in {
+        "02_twin.py": False,
+        "index.py": False,
+        "rivals.py": True,
+        "study.py": True,
+    }.items():
+        (folder / name).write_text((folder / name).read_text() + "\n")
+        assert (code_digest(script) != known) == changes
+        known = code_digest(script)
+
+
 def test_any_source_of_the_package_changes_the_code(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
