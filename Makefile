@@ -21,8 +21,10 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
+# Goes on where it stopped: what this code has made before is left alone, unless FORCE=1 is given.
 studies: $(STAMP)
-	set -e; for script in studies/[0-9]*.py; do $(BIN)/python $$script; done
+	set -e; for script in studies/[0-9]*.py; do $(BIN)/python $$script $(if $(FORCE),,--unless-done); done
+	$(BIN)/python studies/index.py
 
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \

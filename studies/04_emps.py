@@ -1,10 +1,9 @@
-"""The EMPS positioning axis (motor and ball screw): a linear drive with friction seen as a Hammerstein-
-Wiener axis.
+"""Does a Hammerstein-Wiener model hold for the EMPS positioning axis, a linear drive with friction?
 
-Measured in closed loop (Janot, Gautier, Brunot, Workshop on Nonlinear System Identification Benchmarks
-2019): drive command in V, position in m at 1 kHz, put on 100 Hz (the command averaged over each
-interval, the position taken at its end). The first 60 % are fitted, the rest held out; the published
-open-loop simulation errors are on another record. Skipped where the data is absent.
+A motor and a ball screw, measured in closed loop (Janot, Gautier, Brunot, Workshop on Nonlinear System
+Identification Benchmarks 2019): drive command in V, position in m at 1 kHz, put on 100 Hz (the command
+averaged over each interval, the position taken at its end). The first 60 % are fitted, the rest held out;
+the published open-loop simulation errors are on another record. Skipped where the data is absent.
 """
 
 from __future__ import annotations

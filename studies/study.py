@@ -1,4 +1,4 @@
-"""What every study script shares: its options, its folder, its results file."""
+"""What every study script shares: its options, its folder, its results, its manifest."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from index import write_index
+from manifest import REPORTS, code_digest, new_manifest, read_manifest
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.commands.axis import write_analysis
@@ -24,15 +27,18 @@ from bayes_hw.report.document import Report
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
-REPORTS = Path(__file__).resolve().parents[1] / "reports"
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared"
 
 
-@dataclass(frozen=True)
+@dataclass
 class Study:
-    """One run of one study: its name, its options and when it began."""
+    """One run of one study: its name, its script, its options and when it began.
+
+    A run is finished, and has its manifest, once both its results and its report are written.
+    """
 
     name: str
+    script: Path
     quick: bool
     seed: int
     jobs: int
@@ -42,6 +48,9 @@ class Study:
     scheduler: str | None = None
     diagnosis: str = DIAGNOSIS
     share: float = 1.0
+    began_at: float = field(default_factory=time.time)
+    report: Report | None = None
+    results_written: bool = False
 
     def executor(self) -> Executor:
         """Where the replicates of the study run."""
@@ -53,6 +62,8 @@ class Study:
         write_text_atomically(
             self.out / "results.json", json.dumps(content, indent=1, allow_nan=False) + "\n"
         )
+        self.results_written = True
+        self._finish()
 
     def write_report(self, analysis: Analysis) -> None:
         """Write the files of the analysis, report.html and report.pdf, and say where they are."""
@@ -64,15 +75,48 @@ class Study:
         """Write report.html and report.pdf, and say where they are."""
         written = render(report, self.out)
         print(f"report: {written.html}\n        {written.pdf}")
+        self.report = report
+        self._finish()
+
+    def _finish(self) -> None:
+        """Write manifest.json, and reports/index.html anew, once results and report are there."""
+        if self.report is None or not self.results_written:
+            return
+        files = [p.name for p in self.out.iterdir() if p.is_file() and p.stat().st_mtime >= self.began_at - 1]
+        manifest = new_manifest(
+            self.name,
+            self.script,
+            self.report,
+            self.origin(),
+            quick=self.quick,
+            folder=self.out,
+            files=[name for name in files if name != "manifest.json"],
+        )
+        manifest.write(self.out)
+        if self.out.resolve().parent == REPORTS:
+            write_index(REPORTS)
+
+    def is_done(self) -> bool:
+        """Whether the same command has made what lies in the folder, by the code as it is now."""
+        manifest = read_manifest(self.out)
+        return manifest is not None and manifest.is_done(self.out, code_digest(self.script), self.command)
+
+    @property
+    def command(self) -> str:
+        """What makes the same numbers again."""
+        another = f" --diagnosis {self.diagnosis}" * (self.diagnosis != DIAGNOSIS)
+        return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
         """Where the results of this run come from."""
-        command = f"python studies/{Path(sys.argv[0]).name} --seed {self.seed}" + " --quick" * self.quick
-        return provenance(command, self.seed, records, time.perf_counter() - self.begin)
+        return provenance(self.command, self.seed, records, time.perf_counter() - self.begin)
 
 
 def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> Study:
-    """Parse the options of a study script; one that `diagnoses` can be given another diagnosis to check."""
+    """Parse the options of a study script; one that `diagnoses` can be given another diagnosis to check.
+
+    Ends the script where --unless-done is given and nothing is to be done.
+    """
     parser = argparse.ArgumentParser(
         description=question, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -81,13 +125,17 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="threads (default: all cores)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="run replicates on this Dask cluster instead")
     parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument(
+        "--unless-done", action="store_true", help="skip what this code has made with these options before"
+    )
     parser.add_argument("--out", type=Path, default=REPORTS / name, help="folder of the results")
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
         parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
     parsed = parser.parse_args()
-    return Study(
+    study = Study(
         name,
+        Path(sys.argv[0]).resolve(),
         parsed.quick,
         parsed.seed,
         parsed.jobs,
@@ -98,6 +146,12 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
     )
+    if parsed.unless_done and study.is_done():
+        print(
+            f"done: {parsed.out} is of this code, seed and options; leave out --unless-done to run it again"
+        )
+        sys.exit(0)
+    return study
 
 
 def skip_without(data: Path) -> None:

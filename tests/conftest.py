@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from browser import Browser, browser_program
 from simulated_records import SAMPLE_RATE_HZ, measured
 
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -19,6 +20,16 @@ from bayes_hw.threads import one_blas_thread
 def _one_blas_thread() -> Iterator[None]:
     with one_blas_thread():
         yield
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A headless browser that stays offline; tests that ask for it are skipped where there is none."""
+    program = browser_program()
+    if program is None:
+        pytest.skip("no chromium or google-chrome on the PATH: pages were not looked at")
+    with Browser(program, tmp_path_factory.mktemp("profile")) as found:
+        yield found
 
 
 @pytest.fixture(scope="session")

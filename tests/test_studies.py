@@ -33,5 +33,7 @@ def test_quick_run(script: Path, tmp_path: Path) -> None:
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["study"] == script.stem
     assert results["quick"] is True
-    reports = {path.suffix for path in tmp_path.glob("report.*")}
-    assert reports in (set(), {".html", ".pdf"})
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert (manifest["study"], manifest["quick"], manifest["seed"]) == (script.stem, True, 1)
+    assert set(manifest["files"]) == {path.name for path in tmp_path.iterdir()} - {"manifest.json"}
+    assert {"results.json", "report.html", "report.pdf"} <= set(manifest["files"])

@@ -186,7 +186,7 @@ def _shown(experiment: Experiment, joint: JointStage, block: str, present: str, 
         return Shown(False, f"{absent}, which leaves nothing to estimate it from")
     without = joint.rms_without[block] * experiment.output_scale
     change = (
-        f"leaving it out changes the criterion by {rise:.3g} (bound {DECISIVE:g}) "
+        f"leaving it out changes the criterion by {rise:.0f} (bound {DECISIVE:g}) "
         f"and the rms output error to {without:.4g}"
     )
     if getattr(joint.fit.structure, block):

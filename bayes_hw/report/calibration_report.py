@@ -26,7 +26,7 @@ from bayes_hw.report.figures_calibration import (
     rank_histograms,
 )
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import format_duration, format_interval, format_percent
+from bayes_hw.report.rounding import format_duration, format_interval, format_p_value, format_percent
 
 HDI_COLUMN = len(INTERVALS) - 1
 
@@ -170,8 +170,8 @@ def _right_section(right: CalibrationSummary) -> Section:
     rows = tuple(
         (
             _words(name),
-            _p_text(right.p_values[name]),
-            *(f"{format_percent(c.achieved, 1)} {_in_percent(c)}" for c in right.coverage.get(name, ())),
+            format_p_value(right.p_values[name]),
+            *(f"{100 * c.achieved:.1f} {_in_percent(c)}" for c in right.coverage.get(name, ())),
             *([""] * (len(INTERVALS) if name not in right.coverage else 0)),
         )
         for name in right.ranks
@@ -185,7 +185,7 @@ def _right_section(right: CalibrationSummary) -> Section:
                 ("quantity", "p", *INTERVALS),
                 rows,
                 "p-value of the ECDF of each quantity alone, and coverage of its intervals with 95 % "
-                "binomial intervals in per cent.",
+                "binomial intervals, in per cent.",
                 (1, *range(2, 2 + len(INTERVALS))),
             ),
         ),

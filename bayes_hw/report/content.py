@@ -93,6 +93,10 @@ def _block(block: Block, numbers: dict[str, int]) -> dict[str, Any]:
                 "time_unit": visible(block.time_unit),
                 "output_unit": visible(block.output_unit),
                 "band_label": visible(block.band_label),
+                "live_caption": visible(
+                    f"The record “{block.name}”, its prediction and the {block.band_label}, to be zoomed; "
+                    "below, record minus prediction. Printed, and in the PDF, a still picture stands here."
+                ),
             }
 
 

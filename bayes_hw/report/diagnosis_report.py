@@ -107,7 +107,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     return Badge(
         f"closes {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
-        f"of the reducible error held out, 94 % interval {format_percent(low)} to {format_percent(high)}",
+        f"of the reducible error held out, 94 % interval {format_percent(low)} to {format_percent(high)}",
     )
 
 
@@ -153,7 +153,7 @@ def _records_section(diagnosis: Diagnosis) -> Section:
         Table(
             ("start of the base model", "cost", "above the best"),
             tuple(
-                (str(i + 1), format_number(cost, 5), format_number(cost - starts[0], 3) if i else NO_NUMBER)
+                (str(i + 1), format_number(cost, 5), f"{cost - starts[0]:.2f}" if i else NO_NUMBER)
                 for i, cost in enumerate(starts)
             ),
             "Fits of the base model from several starts, best first: half the sum of squared residuals in "

@@ -124,7 +124,7 @@ def which_section(diagnosis: Diagnosis) -> Section:
         Table(
             ("what is left", "surprise (nats)", "size / noise"),
             tuple(
-                (left.kind, format_number(left.surprise), format_number(left.size, 2))
+                (left.kind, f"{left.surprise:.2f}", f"{left.size:.2f}")
                 for left in diagnosis.decision.leftovers
             ),
             f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
@@ -163,7 +163,10 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
 def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
     mark = "▸ " if row.labels == chosen else ""
     gain = NO_NUMBER if row.gain is None else f"{row.gain:.1f}".replace("-", MINUS)
-    closes = NO_NUMBER if row.closes is None else format_percent(row.closes)
+    if row.closes is None:
+        closes = NO_NUMBER
+    else:
+        closes = format_percent(row.closes) if row.closes >= -1 else f"< {MINUS}100 %"
     return (mark + row.name, gain, format_number(row.rmse), closes)
 
 
@@ -273,6 +276,7 @@ def _zoomable(diagnosis: Diagnosis) -> ZoomableRecord:
             diagnosis.verdict.gap_holdout.noise_floor,
             _widest_gap(diagnosis),
         ),
+        record.name,
     )
 
 

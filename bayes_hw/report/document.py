@@ -112,8 +112,9 @@ class Figure:
 class ZoomableRecord:
     """A record, its prediction and their difference, to be zoomed in the HTML page.
 
-    All arrays have shape (samples,); `lower` and `upper` bound the band called `band_label`. `still` is
-    the picture that stands in its place in the PDF, on paper and where scripts do not run.
+    All arrays have shape (samples,); `lower` and `upper` bound the band called `band_label`; `name` is that
+    of the record. `still` is the picture that stands in its place in the PDF, on paper and where scripts do
+    not run.
     """
 
     t: FloatArray
@@ -125,6 +126,7 @@ class ZoomableRecord:
     output_unit: str
     band_label: str
     still: Figure
+    name: str
 
     def __post_init__(self) -> None:
         if len({len(self.t), *map(len, (self.y, self.mean, self.lower, self.upper))}) != 1:

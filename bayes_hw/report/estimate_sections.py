@@ -16,7 +16,7 @@ from bayes_hw.report.figures_identification import (
     static_blocks,
     step_results,
 )
-from bayes_hw.report.rounding import format_number
+from bayes_hw.report.rounding import format_number, format_p_value
 
 LISTED_ORDERS = 12
 
@@ -107,14 +107,16 @@ def _order_table(identification: Identification) -> Table:
     return Table(
         ("order", "delay (samples)", "integrator", "rms output error", "criterion above the best"),
         tuple(
-            (
-                str(candidate.order),
-                str(candidate.delay_samples),
-                "yes" if candidate.integrator else "no",
-                format_number(candidate.rms, 4),
-                f"{candidate.criterion - smallest:.1f}",
+            dict.fromkeys(
+                (
+                    str(candidate.order),
+                    str(candidate.delay_samples),
+                    "yes" if candidate.integrator else "no",
+                    format_number(candidate.rms, 4),
+                    f"{candidate.criterion - smallest:.1f}",
+                )
+                for candidate in best
             )
-            for candidate in best
         ),
         "The structures tried for the whole cascade, best first.",
         (0, 1, 3, 4),
@@ -142,12 +144,12 @@ def _residual_section(analysis: Analysis) -> Section:
         "innovations",
     )
     table = Table(
-        ("test", "statistic", "p-value", "passed", "meaning"),
+        ("test", "statistic", "p‑value", "passed", "meaning"),
         tuple(
             (
                 test.name,
                 format_number(test.statistic),
-                f"{test.p_value:.2g}",
+                format_p_value(test.p_value),
                 "yes" if test.passed else "no",
                 test.meaning,
             )

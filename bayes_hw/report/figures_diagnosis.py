@@ -94,7 +94,7 @@ def gap_canvas(
                 label = "noise floor, ± one sd" if (name, side) == ("after", 1) else None
                 axes.axhline(side * noise_sigma, color=INK, linewidth=0.9, linestyle="--", label=label)
             axes.set_ylim(-reach, reach)
-            axes.set_ylabel(with_unit(f"error {name}", record.units.output))
+            axes.set_ylabel("error\n" + with_unit(name, record.units.output))
         error = errors[1]
         error.set_xlabel(with_unit("time from first sample", record.units.time))
         error.set_xlim(t[0], t[-1])
@@ -236,7 +236,7 @@ def regimes_and_coherences(
         left.axvline(1.0, color=INK, linestyle="--", linewidth=1.0)
         left.set_xlim(0, 1.15 * max([*regimes.values(), 1.0]))
         left.set_xlabel("mean square / that of the noise")
-        _draw_bars(right, coherences, set())
+        _draw_bars(right, {name.replace("^2", "²"): share for name, share in coherences.items()}, set())
         right.set_xlim(0, 1.15 * max([*coherences.values(), 0.1]))
         right.set_xlabel("mean squared coherence")
         return finished(

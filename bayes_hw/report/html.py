@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 from jinja2 import DictLoader, Environment, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from bayes_hw.report.content import report_content
 from bayes_hw.report.document import TEXT_WIDTH_INCHES, Report
@@ -34,6 +34,7 @@ def to_html(report: Report) -> str:
     environment.filters["data_uri"] = _svg_data_uri
     environment.filters["script_json"] = _script_json
     environment.filters["formula_svg"] = formula_svg
+    environment.filters["breakable"] = breakable
     environment.filters["percent_of_column"] = _percent_of_column
     return environment.get_template("report.html").render(
         report=content,
@@ -63,6 +64,11 @@ def _script_json(value: Any) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
+
+
+def breakable(text: str) -> Markup:
+    """`text`, escaped, that may go on a new line after an underscore."""
+    return escape(text).replace("_", Markup("_<wbr>"))
 
 
 def _percent_of_column(width_inches: float) -> str:

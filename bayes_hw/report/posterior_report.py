@@ -204,6 +204,7 @@ def _prediction_section(analysis: Analysis) -> Section:
             first.record.units.output,
             f"{format_percent(INTERVAL_PROBABILITY)} band of y",
             _prediction_figure(analysis, first),
+            first.record.name,
         )
     )
     blocks += [_prediction_figure(analysis, prediction) for prediction in analysis.predictions[1:]]

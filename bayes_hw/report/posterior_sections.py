@@ -24,7 +24,13 @@ from bayes_hw.report.figures_posterior import (
 )
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.prior_notation import LEGEND, prior_notation
-from bayes_hw.report.rounding import format_estimate, format_interval, format_number, format_value
+from bayes_hw.report.rounding import (
+    format_estimate,
+    format_interval,
+    format_number,
+    format_percent,
+    format_value,
+)
 
 CORNER_DRAWS = 20_000
 MARGINAL_DRAWS = 40_000
@@ -149,7 +155,7 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
     ensembles, steps, walkers, _ = posterior.values.shape
     names = [parameter_name(name) for name in posterior.names]
     table = Table(
-        ("parameter", "mean", "MCSE of the mean", "bulk ESS", "tail ESS", "nested R-hat"),
+        ("parameter", "mean", "MCSE of the mean", "bulk ESS", "tail ESS", "nested R‑hat"),
         tuple(
             (
                 parameter_name(name).words,
@@ -166,12 +172,14 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         (1, 2, 3, 4, 5),
     )
     agreeing = sampling_starts(analysis)
+    independent = format_percent(sampling.plan.independence_weight)
+    accepted = format_percent(float(np.mean(sampling.acceptance)))
     blocks: list[Paragraph | Callout | Bullets | Table | Figure] = [
         Paragraph(
             f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each after the pilot, from "
-            f"starts spread over twice the width of the posterior. {sampling.plan.independence_weight:.0%} "
+            f"starts spread over twice the width of the posterior. {independent} "
             "of the moves were independence proposals from a t mixture refitted to the pilot, the rest "
-            f"differential evolution; {np.mean(sampling.acceptance):.0%} of all proposals were accepted. "
+            f"differential evolution; {accepted} of all proposals were accepted. "
             f"{sampling.non_finite} evaluations gave no finite number. {agreeing}"
         )
     ]

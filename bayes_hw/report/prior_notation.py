@@ -8,7 +8,7 @@ from bayes_hw.model.priors import HalfNormal, LogNormal, Normal, Prior, Uniform
 from bayes_hw.report.rounding import format_number
 
 LEGEND = (
-    "Priors: N(mean, sd) normal; LN(median, ×/÷ factor) log-normal, the factor spanning one standard "
+    "Priors: N(mean, sd) normal; LN(median, ×÷ factor) log-normal, the factor spanning one standard "
     "deviation; HN(scale) half-normal; U(ends) uniform; all in the parameter's unit."
 )
 
@@ -19,7 +19,7 @@ def prior_notation(prior: Prior) -> str:
         case Normal(mean, sd):
             return f"N({format_number(mean)}, {format_number(sd)})"
         case LogNormal(median, log_sd):
-            return f"LN({format_number(median)}, ×/÷\u00a0{format_number(math.exp(log_sd))})"
+            return f"LN({format_number(median)}, ×÷\u00a0{format_number(math.exp(log_sd))})"
         case HalfNormal(scale):
             return f"HN({format_number(scale)})"
         case Uniform(lower, upper):

@@ -13,6 +13,9 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 PLAIN_EXPONENTS = range(-4, 6)
 """Decimal exponents of the leading digit for which a number is written without a power of ten."""
 
+SMALLEST_P_VALUE = 0.0001
+"""Below it tests are not told apart: their distributions are not known that far out."""
+
 
 def format_number(value: float, significant: int = 3, unit: str = "") -> str:
     """`value` to `significant` digits, for numbers whose uncertainty is not stated."""
@@ -50,10 +53,17 @@ def format_interval(lower: float, upper: float, unit: str = "") -> str:
     """
     width = abs(upper - lower)
     if not (_usable(lower, width) and math.isfinite(upper)):
-        ends = f"[{format_number(lower)}, {format_number(upper)}]"
+        ends = f"[{format_number(lower)},{NO_BREAK_SPACE}{format_number(upper)}]"
         return _append(ends, unit)
     decimals, exponent = _places([lower, upper], width / 2)
-    return _append(_scaled([lower, upper], "[{}, {}]", decimals, exponent), unit)
+    return _append(_scaled([lower, upper], f"[{{}},{NO_BREAK_SPACE}{{}}]", decimals, exponent), unit)
+
+
+def format_p_value(p_value: float) -> str:
+    """Two digits of `p_value`, or that it is below SMALLEST_P_VALUE."""
+    if p_value < SMALLEST_P_VALUE:
+        return f"<{NO_BREAK_SPACE}{SMALLEST_P_VALUE:g}"
+    return format_number(p_value, 2)
 
 
 def format_percent(fraction: float, decimals: int = 0) -> str:

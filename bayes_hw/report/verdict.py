@@ -8,7 +8,7 @@ from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.report.document import Badge
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.posterior_sections import widest_ratio
-from bayes_hw.report.rounding import format_estimate, format_number, format_percent
+from bayes_hw.report.rounding import format_estimate, format_number, format_p_value, format_percent
 
 DEAD_ZONE = "dead_zone.half_width"
 LIMITS = ("saturation.lower", "saturation.upper")
@@ -34,7 +34,8 @@ def verdict(analysis: Analysis) -> str:
     if not analysis.dominant.residuals.explained:
         fit = analysis.dominant.residuals.fit_percent
         sentences.append(
-            f"The model explains little of the records (fit {fit:.0f} %): the noise model carries the rest."
+            f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
+            "carries the rest."
         )
     sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
     if analysis.everything is not None and posterior.converged:
@@ -74,7 +75,7 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
         Badge(
             "residuals white" if residuals.white else "residuals not white",
             "good" if residuals.white else "bad",
-            "; ".join(f"{test.name}: p = {test.p_value:.2g}" for test in residuals.tests[:2]),
+            "; ".join(f"{test.name}: p‑value {format_p_value(test.p_value)}" for test in residuals.tests[:2]),
         ),
         _band_badge(analysis),
         Badge(
@@ -95,7 +96,7 @@ def _band_badge(analysis: Analysis) -> Badge:
         f"bands hold {format_percent(covered.achieved, 1)} of one record",
         "good" if covered.agrees and analysis.held_out else "warn",
         f"{format_percent(covered.nominal)} bands, {name} ({'' if analysis.held_out else 'not '}held out), "
-        f"95 % interval {format_percent(low, 1)} to {format_percent(high, 1)}",
+        f"95 % interval {format_percent(low, 1)} to {format_percent(high, 1)}",
     )
 
 

@@ -35,7 +35,7 @@ def report_of() -> Callable[[str], Report]:
     def build(text: str) -> Report:
         figure = Figure(SVG, text, text, 3.0)
         t = np.arange(100) / 20
-        record = ZoomableRecord(t, t, t + 0.1, t - 1, t + 1, text, text, text, figure)
+        record = ZoomableRecord(t, t, t + 0.1, t - 1, t + 1, text, text, text, figure, text)
         blocks = (
             Paragraph(text),
             Bullets((text, text)),

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import Browser
+from page_checks import check_page
 from simulated_records import coloured_noise, command, measured
 
 from bayes_hw.gap.base_shift import base_shifts
@@ -139,3 +141,12 @@ def test_a_map_of_noise_alone_stays_near_the_floor_and_a_tone_stands_out(diagnos
     tone = residual_map(explanation.fit.residuals[0] + 0.1 * np.sin(2 * np.pi * 3.0 * t), explanation)
     loudest = tone.frequencies[np.argmax(tone.decibels.mean(axis=1))]
     assert loudest == pytest.approx(3.0, abs=0.4)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_in_a_browser(report: Report, browser: Browser, tmp_path: Path, dark: bool) -> None:
+    page = render(report, tmp_path).html
+    browser.open(page, dark=dark)
+    check_page(browser)
+    assert browser.evaluate("document.title") == visible(report.title)
+    assert browser.evaluate("document.querySelectorAll('.live canvas').length") == 1

@@ -13,4 +13,4 @@ def test_table_refuses_a_row_of_another_length():
 def test_zoomable_record_refuses_arrays_of_different_length():
     t = np.arange(3.0)
     with pytest.raises(InputError, match="equally long"):
-        ZoomableRecord(t, t, t[:2], t, t, "s", "deg", "band", Figure("<svg/>", "", ""))
+        ZoomableRecord(t, t, t[:2], t, t, "s", "deg", "band", Figure("<svg/>", "", ""), "")

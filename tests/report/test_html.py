@@ -13,7 +13,7 @@ HOSTILE = (
     '<script>alert(1)</script></title> "quoted" & \'single\' {{ 7*7 }} {% raw %} #eval("1") '
     "$x$ \\ @a ../../etc/passwd \u202eabc\x00"
 )
-VOID = {"meta", "link", "img", "br", "input", "hr"}
+VOID = {"wbr", "meta", "link", "img", "br", "input", "hr"}
 
 
 class Page(HTMLParser):

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import Browser
+from page_checks import check_page
 from simulated_records import measured
 
 from bayes_hw.analysis import Analysis, analyse
@@ -78,3 +80,12 @@ def test_sections_begin_with_the_data_and_end_with_where_the_result_comes_from(r
     titles = [section.title for section in report.sections]
     assert titles[0] == "Data" and titles[-1] == "Provenance"
     assert "Prediction" in titles
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_in_a_browser(report: Report, browser: Browser, tmp_path: Path, dark: bool) -> None:
+    page = render(report, tmp_path).html
+    browser.open(page, dark=dark)
+    check_page(browser)
+    assert browser.evaluate("document.title") == visible(report.title)
+    assert browser.evaluate("document.querySelectorAll('.live canvas').length") == 1

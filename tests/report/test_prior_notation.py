@@ -11,7 +11,7 @@ from bayes_hw.report.prior_notation import prior_notation
     ("prior", "text"),
     [
         (Normal(-0.5, 0.02), "N(−0.500, 0.0200)"),
-        (LogNormal(-0.335, np.log(2.0)), "LN(−0.335, ×/÷\u00a02.00)"),
+        (LogNormal(-0.335, np.log(2.0)), "LN(−0.335, ×÷\u00a02.00)"),
         (HalfNormal(0.018), "HN(0.0180)"),
         (Uniform(-1.0, 1.0), "U(−1.0, 1.0)"),
     ],

@@ -9,6 +9,7 @@ from bayes_hw.report.rounding import (
     format_estimate,
     format_interval,
     format_number,
+    format_p_value,
     format_percent,
     format_value,
 )
@@ -92,3 +93,11 @@ def test_printed_estimate_lies_within_a_tenth_of_its_sd(mean, sd):
     shown_mean, shown_sd = (float(part) * scale for part in mantissa.strip("()").split(" ± "))
     assert abs(shown_mean - mean) <= 0.0501 * sd + 1e-12 * abs(mean)
     assert abs(shown_sd - sd) <= 0.0501 * sd
+
+
+@pytest.mark.parametrize(
+    ("p_value", "expected"),
+    [(1.0, "1.0"), (0.934, "0.93"), (0.00012, "0.00012"), (5.7e-176, "<\u00a00.0001")],
+)
+def test_p_value_is_not_told_apart_from_smaller_ones(p_value, expected):
+    assert format_p_value(p_value) == expected

@@ -8,11 +8,10 @@ for (const figure of document.querySelectorAll("figure.zoomable")) {
   const residual = angles("residual", 0);
   const whole = [t[0], t[t.length - 1]];
   const shortest = (whole[1] - whole[0]) / t.length * 8;
-  const live = figure.querySelector(".live"), canvas = figure.querySelector("canvas");
+  const canvas = figure.querySelector("canvas");
   const button = figure.querySelector("button"), pen = canvas.getContext("2d");
   let view = [...whole], drag = null, waiting = false;
-  figure.querySelector(".still").style.display = "none";
-  live.hidden = false;
+  figure.classList.add("zooming");
 
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
   const frame = () => ({ left: 64, right: canvas.clientWidth - 8 });

@@ -1,0 +1,72 @@
+"""reports/index.html: every study with its question, headline numbers and files, from the manifests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from jinja2 import Environment, StrictUndefined
+from manifest import REPORTS, STUDIES, Manifest, question_of, read_manifest
+from markupsafe import Markup
+
+from bayes_hw.files import write_text_atomically
+from bayes_hw.report.html import breakable
+from bayes_hw.report.palette import page_colours
+from bayes_hw.report.rounding import format_duration
+
+LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json", "manifest": "manifest.json"}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One study on the page; `links` are names and addresses of the files that are there."""
+
+    name: str
+    number: int
+    heading: str
+    question: str
+    manifest: Manifest | None
+    duration: str
+    links: tuple[tuple[str, str], ...]
+
+
+def write_index(reports: Path) -> Path:
+    """Write index.html into the folder of reports; the same manifests give the same page."""
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["breakable"] = breakable
+    style = files("bayes_hw.report") / "templates" / "report.css"
+    page = environment.from_string((STUDIES / "index.html").read_text(encoding="utf-8")).render(
+        studies=list(entries(reports)),
+        style=Markup(style.read_text(encoding="utf-8")),
+        colours=page_colours(),
+    )
+    path = reports / "index.html"
+    write_text_atomically(path, page)
+    return path
+
+
+def entries(reports: Path) -> Iterator[Entry]:
+    """What is known of every study script, in the order of their numbers."""
+    for script in sorted(STUDIES.glob("[0-9][0-9]_*.py")):
+        manifest = read_manifest(reports / script.stem)
+        yield Entry(
+            name=script.stem,
+            number=int(script.stem[:2]),
+            heading=script.stem[3:].replace("_", " ").capitalize(),
+            question=question_of(script),
+            manifest=manifest,
+            duration=format_duration(manifest.seconds) if manifest else "",
+            links=tuple(
+                (label, f"{script.stem}/{name}")
+                for label, name in LINKS.items()
+                if (reports / script.stem / name).is_file()
+            ),
+        )
+
+
+if __name__ == "__main__":
+    print(f"index: {write_index(REPORTS)}")

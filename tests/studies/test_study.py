@@ -1,0 +1,53 @@
+"""A study that is done is skipped when asked to be, until its code, options or files change."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from manifest import STUDIES, read_manifest
+
+SCRIPT = """
+\"\"\"Does a study that has nothing to do leave a manifest?\"\"\"
+import sys
+sys.path.insert(0, {studies!r})
+from study import start_study
+from bayes_hw.report.document import Figure, Report
+svg = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
+study = start_study("99_nothing", __doc__)
+study.write_results({{"found": 1}})
+study.write_document(Report("title", "", "verdict", (), Figure(svg, "caption", "alt"), ()))
+"""
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    path = tmp_path / "99_nothing.py"
+    path.write_text(SCRIPT.format(studies=str(STUDIES)).lstrip())
+    return path
+
+
+def run(script: Path, *more: str) -> str:
+    command = [sys.executable, script, "--out", script.parent / "out", "--unless-done", *more]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_done_run_is_skipped_until_its_options_change(script: Path) -> None:
+    out = script.parent / "out"
+    out.mkdir()
+    (out / "of_an_earlier_run.json").write_text("{}")
+    os.utime(out / "of_an_earlier_run.json", (0, 0))
+    assert run(script).startswith("report: ")
+    manifest = read_manifest(out)
+    assert manifest is not None
+    assert manifest.question == "Does a study that has nothing to do leave a manifest?"
+    assert set(manifest.files) == {"report.html", "report.pdf", "results.json"}
+    stamp = (out / "report.html").stat().st_mtime_ns
+    assert run(script).startswith("done: ")
+    assert (out / "report.html").stat().st_mtime_ns == stamp
+    assert run(script, "--seed", "2").startswith("report: ")
