@@ -105,6 +105,7 @@ class Study:
     def command(self) -> str:
         """What makes the same numbers again."""
         another = f" --diagnosis {self.diagnosis}" * (self.diagnosis != DIAGNOSIS)
+        another += f" --share {self.share:g}" * (self.share != 1)
         return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:

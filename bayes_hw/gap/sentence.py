@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.verdict import Estimate
@@ -45,8 +47,18 @@ def _percent(probability: float) -> str:
 
 
 def _amount(estimate: Estimate) -> str:
+    """Mean and standard deviation, both to the place of the deviation's first digit."""
     unit = f" {estimate.unit}" if estimate.unit else ""
-    return f"{estimate.mean:.3g} +- {estimate.sd:.1g}{unit}"
+    if not estimate.sd > 0 or not math.isfinite(estimate.sd):
+        return f"{estimate.mean:.3g}{unit}"
+    place = math.floor(math.log10(estimate.sd))
+    if -7 < place < 5:
+        decimals = max(0, -place)
+        return (
+            f"{round(estimate.mean, -place):.{decimals}f} +- {round(estimate.sd, -place):.{decimals}f}{unit}"
+        )
+    scale = math.floor(math.log10(max(abs(estimate.mean), estimate.sd)))
+    return f"{estimate.mean:.{max(0, scale - place)}e} +- {estimate.sd:.0e}{unit}"
 
 
 def _share(fraction: float) -> str:
