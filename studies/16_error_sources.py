@@ -20,10 +20,10 @@ from bayes_hw.model.twin import NOISE_CORRELATION, coloured_noise, twin_records
 from bayes_hw.record import Record
 from bayes_hw.report.error_sources_report import ErrorSource, ParameterError, error_sources_report
 
-REPLICATES = 4
+REPLICATES = 3
 QUICK_DURATION_S = 60.0
 DURATION_S = 120.0
-MAX_STEPS = 1000
+MAX_STEPS = 300
 
 
 def main() -> None:
@@ -50,7 +50,7 @@ def examined(
 ) -> ErrorSource:
     """The posterior of every replicate of one source, against the truth."""
     settings = (
-        SamplerSettings(walkers=32, max_steps=75) if study.quick else SamplerSettings(max_steps=MAX_STEPS)
+        SamplerSettings(walkers=64, max_steps=50) if study.quick else SamplerSettings(max_steps=MAX_STEPS)
     )
     runs = []
     for replicate in range(1 if study.quick else REPLICATES):

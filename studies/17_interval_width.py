@@ -42,7 +42,7 @@ AMPLITUDES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
 OFFSET_SHARES = (0.4, 1.6)
 START_PHASE_RAD = -np.pi / 4
 AWAY_DEG = 0.5
-MAX_STEPS = 1000
+MAX_STEPS = 400
 
 Command = Callable[[np.random.Generator, float, float], FloatArray]
 

@@ -32,7 +32,7 @@ from bayes_hw.model.twin import twin_records
 from bayes_hw.record import Record
 from bayes_hw.report.two_axes_report import AxisParameter, IdentifiedAxis, two_axes_report
 
-MAX_STEPS = 1000
+MAX_STEPS = 400
 DURATION_S = 120.0
 QUICK_DURATION_S = 30.0
 GRAVITY_NODES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))
@@ -49,9 +49,9 @@ def main() -> None:
     truth = elevation_model(twin.truth)
     raw = elevation_records(truth, elevation_rng, duration)
     azimuth = sampled(study, "azimuth", twin.truth, twin.train, rngs[0])
-    without = sampled(study, "elevation, gravity left out", truth, raw, rngs[1])
+    without = sampled(study, "elevation without gravity", truth, raw, rngs[1])
     found = [described("azimuth", [azimuth], [1.0], twin.truth)]
-    found.append(described("elevation, gravity left out", [without], [1.0], truth))
+    found.append(described("elevation without gravity", [without], [1.0], truth))
     gravity = estimate_gravity(without.posterior.mean_model(), raw, ELEVATIONS_DEG)
     model = model_for(study, "elevation", truth, corrected(raw, ELEVATIONS_DEG, gravity.value), rngs[2])
     gravity = estimate_gravity(model, raw, ELEVATIONS_DEG)
@@ -77,7 +77,7 @@ def main() -> None:
 
 def settings(study: Study) -> SamplerSettings:
     """How long every posterior is sampled."""
-    return SamplerSettings(walkers=32, max_steps=75) if study.quick else SamplerSettings(max_steps=MAX_STEPS)
+    return SamplerSettings(walkers=64, max_steps=50) if study.quick else SamplerSettings(max_steps=MAX_STEPS)
 
 
 def model_for(

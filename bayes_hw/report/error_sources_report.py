@@ -224,8 +224,10 @@ def _method(sources: Sequence[ErrorSource]) -> Bullets:
             " lower order all that is left of G is fitted to the records first.",
             "Quantization and sampling act on the angle with its noise. A late or uneven reading takes the"
             " band-limited continuation between the samples.",
-            "Bias under noise alone is scatter of the replicates, about half a posterior sd for four of"
-            " them; it is not a systematic error.",
+            "Bias under noise alone is scatter of the replicates, not a systematic error.",
+            "Where a source leaves structured residuals, the noise model grows to absorb them and chains mix"
+            " slowly; a posterior that had not converged when its steps were spent is counted above and its"
+            " intervals are good to a few percent of their width only.",
         )
     )
 

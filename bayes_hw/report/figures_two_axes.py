@@ -22,11 +22,11 @@ def intervals_of_axes(axes: Mapping[str, Mapping[str, tuple[float, float, float]
                 panel.plot(100 * mean, row, marker, color=colour, markersize=5)
             panel.axvline(0.0, color=TRUTH, linestyle="--")
             panel.set_yticks(range(len(parameters)), list(parameters))
-            panel.set_title(wrapped(drawable(name), 24))
+            panel.set_title(wrapped(drawable(name), 26))
             panel.set(xlabel="deviation (%)", ylim=(len(parameters) - 0.5, -0.5))
         return finished(
             canvas,
-            "Posterior mean and 94 % interval of every parameter, as a deviation from its true value (dashed);"
+            "Posterior mean and 94 % interval of every parameter, as a deviation from the truth (dashed);"
             " crosses in orange where the interval does not hold it. Scales differ from panel to panel.",
             f"Intervals of {len(axes)} models against the truth.",
         )

@@ -71,7 +71,7 @@ def two_axes_report(
                 if axis.missed or not axis.white
                 else "good",
                 f"{len(axis.parameters) - len(axis.missed)} of {len(axis.parameters)} intervals hold the"
-                f" truth, fit {format_number(axis.fit_percent, 3)} %, residuals"
+                f" truth, fit {format_number(axis.fit_percent, 3, '%')}, residuals"
                 f" {'white' if axis.white else 'not white'},"
                 f" {'converged' if axis.converged else 'not converged'}",
             )
@@ -123,9 +123,9 @@ def _verdict(
     ]
     gravity = with_gravity.parameters[GRAVITY]
     return (
-        f"Without gravity the elevation's fit is {format_number(without.fit_percent, 3)} %, with it"
-        f" {format_number(with_gravity.fit_percent, 3)} % (azimuth"
-        f" {format_number(azimuth.fit_percent, 3)} %); left out, {' and '.join(limits)}, and"
+        f"Without gravity the elevation's fit is {format_number(without.fit_percent, 3, '%')}, with it"
+        f" {format_number(with_gravity.fit_percent, 3, '%')} (azimuth"
+        f" {format_number(azimuth.fit_percent, 3, '%')}); left out, {' and '.join(limits)}, and"
         f" {len(without.missed)} of {len(without.parameters)} intervals do not hold the truth, against"
         f" {len(with_gravity.missed)} of {len(with_gravity.parameters)} with it. Gravity is found at"
         f" {format_estimate(gravity.mean, gravity.sd, gravity.unit)}; {format_number(gravity_deg_per_s, 2)}"
@@ -134,7 +134,7 @@ def _verdict(
 
 
 def _percent(parameter: AxisParameter) -> str:
-    return f"{format_number(100 * parameter.relative[0], 2)} %"
+    return format_number(100 * parameter.relative[0], 2, "%")
 
 
 def _table(axis: IdentifiedAxis) -> Table:
