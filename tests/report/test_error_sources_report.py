@@ -1,4 +1,4 @@
-"""Shares add up to one, what the reference adds is not counted, and a bias beyond the interval is called so."""
+"""Shares add up to one and leave the reference out; a bias beyond half the interval is called so."""
 
 from __future__ import annotations
 
