@@ -145,10 +145,13 @@ SOURCES = (
     Source("late reading", "sampling", f"angle read {1000 * LATE_S:g} ms late", reading=read_late),
     Source("uneven reading", "sampling", f"jitter of {1000 * JITTER_S:g} ms", reading=read_unevenly),
     Source(
-        "order 7, slow pair lost", "order", "slow poles and their zeros left out", fitted=without_slow_pair
+        "slow pair lost",
+        "order",
+        "order 7 of 9: slow poles and their zeros left out",
+        fitted=without_slow_pair,
     ),
-    Source("order 7, one mode lost", "order", "second mode left out", fitted=with_one_mode),
-    Source("play, not dead zone", "structure", "backlash with memory, same width", truth=with_play),
+    Source("one mode lost", "order", "order 7 of 9: second mode left out", fitted=with_one_mode),
+    Source("play for a dead zone", "structure", "backlash with memory, same width", truth=with_play),
     Source("unequal slopes", "structure", f"c₃ / c₂ = {SLOPE_RATIO:g}", truth=with_unequal_slopes),
     Source(
         "rounded limits",

@@ -13,6 +13,8 @@ from bayes_hw.report.rounding import format_number, format_percent
 
 REFERENCE = "reference"
 NOT_IN_MODEL = "–"
+LOST = 0.5
+"""A bias beyond this share of the true value means that the parameter stands for something else."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,15 @@ class ErrorSource:
     def lying(self) -> tuple[str, ...]:
         """Parameters whose interval lies."""
         return tuple(name for name, error in self.parameters.items() if error.lies)
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """Parameters that lie by more than LOST of the true value."""
+        return tuple(
+            name
+            for name in self.lying
+            if abs(self.parameters[name].bias) > LOST * abs(self.parameters[name].truth)
+        )
 
 
 def width_shares(sources: Sequence[ErrorSource], parameter: str) -> dict[str, float]:
@@ -132,7 +143,10 @@ def error_sources_report(sources: Sequence[ErrorSource], provenance: Provenance)
                     ),
                 ),
             ),
-            Section("The sources", (_source_table(sources), *(_numbers(source) for source in sources))),
+            Section(
+                "The sources",
+                (_source_table(sources), _lost(others), *(_numbers(source) for source in sources)),
+            ),
             Section("How it was found", (_method(sources),)),
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
@@ -151,26 +165,46 @@ def _verdict(
         f" interval, which then lies: {', '.join(source.name for source in betrayed)}."
     )
     if honest:
-        text += f" The intervals stay honest under: {', '.join(honest)}."
+        text += f" The bias stays within the interval under: {', '.join(honest)}."
+    unsure = [source.name for source in others if source.converged < source.replicates]
+    if unsure:
+        text += f" Chains had not all converged under: {', '.join(unsure)}."
     if silent:
         return f"{text} Residual tests do not always give away: {', '.join(silent)}."
     return f"{text} The residual tests give away every one that lies."
 
 
+def _lost(others: Sequence[ErrorSource]) -> Paragraph:
+    named = [
+        f"{', '.join(parameter_name(name).symbol for name in source.lost)} under {source.name}"
+        for source in others
+        if source.lost
+    ]
+    share = format_percent(LOST)
+    if not named:
+        return Paragraph(f"No interval that lies is off by more than {share} of the true value.")
+    return Paragraph(
+        f"Off by more than {share} of the true value, so that the parameter stands for something else:"
+        f" {'; '.join(named)}. Such a parameter also dominates the shares above."
+    )
+
+
 def _source_table(sources: Sequence[ErrorSource]) -> Table:
     return Table(
-        ("source", "of what kind", "how strong", "residuals white", "interval lies for"),
+        ("source", "of what kind", "how strong", "white", "converged", "interval lies for"),
         tuple(
             (
                 source.name,
                 source.family,
                 source.strength,
                 f"{source.white} of {source.replicates}",
+                f"{source.converged} of {source.replicates}",
                 ", ".join(parameter_name(name).symbol for name in source.lying) or "none",
             )
             for source in sources
         ),
-        "The sources, whether the residual tests notice them, and where the bias exceeds half the interval.",
+        "The sources; of the replicates, those with white residuals and those whose chains converged;"
+        " and where the bias exceeds half the interval.",
     )
 
 
