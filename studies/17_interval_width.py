@@ -147,6 +147,7 @@ def experiment(
         label,
         setting,
         (float(commands.min()), float(commands.max())),
+        float(np.mean([truth.simulate(record.u, away_deg).y == 0 for record in records])),
         run.posterior.converged,
         {
             name: ParameterWidth((intervals[name][1] - intervals[name][0]) / 2, float(value), *verdicts[name])

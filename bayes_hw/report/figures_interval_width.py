@@ -16,6 +16,7 @@ from bayes_hw.report.drawing import drawing_settings, finished, new_canvas, plai
 from bayes_hw.report.palette import INK, MUTED, PAPER, ensemble_colour
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+TICKS_APART = 1.35
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +123,16 @@ def _curves(axes: Axes, curves: Sequence[WidthCurve]) -> None:
             markerfacecolor=PAPER,
             markersize=5,
         )
-    axes.xaxis.set_major_locator(FixedLocator(curves[0].setting.tolist()))
+    axes.xaxis.set_major_locator(FixedLocator(_apart(curves[0].setting)))
     axes.xaxis.set_minor_locator(NullLocator())
     plain_log_ticks(axes, "x")
     plain_log_ticks(axes, "y")
+
+
+def _apart(settings: FloatArray) -> list[float]:
+    """The settings that can be labelled beside each other on a logarithmic axis."""
+    kept: list[float] = []
+    for setting in settings:
+        if not kept or setting > TICKS_APART * kept[-1]:
+            kept.append(float(setting))
+    return kept

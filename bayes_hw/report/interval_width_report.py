@@ -35,12 +35,16 @@ class ParameterWidth:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment of the series "length" (setting in s), "amplitude" (setting in deg/s) or "kind"."""
+    """One experiment of the series "length" (setting in s), "amplitude" (setting in deg/s) or "kind".
+
+    `in_dead_zone` is the share of its samples, without noise, that lie in the dead zone.
+    """
 
     series: str
     label: str
     setting: float
     command_range: tuple[float, float]
+    in_dead_zone: float
     converged: bool
     widths: dict[str, ParameterWidth]
 
@@ -99,15 +103,26 @@ def interval_width_report(
             _curves(experiments, "length"), _curves(experiments, "amplitude"), limits
         ),
         sections=(
-            Section("Length", (_slopes(names, slopes), _table(experiments, "length"))),
+            Section(
+                "Length",
+                (
+                    _slopes(names, slopes),
+                    _table(experiments, "length"),
+                    Paragraph(
+                        "An error of a limit or of the gain becomes a drift that grows with the length of the"
+                        " record; where that drift is seen, an interval shrinks faster than 1/sqrt(length)."
+                    ),
+                ),
+            ),
             Section(
                 "Amplitude",
                 (
                     _table(experiments, "amplitude"),
                     Paragraph(
-                        "Below a limit the command says nothing about it: its interval is the prior's, and"
-                        " only a command beyond the limit shrinks it. The modes and the dead zone shrink"
-                        " with amplitude until the limits cut the motion."
+                        "Below a limit the command says nothing about it: its interval is the prior's."
+                        " Sweeps that reach no limit swing about the start, and spend much of their time in the dead zone"
+                        " (last column), which hides the small motion at the modes; beyond a limit a drift"
+                        " carries the axis out of it, and modes and gain are seen."
                     ),
                 ),
             ),
@@ -146,11 +161,19 @@ def _verdict(
         text += f" Others: {', '.join(others)}."
     if not prior:
         return f"{text} No interval is left to its prior."
-    named: dict[str, list[str]] = {}
+    named: dict[str, list[Experiment]] = {}
     for each, name in prior:
-        named.setdefault(parameter_name(name).words, []).append(each.label)
-    left = "; ".join(f"{words} at {', '.join(labels)}" for words, labels in named.items())
+        named.setdefault(parameter_name(name).symbol, []).append(each)
+    left = "; ".join(f"{symbol} {_where(found)}" for symbol, found in named.items())
     return f"{text} More data of the same kind would not help where the prior decides: {left}."
+
+
+def _where(experiments: Sequence[Experiment]) -> str:
+    """Up to which amplitude, and in which other experiments."""
+    amplitudes = [each.setting for each in experiments if each.series == "amplitude"]
+    places = [f"up to {format_number(max(amplitudes), 1, 'deg/s')}"] if amplitudes else []
+    places += [f"({each.series} {each.label})" for each in experiments if each.series != "amplitude"]
+    return " and ".join(places)
 
 
 def _curves(experiments: Sequence[Experiment], series: str) -> tuple[WidthCurve, ...]:
@@ -179,14 +202,15 @@ def _slopes(names: Sequence[str], slopes: dict[str, float]) -> Table:
 def _table(experiments: Sequence[Experiment], series: str) -> Table:
     names = tuple(experiments[0].widths)
     return Table(
-        (series, *(parameter_name(name).symbol for name in names)),
+        (series, *(parameter_name(name).symbol for name in names), "in dead zone"),
         tuple(
-            (each.label, *(_cell(each.widths[name]) for name in names))
+            (each.label, *(_cell(each.widths[name]) for name in names), format_percent(each.in_dead_zone))
             for each in experiments
             if each.series == series
         ),
-        "Half the 94 % interval as a share of the true value; (w) weakly identified, (p) prior-dominated.",
-        tuple(range(1, len(names) + 1)),
+        "Half the 94 % interval as a share of the true value; (w) weakly identified, (p) prior-dominated."
+        " Last, the share of samples in the dead zone.",
+        tuple(range(1, len(names) + 2)),
     )
 
 

@@ -9,7 +9,7 @@ from bayes_hw.report.interval_width_report import Experiment, ParameterWidth, sl
 
 def experiment(series: str, setting: float, half_width: float) -> Experiment:
     widths = {"gain": ParameterWidth(half_width, -2.0, "identified", "")}
-    return Experiment(series, "", setting, (-1.0, 1.0), True, widths)
+    return Experiment(series, "", setting, (-1.0, 1.0), 0.0, True, widths)
 
 
 def test_slope_of_a_power_law() -> None:
