@@ -39,6 +39,8 @@ GRAVITY_NODES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))
 """Gauss-Hermite nodes, in standard deviations, and weights: the normal posterior of the gravity term."""
 
 MIXED_DRAWS = 6000
+IDENTIFICATIONS = 2
+"""Identification and gravity are repeated in turn so many times."""
 
 
 def main() -> None:
@@ -50,29 +52,59 @@ def main() -> None:
     raw = elevation_records(truth, elevation_rng, duration)
     azimuth = sampled(study, "azimuth", twin.truth, twin.train, rngs[0])
     without = sampled(study, "elevation without gravity", truth, raw, rngs[1])
-    found = [described("azimuth", [azimuth], [1.0], twin.truth)]
-    found.append(described("elevation without gravity", [without], [1.0], truth))
-    gravity = estimate_gravity(without.posterior.mean_model(), raw, ELEVATIONS_DEG)
-    model = model_for(study, "elevation", truth, corrected(raw, ELEVATIONS_DEG, gravity.value), rngs[2])
+    model = without.posterior.mean_model()
+    for rng in rngs[2].spawn(IDENTIFICATIONS):
+        gravity = estimate_gravity(model, raw, ELEVATIONS_DEG)
+        model = model_for(study, "elevation", truth, corrected(raw, ELEVATIONS_DEG, gravity.value), rng)
+    known_rng, *with_rngs = rngs[3].spawn(3)
+    found = [
+        described("azimuth", [azimuth], [1.0], twin.truth),
+        described("elevation without gravity", [without], [1.0], truth),
+        with_gravity(study, "elevation with gravity", model, raw, with_rngs[0], truth),
+    ]
+    known = infer(truth, raw, known_rng, settings=settings(study), jobs=study.jobs, progress=study.progress)
+    control = [
+        described("gravity left out", [known], [1.0], truth),
+        with_gravity(study, "gravity in the model", truth, raw, with_rngs[1], truth),
+    ]
+    study.write_document(
+        two_axes_report(found, control, GRAVITY_DEG_PER_S, study.origin([*twin.train, *raw]))
+    )
+    study.write_results(
+        {
+            "gravity_deg_per_s": GRAVITY_DEG_PER_S,
+            "axes": [asdict(axis) for axis in found],
+            "roots_known": [asdict(axis) for axis in control],
+        }
+    )
+    for axis in (*found, *control):
+        lying = [name for name, parameter in axis.parameters.items() if not parameter.covered]
+        print(f"{axis.name:28} fit {axis.fit_percent:.1f} %, white {axis.white}, truth outside: {lying}")
+
+
+def with_gravity(
+    study: Study,
+    name: str,
+    model: HammersteinWiener,
+    raw: Sequence[Record],
+    rng: np.random.Generator,
+    truth: HammersteinWiener,
+) -> IdentifiedAxis:
+    """The posterior with gravity estimated and its uncertainty mixed in."""
     gravity = estimate_gravity(model, raw, ELEVATIONS_DEG)
     nodes = GRAVITY_NODES[1:2] if study.quick else GRAVITY_NODES
     runs = [
         infer(
             model,
             corrected(raw, ELEVATIONS_DEG, gravity.value + node * gravity.sd),
-            rng,
+            node_rng,
             settings=settings(study),
             jobs=study.jobs,
             progress=study.progress,
         )
-        for (node, _), rng in zip(nodes, rngs[3].spawn(len(nodes)), strict=True)
+        for (node, _), node_rng in zip(nodes, rng.spawn(len(nodes)), strict=True)
     ]
-    found.append(described("elevation with gravity", runs, [weight for _, weight in nodes], truth, gravity))
-    study.write_document(two_axes_report(found, GRAVITY_DEG_PER_S, study.origin([*twin.train, *raw])))
-    study.write_results({"gravity_deg_per_s": GRAVITY_DEG_PER_S, "axes": [asdict(axis) for axis in found]})
-    for axis in found:
-        lying = [name for name, parameter in axis.parameters.items() if not parameter.covered]
-        print(f"{axis.name:28} fit {axis.fit_percent:.1f} %, white {axis.white}, truth outside: {lying}")
+    return described(name, runs, [weight for _, weight in nodes], truth, gravity)
 
 
 def settings(study: Study) -> SamplerSettings:

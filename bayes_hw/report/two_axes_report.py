@@ -54,9 +54,15 @@ class IdentifiedAxis:
 
 
 def two_axes_report(
-    axes: Sequence[IdentifiedAxis], gravity_deg_per_s: float, provenance: Provenance
+    axes: Sequence[IdentifiedAxis],
+    control: Sequence[IdentifiedAxis],
+    gravity_deg_per_s: float,
+    provenance: Provenance,
 ) -> Report:
-    """The report on azimuth, elevation without gravity and elevation with it, in this order."""
+    """The report on azimuth, elevation without gravity and elevation with it, in this order.
+
+    `control` is the elevation without gravity and with it where all other roots of G are known.
+    """
     azimuth, without, with_gravity = axes
     return Report(
         title="Azimuth and elevation",
@@ -77,16 +83,17 @@ def two_axes_report(
             )
             for axis in axes
         ),
-        key_figure=intervals_of_axes(
-            {
-                axis.name: {
-                    parameter_name(n).symbol: p.relative for n, p in axis.parameters.items() if n != GRAVITY
-                }
-                for axis in axes
-            }
-        ),
+        key_figure=intervals_of_axes(_deviations(axes)),
         sections=(
             *(Section(axis.name[0].upper() + axis.name[1:], (_table(axis),)) for axis in axes),
+            Section(
+                "Gravity alone",
+                (
+                    Paragraph(_alone(*control)),
+                    intervals_of_axes(_deviations(control)),
+                    *(_table(axis) for axis in control),
+                ),
+            ),
             Section(
                 "How it was found",
                 (
@@ -114,23 +121,51 @@ def two_axes_report(
     )
 
 
+def _deviations(
+    axes: Sequence[IdentifiedAxis],
+) -> dict[str, dict[str, tuple[float, float, float]]]:
+    return {
+        axis.name: {parameter_name(n).symbol: p.relative for n, p in axis.parameters.items() if n != GRAVITY}
+        for axis in axes
+    }
+
+
+def _alone(without: IdentifiedAxis, with_gravity: IdentifiedAxis) -> str:
+    return (
+        "The same records with the true other roots of G, so that nothing but gravity is wrong. Left out, the"
+        f" lower limit is off by {_percent(without.parameters['saturation.lower'])}, the upper by"
+        f" {_percent(without.parameters['saturation.upper'])}, and"
+        f" {len(without.parameters) - len(without.missed)} of {len(without.parameters)} intervals hold the"
+        f" truth; with it, {_percent(with_gravity.parameters['saturation.lower'])},"
+        f" {_percent(with_gravity.parameters['saturation.upper'])}, and"
+        f" {len(with_gravity.parameters) - len(with_gravity.missed)} of {len(with_gravity.parameters)}."
+        " What is wrong beyond this in the sections above comes from roots of G that were identified and then held."
+    )
+
+
 def _verdict(
     azimuth: IdentifiedAxis, without: IdentifiedAxis, with_gravity: IdentifiedAxis, gravity_deg_per_s: float
 ) -> str:
-    limits = [
-        f"{parameter_name(name).words} off by {_percent(without.parameters[name])}"
-        for name in ("saturation.lower", "saturation.upper")
-    ]
     gravity = with_gravity.parameters[GRAVITY]
     return (
         f"Without gravity the elevation's fit is {format_number(without.fit_percent, 3, '%')}, with it"
         f" {format_number(with_gravity.fit_percent, 3, '%')} (azimuth"
-        f" {format_number(azimuth.fit_percent, 3, '%')}); left out, {' and '.join(limits)}, and"
-        f" {len(without.missed)} of {len(without.parameters)} intervals do not hold the truth, against"
-        f" {len(with_gravity.missed)} of {len(with_gravity.parameters)} with it. Gravity is found at"
-        f" {format_estimate(gravity.mean, gravity.sd, gravity.unit)}; {format_number(gravity_deg_per_s, 2)}"
-        f" deg/s is true."
+        f" {format_number(azimuth.fit_percent, 3, '%')}); gravity is found at"
+        f" {format_estimate(gravity.mean, gravity.sd, gravity.unit)}, where"
+        f" {format_number(gravity_deg_per_s, 2, gravity.unit)} is true. The lower limit's"
+        f" interval is {format_number(_widened(without, with_gravity), 2)} times as wide without it. With other roots of G held as"
+        f" identified, intervals hold the truth for {_held(azimuth)} parameters of azimuth, {_held(without)} of"
+        f" elevation without gravity and {_held(with_gravity)} with it."
     )
+
+
+def _widened(without: IdentifiedAxis, with_gravity: IdentifiedAxis) -> float:
+    name = "saturation.lower"
+    return without.parameters[name].sd / with_gravity.parameters[name].sd
+
+
+def _held(axis: IdentifiedAxis) -> str:
+    return f"{len(axis.parameters) - len(axis.missed)} of {len(axis.parameters)}"
 
 
 def _percent(parameter: AxisParameter) -> str:
