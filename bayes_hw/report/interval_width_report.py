@@ -119,7 +119,8 @@ def interval_width_report(
                 (
                     _table(experiments, "amplitude"),
                     Paragraph(
-                        "Below a limit the command says nothing about it: its interval is the prior's. Sweeps that reach no limit swing about the start, and spend much of their time in the dead zone"
+                        "Below a limit the command says nothing about it: its interval is the prior's."
+                        " Sweeps that reach no limit swing about the start, and spend much time in the dead zone"
                         " (last column), which hides the small motion at the modes; beyond a limit a drift"
                         " carries the axis out of it, and modes and gain are seen."
                     ),

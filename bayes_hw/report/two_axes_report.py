@@ -139,7 +139,8 @@ def _alone(without: IdentifiedAxis, with_gravity: IdentifiedAxis) -> str:
         f" truth; with it, {_percent(with_gravity.parameters['saturation.lower'])},"
         f" {_percent(with_gravity.parameters['saturation.upper'])}, and"
         f" {len(with_gravity.parameters) - len(with_gravity.missed)} of {len(with_gravity.parameters)}."
-        " What is wrong beyond this in the sections above comes from roots of G that were identified and then held."
+        " What is wrong beyond this in the sections above comes from roots of G that were identified and"
+        " then held."
     )
 
 
@@ -152,10 +153,10 @@ def _verdict(
         f" {format_number(with_gravity.fit_percent, 3, '%')} (azimuth"
         f" {format_number(azimuth.fit_percent, 3, '%')}); gravity is found at"
         f" {format_estimate(gravity.mean, gravity.sd, gravity.unit)}, where"
-        f" {format_number(gravity_deg_per_s, 2, gravity.unit)} is true. The lower limit's"
-        f" interval is {format_number(_widened(without, with_gravity), 2)} times as wide without it. With other roots of G held as"
-        f" identified, intervals hold the truth for {_held(azimuth)} parameters of azimuth, {_held(without)} of"
-        f" elevation without gravity and {_held(with_gravity)} with it."
+        f" {format_number(gravity_deg_per_s, 2, gravity.unit)} is true. The lower limit's interval is"
+        f" {format_number(_widened(without, with_gravity), 2)} times as wide without it. With other roots"
+        f" of G held as identified, intervals hold the truth for {_held(azimuth)} parameters of azimuth,"
+        f" {_held(without)} of elevation without gravity and {_held(with_gravity)} with it."
     )
 
 
