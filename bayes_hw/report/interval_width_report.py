@@ -120,7 +120,7 @@ def interval_width_report(
                     _table(experiments, "amplitude"),
                     Paragraph(
                         "Below a limit the command says nothing about it: its interval is the prior's."
-                        " Sweeps that reach no limit swing about the start, and spend much time in the dead zone"
+                        " Sweeps that reach no limit swing about the start, much of the time in the dead zone"
                         " (last column), which hides the small motion at the modes; beyond a limit a drift"
                         " carries the axis out of it, and modes and gain are seen."
                     ),
