@@ -260,8 +260,8 @@ def _method(sources: Sequence[ErrorSource]) -> Bullets:
             " band-limited continuation between the samples.",
             "Bias under noise alone is scatter of the replicates, not a systematic error.",
             "Where a source leaves structured residuals, the noise model grows to absorb them and chains mix"
-            " slowly; a posterior that had not converged when its steps were spent is counted above and its"
-            " intervals are good to a few percent of their width only.",
+            " slowly; a posterior that had not converged when its steps were spent is counted above; read"
+            " its numbers as rough.",
         )
     )
 
