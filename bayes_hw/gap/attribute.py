@@ -125,7 +125,8 @@ class Attributor:
                 further = firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]
                 joint = (JOINT_STARTS, FURTHER_JOINT_STARTS)
                 found += self._paired(self.pair_fits(further, singles, FURTHER_PARTNERS, joint))
-        everything = sorted(found, key=_worst_first)
+        known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
+        everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
 
     def _unfinished(self, found: Sequence[Explanation]) -> bool:

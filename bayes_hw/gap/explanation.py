@@ -64,7 +64,7 @@ def with_coloured_noise(start: Fit, measured: Sequence[FloatArray], iterations: 
     for _ in range(NOISE_ROUNDS):
         current = fit(current.hypothesis, measured, current.coordinates, autoregression(current), iterations)
     current = replace(current, whitener=autoregression(current))
-    return Explanation(current, None, current.log_evidence())
+    return Explanation(current, None, _finite(current.log_evidence()))
 
 
 def with_stochastic(found: StochasticFit, start: Fit) -> Explanation:
@@ -72,7 +72,12 @@ def with_stochastic(found: StochasticFit, start: Fit) -> Explanation:
     moved = replace(start, whitener=found.whitener)
     penalty = 0.5 * len(found.parameters) * np.log(sum(len(e) for e in start.residuals))
     base = moved.log_evidence() - found.whitener.log_likelihood + found.log_likelihood
-    return Explanation(moved, found, base - penalty)
+    return Explanation(moved, found, _finite(base - penalty))
+
+
+def _finite(log_evidence: float) -> float:
+    """Minus infinity where a fit has run away: it explains nothing."""
+    return log_evidence if np.isfinite(log_evidence) else -np.inf
 
 
 class ShownHypothesis(Hypothesis):
