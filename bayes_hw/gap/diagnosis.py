@@ -28,7 +28,14 @@ from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
 from bayes_hw.gap.next_experiment import confusable_pairs, next_experiment
 from bayes_hw.gap.scale import axis_scale
-from bayes_hw.gap.shrink import DRAWS_SIMULATED, Closure, closure, predicted, untracked_variance
+from bayes_hw.gap.shrink import (
+    DRAWS_SIMULATED,
+    Closure,
+    closure,
+    predicted,
+    untracked_variance,
+    without_reading_errors,
+)
 from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
 from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
@@ -157,7 +164,9 @@ def _finished(
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
         else:
-            gaps.append(closure(before, after, drawn, outputs, shown, untracked, sigma, correlation, rng))
+            readings, error = without_reading_errors(final, outputs, shown, sigma)
+            found = closure(before, after, drawn, readings, shown, untracked, error, correlation, rng)
+            gaps.append(found.with_errors_of(outputs, before, shown, sigma))
         before_held, after_held, shown_held, draws_held = before, after, shown, drawn
     spread = np.sqrt(_marginal_variance(final))
     first = np.array([d[0] for d in draws_held])

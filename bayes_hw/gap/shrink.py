@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.stochastic import MAX_AGE, HeldDisplay
 
 PROBABILITY = 0.94
@@ -31,6 +32,18 @@ class Closure:
     closed: float
     closed_hdi94: tuple[float, float]
 
+    def with_errors_of(
+        self,
+        measured: Sequence[FloatArray],
+        before: Sequence[FloatArray],
+        after: Sequence[FloatArray],
+        sigma: float,
+    ) -> Closure:
+        """The same fraction with the errors of these predictions of the records as measured."""
+        y = np.concatenate(list(measured))
+        errors = [float(np.sqrt(np.mean((y - np.concatenate(list(p))) ** 2))) for p in (before, after)]
+        return replace(self, rmse_before=errors[0], rmse_after=errors[1], noise_floor=sigma)
+
     def to_dict(self) -> dict[str, object]:
         """As in verdict.json."""
         return {
@@ -40,6 +53,23 @@ class Closure:
             "closed": self.closed,
             "closed_hdi94": list(self.closed_hdi94),
         }
+
+
+def without_reading_errors(
+    explanation: Explanation, measured: Sequence[FloatArray], shown: Sequence[FloatArray], sigma: float
+) -> tuple[list[FloatArray], float]:
+    """Records without the errors of single readings that an effect is, and the noise that is left in them.
+
+    Glitches are put to where the encoder is expected; of rounded records the noise is that of training, the
+    rounding in it. Neither says anything of the motion.
+    """
+    label = None if explanation.stochastic is None else explanation.stochastic.label
+    if label == "encoder_quantization":
+        return list(measured), float(np.sqrt(np.mean(np.concatenate(explanation.fit.residuals) ** 2)))
+    if label != "outliers":
+        return list(measured), sigma
+    masks = find_glitches([y - s for y, s in zip(measured, shown, strict=True)])
+    return [np.where(m, s, y) for y, s, m in zip(measured, shown, masks, strict=True)], sigma
 
 
 def predicted(

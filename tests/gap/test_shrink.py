@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from drive_axis import white
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.shrink import Closure, closure, untracked_variance
+from bayes_hw.gap.shrink import Closure, closure, untracked_variance, without_reading_errors
 
 N = 4000
 SIGMA = 0.1
@@ -119,3 +120,26 @@ def test_disturbances_that_belong_to_the_motion() -> None:
     held = variance(stochastic("timing_jitter", "held samples", repeated_share=0.4))
     assert held == pytest.approx(expected, rel=0.03)
     assert variance(stochastic("outliers", "", rate=0.01)) == 0
+
+
+def test_glitches_do_not_count_as_motion() -> None:
+    """Readings far off are put to where the encoder is expected; other records are left as they are."""
+    rng = np.random.default_rng(5)
+    shown = [np.zeros(400)]
+    glitches = np.zeros(400)
+    glitches[[50, 130, 300]] = 2.0
+    measured = [0.01 * rng.normal(size=400) + glitches]
+    named: Any = SimpleNamespace(stochastic=SimpleNamespace(label="outliers"))
+    (cleaned,), sigma = without_reading_errors(named, measured, shown, 0.01)
+    assert sigma == 0.01 and np.abs(cleaned).max() < 0.05
+    np.testing.assert_array_equal(cleaned[glitches == 0], measured[0][glitches == 0])
+    plain: Any = SimpleNamespace(stochastic=None)
+    assert without_reading_errors(plain, measured, shown, 0.01)[0][0] is measured[0]
+
+
+def test_rounding_is_noise_of_the_record() -> None:
+    residuals = [np.array([0.03, -0.03, 0.03, -0.03])]
+    rounded: Any = SimpleNamespace(
+        stochastic=SimpleNamespace(label="encoder_quantization"), fit=SimpleNamespace(residuals=residuals)
+    )
+    assert without_reading_errors(rounded, residuals, residuals, 0.01)[1] == pytest.approx(0.03)
