@@ -17,6 +17,7 @@ from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.confusable import confusable_pairs, next_experiment
 from bayes_hw.gap.decide import Calibration, Decision, choose, decide, expected_left
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
@@ -26,7 +27,6 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
-from bayes_hw.gap.next_experiment import confusable_pairs, next_experiment
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,

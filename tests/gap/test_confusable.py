@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from bayes_hw.gap.confusable import SHOWS, confusable_pairs, next_experiment
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.next_experiment import SHOWS, confusable_pairs, next_experiment
 
 
 def test_every_label_has_its_experiment() -> None:
