@@ -28,4 +28,9 @@ def test_quick_run(name: str, key: str, tmp_path: Path, monkeypatch: pytest.Monk
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["study"] == name
     assert results[key]
-    assert {path.name for path in tmp_path.iterdir()} == {"results.json", "report.html", "report.pdf"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "manifest.json",
+        "results.json",
+        "report.html",
+        "report.pdf",
+    }
