@@ -21,6 +21,7 @@ from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leaves_structure
 from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.refinement import Refinement
 from bayes_hw.gap.screen import Candidate, Screen
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
@@ -28,7 +29,7 @@ from bayes_hw.gap.whitener import Plain
 BASE_DRAWS = 80
 BASE_STARTS = 4
 SINGLES_KEPT = 6
-PARTNERS_TRIED = 4
+PARTNERS_TRIED = 5
 FIRST_EFFECTS = 2
 PAIRS_KEPT = 5
 JOINT_EFFECTS = 12
@@ -48,6 +49,10 @@ NEAR = 100.0
 
 PERIODS_TRIED = 2
 FURTHER_KEPT = 3
+
+REFINED = 4
+REFINED_PAIRS = 2
+"""Explanations whose effects are tried in forms of more parameters."""
 
 RESTARTED = 3
 RESTARTS = 3
@@ -107,6 +112,11 @@ class Attributor:
         hosts = coloured if self.stochastic.lattice or self._unfinished(found) else []
         found += self.stochastic.beside(base, hosts, singles if hosts else [])
         if structure and self._unfinished(found):
+            self.tell("forms of more parameters")
+            richer = self._richer(sorted(coloured, key=_worst_first)[:REFINED])
+            found += richer
+            coloured += richer
+        if structure and self._unfinished(found):
             self.tell("short periods and other starts")
             short = self._short_periods(bases[0])
             singles = _best_of_each([*singles, *short])
@@ -125,12 +135,20 @@ class Attributor:
                 further = firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]
                 joint = (JOINT_STARTS, FURTHER_JOINT_STARTS)
                 found += self._paired(self.pair_fits(further, singles, FURTHER_PARTNERS, joint))
+            if self._unfinished(found):
+                found += self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
         everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
 
     def _unfinished(self, found: Sequence[Explanation]) -> bool:
         return leaves_structure(min(found, key=_worst_first), self.base.inputs)
+
+    def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
+        """Explanations with their effects in forms of more parameters."""
+        return Refinement(self.nominal, self.measured, self.plain, self.stochastic, self.each).of(
+            explanations
+        )
 
     def _short_periods(self, base: Fit) -> list[Fit]:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
@@ -261,19 +279,18 @@ class Attributor:
                 promised.append((origin.reduction(both), [own[i][1], own[j][1]]))
         promised.sort(key=lambda pair: -pair[0])
         starts += [(self.nominal, pair) for _, pair in promised[joint[0] : joint[1]]]
+        fitted = {candidate_of(f).effect.name: candidate_of(f).values for f in singles}
         for first in firsts:
             screen = Screen(first, self._whitener(first))
 
-            def beside(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
-                candidate = candidate_of(other)
-                if candidate.effect.label in first.hypothesis.labels:
+            def beside(effect: Effect, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
+                if effect.label in first.hypothesis.labels:
                     return []
-                found = screen.tried(candidate.effect, [candidate.values])
-                if isinstance(candidate.effect, PeriodicEffect):
-                    found += screen.candidates(candidate.effect)
-                return found
+                known = [fitted[effect.name]] if effect.name in fitted else []
+                return screen.tried(effect, known) + screen.candidates(effect)
 
-            ranked = [max(c, key=lambda c: c.reduction) for c in self.each(beside, singles) if c]
+            found = self.each(beside, self.effects)
+            ranked = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]
             ranked.sort(key=lambda c: -c.reduction)
             starts += [(first, [candidate]) for candidate in ranked[:partners]]
         return self._in_two_rounds(starts, PAIRS_KEPT)

@@ -37,6 +37,16 @@ class Builder(Protocol):
     @property
     def start_spreads(self) -> FloatArray: ...
 
+    @property
+    def gain_row(self) -> int | None:
+        """The base parameter that scales the steady speed, whose coordinate is that of the speed; or None."""
+        ...
+
+    def speed_per_gain(self, values: FloatArray) -> FloatArray:
+        """Steady speed per unit of command and gain (points,) at base parameters (points, parameters),
+        relative to that of the nominal model."""
+        ...
+
     def write_base(self, values: FloatArray, settings: FloatArray) -> None:
         """Write what parameter values (parameters,) say of limits and dead zone into `settings`."""
         ...

@@ -22,19 +22,21 @@ from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-STATIC_COUNT = 3
-"""Base parameters before those of G: both limits and the dead zone."""
+STATIC_COUNT = GAIN = 3
+"""Base parameters before those of G: both limits and the dead zone; the row of the gain, its first."""
 
 KEPT = 24
 
 
 @dataclass(frozen=True)
 class Resonator:
-    """A further structural mode hung on the load: inertia over the load's, natural frequency, damping."""
+    """A further structural mode hung on the load, or on the structure: inertia over its host's, natural
+    frequency, damping."""
 
     inertia_ratio: float
     frequency_hz: float
     damping_ratio: float
+    on_structure: bool = False
 
 
 CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
@@ -82,6 +84,21 @@ class ChainBuilder:
         self.start_spreads = STATIC_SPREAD
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
         self.reference = realise(self._linear(self.nominal_of_g)[0], model.sample_rate_hz)
+
+        nominal = self.axis.nominal[None]
+        unscaled = self._speed_of_unit_gain(nominal)
+        self.gain_row = GAIN if np.isfinite(unscaled[0]) and unscaled[0] != 0 else None
+        self._nominal_speed_of_unit_gain = unscaled
+
+    def speed_per_gain(self, values: FloatArray) -> FloatArray:
+        """Steady speed per command and gain (points,), relative to the nominal model's, at base parameters
+        (points, parameters)."""
+        return np.asarray(self._speed_of_unit_gain(values) / self._nominal_speed_of_unit_gain)
+
+    def _speed_of_unit_gain(self, values: FloatArray) -> FloatArray:
+        of_unit_gain = values.copy()
+        of_unit_gain[:, GAIN] = 1.0
+        return self.axis.velocity_gain(of_unit_gain.T)
 
     def write_base(self, values: FloatArray, settings: FloatArray) -> None:
         """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
@@ -157,25 +174,33 @@ def _with_resonator(
     """Poles and residues of G with a resonator on the load: G / (1 + X H), H from load torque to w.
 
     X = mu s^2 (omega^2 + 2 zeta omega s) / (s^2 + 2 zeta omega s + omega^2) is the torque per angle that the
-    resonator takes (a tuned mass; Den Hartog, Mechanical Vibrations, section 3.2).
+    resonator takes (a tuned mass; Den Hartog, Mechanical Vibrations, section 3.2). On the structure, whose
+    own polynomial is S, it is G (1 + X / S) / (1 + X H), H from a torque on the structure to its angle.
     """
-    every = np.concatenate([system.poles, system.poles[system.real == 0].conj()])
-    residues = np.concatenate([system.residues, system.residues[system.real == 0].conj()])
-    ratio = paths.load_torque_ratio(system.poles)
-    by_load = residues * np.concatenate([ratio, ratio[system.real == 0].conj()])
+    pairs = system.real == 0
+    every = np.concatenate([system.poles, system.poles[pairs].conj()])
+    residues = np.concatenate([system.residues, system.residues[pairs].conj()])
+    to_host = paths.load_torque_ratio(system.poles)
+    if resonator.on_structure:
+        to_host = to_host * paths.structure_per_load(system.poles)
+    by_host = residues * np.concatenate([to_host, to_host[pairs].conj()])
     omega = 2 * np.pi * resonator.frequency_hz
     spring = np.array([2 * resonator.damping_ratio * omega, omega**2])
     own = np.concatenate([[1.0], spring])
     denominator = np.real(np.poly(every))
-    numerator, load_numerator = (
+    numerator, host_numerator = (
         np.real(sum(c * np.poly(np.delete(every, i)) for i, c in enumerate(gains)))
-        for gains in (residues, by_load)
+        for gains in (residues, by_host)
     )
-    taken = resonator.inertia_ratio * np.polymul(np.concatenate([spring, [0.0, 0.0]]), load_numerator)
+    resisting = resonator.inertia_ratio * np.concatenate([spring, [0.0, 0.0]])
+    taken = np.polymul(resisting, host_numerator)
     closed = np.polyadd(np.polymul(denominator, own), taken)
-    poles = np.roots(closed)
+    poles = np.roots(closed).astype(np.complex128)
     poles[np.argmin(np.abs(poles))] = 0.0 if np.any(system.poles == 0) else poles[np.argmin(np.abs(poles))]
     slope = np.polyval(np.polyder(closed), poles)
-    found = np.polyval(np.polymul(numerator, own), poles) / slope
+    passed = np.polyval(own, poles).astype(np.complex128)
+    if resonator.on_structure:
+        passed += np.polyval(resisting, poles) / paths.structure(poles)
+    found = np.polyval(numerator, poles) * passed / slope
     keep = poles.imag >= 0
     return np.asarray(poles[keep], np.complex128), np.asarray(found[keep], np.complex128)

@@ -61,14 +61,50 @@ def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothin
     for _ in range(rounds):
         sliding = coulomb
         if rounds > 1:
-            ratio = end * per_stribeck_speed
-            sliding = coulomb * (one + static * exponential(zero - ratio * ratio))
+            sliding = _level(end, coulomb, static, per_stribeck_speed)
         viscous = sliding * per_smoothing
         slow = speed / (one + response * viscous)
         sliding_torque = where_less(zero, speed, zero - sliding, sliding)
         torque = where_less(absolute(slow), smoothing, zero - viscous * slow, sliding_torque)
         end = half * (end + speed + response * torque)
     return torque
+
+
+@njit(cache=True, inline="always")
+def _level(speed, coulomb, static, per_stribeck_speed):  # type: ignore[no-untyped-def]
+    """Sliding friction at a speed: Stribeck's curve."""
+    ratio = speed * per_stribeck_speed
+    return coulomb * (broadcast(1.0) + static * exponential(broadcast(0.0) - ratio * ratio))
+
+
+@njit(cache=True, inline="always")
+def _bristle(speed, response, level, stiffness, bristle, step):  # type: ignore[no-untyped-def]
+    """Deflection of bristles at the end of a step that would end at `speed` without friction."""
+    slowed = absolute(speed - response * stiffness * bristle)
+    held = stiffness * step * (slowed / level + response)
+    return (bristle + step * speed) / (broadcast(1.0) + held)
+
+
+@njit(cache=True, inline="always")
+def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
+    """A sine of the angle, with its second harmonic and a constant where `second` is true."""
+    turns = broadcast(TAU) * angle / load(s, first + 1)
+    value = load(s, first) * sine(turns + load(s, first + 2))
+    if second:
+        value = value + load(s, first + 3) * sine(turns + turns + load(s, first + 4)) + load(s, first + 5)
+    return value
+
+
+@njit(cache=True, inline="always")
+def _reading_wave(s, first, second, angle):  # type: ignore[no-untyped-def]
+    """A sine of the angle, with its second harmonic where `second` is true, zero at the angle zero."""
+    turns = broadcast(TAU) * angle / load(s, first + 1)
+    phase = load(s, first + 2)
+    value = load(s, first) * (sine(turns + phase) - sine(phase))
+    if second:
+        phase = load(s, first + 4)
+        value = value + load(s, first + 3) * (sine(turns + turns + phase) - sine(phase))
+    return value
 
 
 @njit(cache=True, inline="always")
@@ -156,11 +192,12 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     zero, one, step, tau = broadcast(0.0), broadcast(1.0), broadcast(h), broadcast(TAU)
 
     rubbing, load_rubbing = active[S.MOTOR_FRICTION], active[S.LOAD_FRICTION]
-    rippled, load_rippled = active[S.RIPPLE], active[S.LOAD_RIPPLE]
+    rippled, load_rippled, mesh = active[S.RIPPLE], active[S.LOAD_RIPPLE], active[S.MESH_RIPPLE]
     torsional = active[S.CUBIC] or active[S.GAP]
-    by_motion = rippled or load_rippled or torsional
+    by_motion = rippled or load_rippled or mesh or torsional
     torques = rubbing or load_rubbing or by_motion
     static_rounds = STATIC_ROUNDS if active[S.MOTOR_STATIC] else 1
+    load_static_rounds = STATIC_ROUNDS if active[S.LOAD_STATIC] else 1
 
     for group in range(groups):
         gather(settings, group, s)
@@ -180,11 +217,11 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 store(start, i, load(t_inputs, t_n + i))
             load_response = _output(LOAD_SPEED, t_outputs, start)
         x[:], b[:] = 0.0, 0.0
-        followed, ramped, play, bristle, earlier, last_place = zero, zero, zero, zero, zero, zero
+        followed, ramped, play, earlier, last_place = zero, zero, zero, zero, zero
+        bristle, load_bristle = zero, zero
         per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
         per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
-        start_phase = sine(load(s, S.ECCENTRICITY_PHASE))
-        reading_start = sine(load(s, S.READING_PHASE))
+        per_load_stribeck_speed = one / load(s, S.LOAD_STRIBECK_SPEED)
         part = zero
         if active[S.EXTRA_DELAY]:
             part = load(s, S.EXTRA_DELAY)
@@ -226,17 +263,23 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
                     motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
                     if rippled:
-                        phase = tau * motor_angle / load(s, S.RIPPLE_PERIOD) + load(s, S.RIPPLE_PHASE)
-                        motor_torque = load(s, S.RIPPLE) * sine(phase)
+                        motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_angle)
                     if load_rippled:
-                        phase = tau * load_angle / load(s, S.LOAD_RIPPLE_PERIOD)
-                        load_torque = load(s, S.LOAD_RIPPLE) * sine(phase + load(s, S.LOAD_RIPPLE_PHASE))
+                        load_torque = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], load_angle)
+                    if mesh:
+                        torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], motor_angle)
+                        load_torque = load_torque + torque
+                        ratio = load(s, S.MOTOR_STIFFNESS) / load(s, S.LOAD_STIFFNESS)
+                        motor_torque = motor_torque - ratio * torque
                     if torsional:
                         twist_rate = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
                         twist_rate = twist_rate - _output(LOAD_SPEED, outputs, x)
                         twist_rate = twist_rate - _output(LOAD_SPEED, t_outputs, b)
                         torsion = motor_angle - load_angle + broadcast(0.5 * h) * twist_rate
-                        torque = load(s, S.CUBIC) * torsion * torsion * torsion
+                        square = torsion * torsion
+                        torque = load(s, S.CUBIC) * torsion * square
+                        if active[S.SOFTENING]:
+                            torque = torque / (one + load(s, S.SOFTENING) * square)
                         if active[S.GAP]:
                             gap = load(s, S.GAP)
                             inside = torsion + load(s, S.CONTACT_DAMPING) * twist_rate
@@ -254,9 +297,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         coulomb = load(s, S.MOTOR_FRICTION)
                         if active[S.MOTOR_PRESLIDING]:
                             stiffness = load(s, S.MOTOR_PRESLIDING)
-                            slowed = absolute(speed - motor_response * stiffness * bristle)
-                            held = stiffness * step * (slowed / coulomb + motor_response)
-                            bristle = (bristle + step * speed) / (one + held)
+                            if active[S.MOTOR_STATIC]:
+                                coulomb = _level(speed, coulomb, load(s, S.MOTOR_STATIC), per_stribeck_speed)
+                            bristle = _bristle(speed, motor_response, coulomb, stiffness, bristle, step)
                             torque = zero - stiffness * bristle
                         else:
                             torque = _friction(
@@ -273,9 +316,26 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     if load_rubbing:
                         speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
                         coulomb, smoothing = load(s, S.LOAD_FRICTION), load(s, S.LOAD_SMOOTHING)
-                        torque = _friction(
-                            speed, load_response, coulomb, zero, one, per_load_smoothing, smoothing, 1
-                        )
+                        static = load(s, S.LOAD_STATIC)
+                        if active[S.LOAD_PRESLIDING]:
+                            stiffness = load(s, S.LOAD_PRESLIDING)
+                            if active[S.LOAD_STATIC]:
+                                coulomb = _level(speed, coulomb, static, per_load_stribeck_speed)
+                            load_bristle = _bristle(
+                                speed, load_response, coulomb, stiffness, load_bristle, step
+                            )
+                            torque = zero - stiffness * load_bristle
+                        else:
+                            torque = _friction(
+                                speed,
+                                load_response,
+                                coulomb,
+                                static,
+                                per_load_stribeck_speed,
+                                per_load_smoothing,
+                                smoothing,
+                                load_static_rounds,
+                            )
                         _pushed(t_inputs, BY_LOAD, torque, b)
             earlier = later
             if active[S.PLAY]:
@@ -283,8 +343,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 play = _clipped(play, output - half_gap, output + half_gap)
                 output = play
             if active[S.ECCENTRICITY]:
-                phase = tau * output / load(s, S.ECCENTRICITY_PERIOD) + load(s, S.ECCENTRICITY_PHASE)
-                output = output + load(s, S.ECCENTRICITY) * (sine(phase) - start_phase)
+                output = output + _reading_wave(s, S.ECCENTRICITY, active[S.ECCENTRICITY_SECOND], output)
             if len(w_out):
                 store(w_out, k * groups + group, output)
             output = where_less(zero, output, output * load(s, S.GAIN_RATIO), output)
@@ -292,8 +351,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             shown = maximum(output - half_width, zero) + minimum(output + half_width, zero)
             shown = where_less(zero, shown, shown * load(s, S.SHOWN_RATIO), shown)
             if active[S.READING_ERROR]:
-                phase = tau * output / load(s, S.READING_PERIOD) + load(s, S.READING_PHASE)
-                shown = shown + load(s, S.READING_ERROR) * (sine(phase) - reading_start)
+                shown = shown + _reading_wave(s, S.READING_ERROR, active[S.READING_SECOND], output)
             t = broadcast(k / rate)
             if active[S.DRIFT_RATE]:
                 shown = shown + load(s, S.DRIFT_RATE) * t

@@ -28,14 +28,15 @@ LIKE_CHAOS = ("wind", "sensor_drift", "timing_jitter")
 class Calibration:
     """The constants of a decision, those of `calibration.json`: set by hand so far, not yet fitted.
 
-    `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for an
-    effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
-    `slow_pair_size` that a stochastic one must make; `left_surprise` (nats) and `left_size` (units of the
-    noise, joined by `left_share` of the gap) the leftover at which "other" is even odds, `loose_share` in the
-    place of `left_share` where the effect itself cannot be followed sample by sample (chaotic motion,
-    repeated or rounded samples); `left_sharpness` how fast the odds change with the logarithm of the
-    surprise; `floor` the least doubt; `pair_ceiling` the largest probability of a label in an answer of two;
-    `sigma_log_sd` how far a nominal noise may be off.
+    `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for
+    an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
+    `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
+    explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats) and
+    `left_size` (units of the noise, joined by `left_share` of the gap) the leftover at which "other" is
+    even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
+    sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
+    change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
+    probability of a label in an answer of two; `sigma_log_sd` how far a nominal noise may be off.
     """
 
     temperature: float
@@ -43,6 +44,7 @@ class Calibration:
     pair_gain: float
     pair_size: float
     slow_pair_size: float
+    slow_pair_share: float
     left_surprise: float
     left_size: float
     left_share: float
@@ -143,10 +145,20 @@ def _earned(
             if pair.stochastic.size is not None and pair.stochastic.size < least:
                 return False
             continue
+        if _drifts(reference) and _drifts(pair):
+            gain, samples = scores[labels] - scores[reference.labels], sum(map(len, pair.fit.residuals))
+            if 2 * gain / samples < calibration.slow_pair_share**2:
+                return False
+            continue
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
         if removed < (calibration.pair_size * pair.encoder_sigma) ** 2:
             return False
     return True
+
+
+def _drifts(explanation: Explanation) -> bool:
+    """Whether slow noise may hold motion that a response would otherwise have to follow."""
+    return explanation.stochastic is not None and explanation.stochastic.size is not None
 
 
 def probability_of_other(left: Sequence[Leftover], expected: float, calibration: Calibration) -> float:

@@ -19,6 +19,7 @@ from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
 from bayes_hw.gap.decide import Calibration, Decision, choose, decide, expected_left
+from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
@@ -32,9 +33,11 @@ from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,
     Closure,
     closure,
+    hides_motion,
+    measured_closure,
+    moves_unseen,
     predicted,
-    untracked_variance,
-    without_reading_errors,
+    without_glitches,
 )
 from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
@@ -47,7 +50,11 @@ from bayes_hw.threads import one_blas_thread
 UNKNOWN_NOISE_SHARE = 1e-3
 """Of the travel: the noise assumed to start with where the model names none."""
 
-SECONDS_FOR_DRAWS = 3.0
+RIVAL_FITS = 3
+"""Of a chaotic response, whose distance from the best tells how well its parameters are known."""
+
+SECONDS_FOR_DRAWS = 20.0
+"""Only a slow simulator takes them; it then makes do with fewer draws."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +96,8 @@ def diagnose(
         attribution = attributor.run()
         if not nominal > 0:
             attribution = without_small_seconds(attribution)
+        best, scores = choose(attribution, nominal, calibration)
+        attribution = with_exact_maxima(attribution, best)
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs)
@@ -141,9 +150,14 @@ def _finished(
     begin: float,
 ) -> Diagnosis:
     hypothesis = final.fit.hypothesis
-    _, draws = posterior_draws(final, rng, SECONDS_FOR_DRAWS)
+    same = [e for e in attribution.explanations if e.name == final.name and e is not final]
+    rivals = [e.fit.coordinates for e in same[:RIVAL_FITS]]
+    posterior = posterior_draws(final, rng, SECONDS_FOR_DRAWS, rivals)
+    draws = posterior.values
     sigma = final.encoder_sigma
     correlation = _first_autocorrelation(final)
+    samples = sum(len(e) for e in final.fit.residuals)
+    noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
     base = attribution.base
     gaps: list[Closure] = []
@@ -160,12 +174,15 @@ def _finished(
         after = before if final is base else at(final, final.fit.values, drift=False)
         shown = before if final is base else at(final, final.fit.values)
         drawn = [at(final, values, drift=False) for values in some]
-        untracked = untracked_variance(final, after)
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
         else:
-            readings, error = without_reading_errors(final, outputs, shown, sigma)
-            found = closure(before, after, drawn, readings, shown, untracked, error, correlation, rng)
+            if moves_unseen(final) or final.chaotic:
+                found = measured_closure(before, after, outputs, sigma, noise_error, correlation, rng)
+            else:
+                readings = without_glitches(final, outputs, shown)
+                hidden = hides_motion(final)
+                found = closure(before, after, drawn, readings, shown, sigma, correlation, rng, hidden)
             gaps.append(found.with_errors_of(outputs, before, shown, sigma))
         before_held, after_held, shown_held, draws_held = before, after, shown, drawn
     spread = np.sqrt(_marginal_variance(final))
@@ -180,15 +197,11 @@ def _finished(
     if final.stochastic is not None:
         for name, (value, error, unit) in final.stochastic.parameters.items():
             own[name] = Estimate(value, error, (value - 1.8808 * error, value + 1.8808 * error), unit)
-    samples = sum(len(e) for e in final.fit.residuals)
-    noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
     base_estimates = {n: estimates[n] for n in names[:count]}
-    base_estimates["noise.sigma"] = Estimate(
-        sigma,
-        noise_error,
-        (sigma - 1.8808 * noise_error, sigma + 1.8808 * noise_error),
-        case.model.units.output,
-    )
+    drawn_sigma = posterior.sigma
+    if drawn_sigma is None:
+        drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))
+    base_estimates["noise.sigma"] = Estimate.of(drawn_sigma, case.model.units.output)
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
     confusable = confusable_pairs(decision.answer, scores)
     verdict = Verdict(

@@ -1,63 +1,166 @@
-"""Posterior draws of an explanation's parameters, by emcee about its Laplace approximation."""
+"""Posterior draws of an explanation's parameters, by importance sampling and emcee."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from emcee import EnsembleSampler
 from emcee.moves import DEMove
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.explanation import Explanation, ShownHypothesis
+from bayes_hw.gap.display_likelihood import DisplayDensity, display_likelihood
+from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.infer.mixture import StudentTMixture
+from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
 from bayes_hw.infer.moves import IndependenceMove
+from bayes_hw.infer.pilot import acceptance_from_weights
 
 WALKERS = 64
-BURN_IN = 4
-MAX_STEPS = 16
+BURN_IN = 8
+STEPS = 32
 INDEPENDENCE_WEIGHT = 0.8
 
+CHAOTIC_DRAWS = 1024
 
-def posterior_draws(
-    explanation: Explanation, rng: np.random.Generator, seconds: float
-) -> tuple[FloatArray, FloatArray]:
-    """Coordinates (draws, parameters) and values likewise, within about `seconds`.
+ROUNDS = 4
+DRAWS_A_DIMENSION = 32
+ENOUGH = 0.5
+"""Expected acceptance of independence proposals at which the proposal is good."""
 
-    The noise is that of the explanation, its parameters as estimated. Independence proposals from a Student t
-    about the best fit are mixed with differential evolution; with no time left for the sampler the proposals
-    themselves are kept.
-    """
-    best = explanation.fit
-    hypothesis: Hypothesis = best.hypothesis
-    if explanation.stochastic is not None and explanation.stochastic.display is not None:
-        hypothesis = ShownHypothesis.of(hypothesis, explanation.stochastic.display)
-    measured = best.measured
-    means, sds = hypothesis.prior_means, hypothesis.prior_sds
-    covariance = np.linalg.inv(best.precision())
-    factor = np.linalg.cholesky(0.5 * (covariance + covariance.T) + 1e-14 * np.diag(np.diag(covariance)))
-    proposal = StudentTMixture(np.ones(1), best.coordinates[None], np.asarray(factor[None], np.float64))
+EFFECTIVE_A_DIMENSION = 6.0
+"""Effective draws a dimension from which a proposal is fitted; fewer, and the weights are tempered."""
 
-    def log_density(points: FloatArray) -> FloatArray:
-        totals = -0.5 * np.sum(((points - means) / sds) ** 2, axis=1)
-        for record, y in enumerate(hypothesis.simulate_batch(hypothesis.to_values(points))):
-            white = best.whitener.whiten(measured[record][:, None] - y, record)
+
+@dataclass(frozen=True)
+class Draws:
+    """Coordinates and values (draws, parameters); the noise (draws,) where it was drawn with them."""
+
+    coordinates: FloatArray
+    values: FloatArray
+    sigma: FloatArray | None = None
+
+
+class Density(Protocol):
+    """A log-density (points,) of points (points, dimension)."""
+
+    def __call__(self, points: FloatArray) -> FloatArray: ...
+
+
+class PosteriorDensity:
+    """The log-density of an explanation's coordinates, the noise as estimated."""
+
+    def __init__(self, explanation: Explanation) -> None:
+        best = explanation.fit
+        self.hypothesis: Hypothesis = best.hypothesis
+        self.measured, self.whitener = best.measured, best.whitener
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Log-density (points,) at coordinates (points, parameters), up to a constant."""
+        totals = -0.5 * np.sum(self.hypothesis.prior_deviations(points) ** 2, axis=1)
+        for record, y in enumerate(self.hypothesis.simulate_batch(self.hypothesis.to_values(points))):
+            white = self.whitener.whiten(self.measured[record][:, None] - y, record)
             totals -= 0.5 * np.sum(white**2, axis=0)
         return np.where(np.isfinite(totals), totals, -np.inf)
 
+
+def posterior_draws(
+    explanation: Explanation,
+    rng: np.random.Generator,
+    seconds: float,
+    rivals: Sequence[FloatArray] = (),
+) -> Draws:
+    """Draws of the posterior of an explanation.
+
+    The noise is that of the explanation, its parameters as estimated; where an encoder repeats or rounds, the
+    likelihood is exact and the noise drawn too. A Student t about the best fit is fitted to its own weighted
+    draws until independence proposals from it are mostly accepted; then emcee mixes them with differential
+    evolution. A chaotic response has no smooth likelihood: its draws are those of a normal distribution about
+    the best fit that is as wide as the other fits of the same effects, at coordinates `rivals`, lie apart.
+    A simulator so slow that this takes more than `seconds` gives the resampled draws alone; within
+    them the same seed gives the same draws.
+    """
+    best = explanation.fit
+    to_values = best.hypothesis.to_values
+    likelihood = display_likelihood(explanation)
+    if likelihood is None:
+        covariance = np.linalg.inv(best.precision())
+        covariance = 0.5 * (covariance + covariance.T)
+        if explanation.chaotic:
+            apart = np.array([best.coordinates - rival for rival in rivals]).reshape(-1, len(covariance))
+            covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))
+            coordinates = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)
+            return Draws(coordinates, to_values(coordinates))
+        coordinates = _sampled(PosteriorDensity(explanation), best.coordinates, covariance, rng, seconds)
+        return Draws(coordinates, to_values(coordinates))
+    density = DisplayDensity(explanation, likelihood)
+    points = _sampled(density, *density.mode(), rng, seconds)
+    coordinates = density.coordinates(points)
+    response, noise = coordinates[:, : density.count], coordinates[:, density.count :]
+    return Draws(response, to_values(response), likelihood.sigma(noise))
+
+
+def _sampled(
+    density: Density, mode: FloatArray, covariance: FloatArray, rng: np.random.Generator, seconds: float
+) -> FloatArray:
+    """Draws (draws, dimension) of `density`, near normal about `mode` (dimension,) with `covariance`."""
+    proposal = laplace_proposal(mode, covariance)
     seed = int(rng.integers(2**31))
-    start = proposal.sample(WALKERS, rng)
     begin = time.perf_counter()
-    log_density(start[:8])
+    proposal, start = _fitted(proposal, density, rng, 0.5 * seconds)
+    spent = time.perf_counter() - begin
+    begin = time.perf_counter()
+    density(start[:8])
     a_step = (time.perf_counter() - begin) * WALKERS / 8
-    steps = int(min(MAX_STEPS, seconds / max(a_step, 1e-9) - 1))
-    if steps <= BURN_IN:
-        chain = proposal.sample(512, rng)
+    if spent + STEPS * a_step > seconds:
+        return start
+    moves = [(IndependenceMove(proposal), INDEPENDENCE_WEIGHT), (DEMove(), 1 - INDEPENDENCE_WEIGHT)]
+    sampler = EnsembleSampler(WALKERS, start.shape[1], density, moves=moves, vectorize=True)
+    sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
+    sampler.run_mcmc(start[:WALKERS], STEPS, skip_initial_state_check=True)
+    return np.asarray(sampler.get_chain(discard=BURN_IN, flat=True))
+
+
+def _fitted(
+    proposal: StudentTMixture, density: Density, rng: np.random.Generator, seconds: float
+) -> tuple[StudentTMixture, FloatArray]:
+    """The proposal of a few rounds whose draws would be accepted most, and resampled posterior draws."""
+    begin = time.perf_counter()
+    dimension = proposal.dimension
+    best, best_acceptance, kept = proposal, -1.0, proposal.sample(8 * WALKERS, rng)
+    for number in range(ROUNDS):
+        x = proposal.sample(DRAWS_A_DIMENSION * dimension, rng)
+        log_weights = density(x) - proposal.log_density(x)
+        if not np.isfinite(log_weights.max()):
+            break
+        weights = np.exp(log_weights - log_weights.max())
+        acceptance = acceptance_from_weights(weights)
+        if acceptance > best_acceptance:
+            best, best_acceptance = proposal, acceptance
+            kept = x[rng.choice(len(x), 8 * WALKERS, p=weights / weights.sum())]
+        if acceptance > ENOUGH or time.perf_counter() - begin > seconds:
+            break
+        shares = _tempered(log_weights, EFFECTIVE_A_DIMENSION * dimension)
+        proposal = refitted(proposal, x, shares, bent=number > 0)
+    return best, kept
+
+
+def _tempered(log_weights: FloatArray, least: float) -> FloatArray:
+    """Weights of sum one, to the largest power at most one that leaves `least` effective draws."""
+    low, high = 0.0, 1.0
+    if _effective(log_weights) >= least:
+        low = 1.0
     else:
-        moves = [(IndependenceMove(proposal), INDEPENDENCE_WEIGHT), (DEMove(), 1 - INDEPENDENCE_WEIGHT)]
-        sampler = EnsembleSampler(WALKERS, len(means), log_density, moves=moves, vectorize=True)
-        sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
-        sampler.run_mcmc(start, steps, skip_initial_state_check=True)
-        chain = sampler.get_chain(discard=BURN_IN, flat=True)
-    return np.asarray(chain), hypothesis.to_values(chain)
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if _effective(middle * log_weights) >= least else (low, middle)
+    weights = np.exp(low * (log_weights - log_weights.max()))
+    return np.asarray(weights / weights.sum())
+
+
+def _effective(log_weights: FloatArray) -> float:
+    weights = np.exp(log_weights - log_weights.max())
+    return float(weights.sum() ** 2 / np.sum(weights**2))

@@ -103,6 +103,14 @@ class UnknownTrain:
         """Path from load torque to w over that from v to w (n,) at the poles `s` (n,)."""
         return s / (self.bandwidth * (s + self.corner))
 
+    def structure(self, s: ComplexArray) -> ComplexArray:
+        """Acceleration of the structure per unit of its angle (n,): none is known, it moves with the load."""
+        return np.full_like(s, np.inf)
+
+    def structure_per_load(self, s: ComplexArray) -> ComplexArray:
+        """Path from structure torque to structure angle over that from load torque to w (n,) at the poles."""
+        return np.ones_like(s)
+
     @property
     def stiffness(self) -> tuple[float, float]:
         """(km, kl) in 1/s^2: the acceleration of motor and load for a unit of torsion."""
@@ -165,6 +173,16 @@ class DriveTrain:
         """Path from load torque to w over that from v to w (n,) at the poles `s` (n,) of G."""
         motor, _, _, coupling, _, loop = self.polynomials(s)
         return self.sign * np.exp(-self.logs[-1]) * s * motor / (loop * np.exp(self.logs[3]) * coupling)
+
+    def structure(self, s: ComplexArray) -> ComplexArray:
+        """Acceleration of the structure per unit of its angle with the load held (n,), at `s` (n,)."""
+        return self.polynomials(s)[2]
+
+    def structure_per_load(self, s: ComplexArray) -> ComplexArray:
+        """Path from structure torque to structure angle over that from load torque to w (n,) at the poles."""
+        _, _, structure, _, structural, _ = self.polynomials(s)
+        ks, kss = np.exp(self.logs[4:6])
+        return np.asarray(ks * kss * structural**2 / structure**2)
 
     @property
     def stiffness(self) -> tuple[float, float]:

@@ -56,7 +56,8 @@ class Fit:
 
     def precision(self) -> FloatArray:
         """Gauss-Newton precision of the coordinates (parameters, parameters), prior included."""
-        total = np.diag(1 / self.hypothesis.prior_sds**2)
+        prior = self.hypothesis.prior_jacobian(self.coordinates)
+        total = prior.T @ prior
         for record, jacobian in enumerate(self.jacobians):
             white = self.whitener.whiten(jacobian, record)
             total = total + white.T @ white
@@ -64,7 +65,7 @@ class Fit:
 
     def log_evidence(self) -> float:
         """Laplace approximation of the log of the marginal likelihood, noise parameters by their count."""
-        deviation = (self.coordinates - self.hypothesis.prior_means) / self.hypothesis.prior_sds
+        deviation = self.hypothesis.prior_deviations(self.coordinates)
         log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
         _, log_determinant = np.linalg.slogdet(self.precision())
         samples = sum(len(e) for e in self.residuals)
@@ -106,7 +107,7 @@ def fit(
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
 
     def evaluate(points: FloatArray) -> list[_Point]:
-        pulls = 0.5 * np.sum(((points - means) / sds) ** 2, axis=1)
+        pulls = 0.5 * np.sum(hypothesis.prior_deviations(points) ** 2, axis=1)
         simulated = hypothesis.simulate_batch(hypothesis.to_values(points))
         white = [
             whitener.whiten(y[:, None] - s, record)
@@ -127,7 +128,9 @@ def fit(
     damping = 1e-3
     derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     for _ in range(max_iterations):
-        precision, gradient = np.diag(1 / sds**2), (means - at.coordinates) / sds**2
+        prior = hypothesis.prior_jacobian(at.coordinates)
+        precision = prior.T @ prior
+        gradient = -prior.T @ hypothesis.prior_deviations(at.coordinates)
         for record, jacobian in enumerate(derivatives):
             filtered = whitener.whiten(jacobian, record)
             precision = precision + filtered.T @ filtered

@@ -107,19 +107,62 @@ class Hypothesis:
         return simulate_signals(chains, settings, self.inputs if inputs is None else inputs, keep_w)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
-        """Parameter values of unbounded coordinates, both (..., parameters)."""
+        """Parameter values of unbounded coordinates, both (..., parameters).
+
+        The coordinate of the gain of a Hammerstein-Wiener axis is the logarithm of the steady speed per unit
+        of command: behind an integrator the data fix that far better than the gain, which follows the modes,
+        and in the gain's own coordinate the posterior is a curved ridge.
+        """
         rows = zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
-        return np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
+        values = np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
+        row = self.builder.gain_row
+        if row is not None:
+            values[..., row] /= self._speed_per_gain(values)
+        return values
 
     def to_coordinates(self, values: FloatArray) -> FloatArray:
-        """Unbounded coordinates of parameter values, both (..., parameters)."""
+        """Unbounded coordinates of parameter values, both (..., parameters): the inverse of `to_values`."""
+        row = self.builder.gain_row
+        if row is not None:
+            values = values.copy()
+            values[..., row] *= self._speed_per_gain(values)
         rows = zip(self.parameters, np.moveaxis(values, -1, 0), strict=True)
         return np.stack([p.transform.to_coordinate(v) for p, v in rows], axis=-1)
+
+    def _speed_per_gain(self, values: FloatArray) -> FloatArray:
+        base = values[..., : self.base_count]
+        flat = self.builder.speed_per_gain(base.reshape(-1, self.base_count))
+        return np.asarray(flat.reshape(base.shape[:-1]))
+
+    def prior_deviations(self, coordinates: FloatArray) -> FloatArray:
+        """Deviations (..., parameters) from the prior means in prior standard deviations.
+
+        The priors are independent in the logarithm of the gain itself, not in that of the speed.
+        """
+        row = self.builder.gain_row
+        if row is not None:
+            values = np.stack(
+                [
+                    p.transform.to_value(c)
+                    for p, c in zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
+                ],
+                axis=-1,
+            )
+            coordinates = coordinates.copy()
+            coordinates[..., row] -= np.log(np.abs(self._speed_per_gain(values)))
+        return (coordinates - self.prior_means) / self.prior_sds
+
+    def prior_jacobian(self, coordinates: FloatArray) -> FloatArray:
+        """Derivatives (deviations, parameters) of `prior_deviations` at `coordinates` (parameters,)."""
+        steps = np.diag(self.derivative_steps)
+        difference = self.prior_deviations(coordinates + steps) - self.prior_deviations(coordinates - steps)
+        return np.asarray(difference.T / (2 * self.derivative_steps))
 
     @cached_property
     def derivative_steps(self) -> FloatArray:
         """Finite-difference step of every coordinate."""
-        relative = [BASE_DERIVATIVE_STEP] * self.base_count
+        coarse = [effect.derivative_step for effect in self.effects if effect.chaotic]
+        relative = [max([BASE_DERIVATIVE_STEP, *coarse])] * self.base_count
         for effect, rows in zip(self.effects, self.effect_rows, strict=True):
             relative += [effect.derivative_step] * (rows.stop - rows.start)
         return np.array(relative) * self.prior_sds

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import truncnorm
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
@@ -20,6 +21,10 @@ SIGNIFICANT = 3.0
 """Standard deviations of the noise's mean square that make what is left count as measured."""
 
 DRAWS_SIMULATED = 64
+
+RESAMPLED = 400
+LEAST_REDUCIBLE = 0.01
+"""Of the squared error before: the noise is not taken for more than the rest."""
 
 
 @dataclass(frozen=True)
@@ -55,21 +60,29 @@ class Closure:
         }
 
 
-def without_reading_errors(
-    explanation: Explanation, measured: Sequence[FloatArray], shown: Sequence[FloatArray], sigma: float
-) -> tuple[list[FloatArray], float]:
-    """Records without the errors of single readings that an effect is, and the noise that is left in them.
+def hides_motion(explanation: Explanation) -> bool:
+    """Whether errors of the readings alone, drift, rounding or glitches, hide the motion that is left."""
+    stochastic = explanation.stochastic
+    return stochastic is not None and stochastic.label in ("encoder_quantization", "sensor_drift", "outliers")
 
-    Glitches are put to where the encoder is expected; of rounded records the noise is that of training, the
-    rounding in it. Neither says anything of the motion.
+
+def moves_unseen(explanation: Explanation) -> bool:
+    """Whether motion, or its timing, is stochastic: no simulator tracks it, and the records alone tell it."""
+    stochastic = explanation.stochastic
+    return stochastic is not None and stochastic.label in ("wind", "timing_jitter")
+
+
+def without_glitches(
+    explanation: Explanation, measured: Sequence[FloatArray], shown: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Records with glitches, where they are the effect, put to where the encoder is expected.
+
+    A glitch says nothing of the motion.
     """
-    label = None if explanation.stochastic is None else explanation.stochastic.label
-    if label == "encoder_quantization":
-        return list(measured), float(np.sqrt(np.mean(np.concatenate(explanation.fit.residuals) ** 2)))
-    if label != "outliers":
-        return list(measured), sigma
+    if explanation.stochastic is None or explanation.stochastic.label != "outliers":
+        return list(measured)
     masks = find_glitches([y - s for y, s in zip(measured, shown, strict=True)])
-    return [np.where(m, s, y) for y, s, m in zip(measured, shown, masks, strict=True)], sigma
+    return [np.where(m, s, y) for y, s, m in zip(measured, shown, masks, strict=True)]
 
 
 def predicted(
@@ -90,34 +103,16 @@ def predicted(
     return [display.show(y, record) for record, y in enumerate(simulated)]
 
 
-def untracked_variance(explanation: Explanation, predictions: Sequence[FloatArray]) -> float:
-    """Variance (output units squared) of a stochastic effect in the motion, which no one can track."""
-    stochastic = explanation.stochastic
-    if stochastic is None:
-        return 0.0
-    if stochastic.label == "wind":
-        return stochastic.parameters["wind.sd"][0] ** 2
-    if stochastic.form == "held samples":
-        hold = stochastic.parameters["timing_jitter.repeated_share"][0]
-        slopes = np.concatenate([np.diff(y) for y in predictions])
-        return float(hold / (1 - hold) ** 2 * np.mean(slopes**2))
-    if stochastic.form == "clock":
-        rate = explanation.fit.hypothesis.scale.rate
-        speeds = np.concatenate([np.gradient(y) * rate for y in predictions])
-        return float(stochastic.parameters["timing_jitter.clock_sd"][0] ** 2 * np.mean(speeds**2))
-    return 0.0
-
-
 def closure(
     before: Sequence[FloatArray],
     after: Sequence[FloatArray],
     draws: Sequence[Sequence[FloatArray]],
     measured: Sequence[FloatArray],
     shown: Sequence[FloatArray],
-    untracked: float,
     noise_sigma: float,
     correlation: float,
     rng: np.random.Generator,
+    hidden: bool = False,
 ) -> Closure:
     """The closed fraction with parameters and the finite record both counted.
 
@@ -126,34 +121,91 @@ def closure(
 
     Each of `draws` (predictions at a posterior draw) is taken for the truth in turn: the squared errors of
     `before` and `after` against it, plus what is left on the record beyond the noise, whose own scatter over
-    a record of this length and `correlation` of the noise is drawn. Where that is much, it need not be at
-    right angles to what was removed, and the error before is taken from the record as well.
+    a record of this length and `correlation` of the noise is drawn. What hides in that scatter counts for the
+    lower end. Where what is left is much, it need not be at right angles to what was removed, and the error
+    before is taken from the record as well. Where errors of the readings are larger than the motion left
+    (`hidden`), the record does not tell, and parameters count alone.
     """
     y = np.concatenate(measured)
     b, a = np.concatenate(list(before)), np.concatenate(list(after))
-    effective = len(y) * (1 - correlation**2) / (1 + correlation**2)
+    scatter_share = np.sqrt(2 / (len(y) * (1 - correlation**2) / (1 + correlation**2)))
     square_before = float(np.mean((y - b) ** 2))
     drifting = any(np.any(x != z) for x, z in zip(shown, after, strict=True))
     square_after = float(np.mean((y - np.concatenate(list(shown))) ** 2))
-    fractions = []
+    scatter = square_after * scatter_share
+    fractions: list[float] = []
+    lowest: list[float] = []
     for draw in draws:
         truth = np.concatenate(list(draw))
         reducible = float(np.mean((b - truth) ** 2))
         remaining = float(np.mean((a - truth) ** 2))
-        scatter = square_after * np.sqrt(2 / effective)
-        beyond = square_after - remaining - untracked - noise_sigma**2
-        left = max(0.0, beyond + rng.normal() * scatter)
-        total = reducible + left + untracked
-        if beyond > SIGNIFICANT * scatter and not drifting:
+        beyond = square_after - remaining - noise_sigma**2
+        left = 0.0 if hidden else max(0.0, beyond + rng.normal() * scatter)
+        some = 0.0 if hidden else _positive_normal(beyond, scatter, rng)
+        total = reducible
+        if beyond > SIGNIFICANT * scatter and not drifting and not hidden:
             measured_total = square_before - noise_sigma**2 + rng.normal() * scatter
-            total = max(measured_total, 1e-3 * total)
-        fractions.append(1 - (remaining + left + untracked) / total if total > 0 else 0.0)
-    values = np.array(fractions)
-    low, high = float(np.quantile(values, LOWER_TAIL)), float(values.max())
+            total = max(measured_total, 1e-3 * (reducible + left)) - left
+        for kept, unseen in ((fractions, left), (lowest, max(left, some))):
+            kept.append(1 - (remaining + unseen) / (total + unseen) if total + unseen > 0 else 0.0)
     return Closure(
         float(np.sqrt(square_before)),
         float(np.sqrt(square_after)),
         noise_sigma,
-        float(np.median(values)),
-        (low, high),
+        float(np.median(fractions)),
+        (float(np.quantile(lowest, LOWER_TAIL)), float(np.max(fractions))),
     )
+
+
+def _positive_normal(mean: float, sd: float, rng: np.random.Generator) -> float:
+    """A draw from the normal distribution cut off below zero."""
+    return float(truncnorm.rvs(-mean / sd, np.inf, loc=mean, scale=sd, random_state=rng)) if sd > 0 else 0.0
+
+
+def measured_closure(
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    measured: Sequence[FloatArray],
+    noise_sigma: float,
+    noise_error: float,
+    correlation: float,
+    rng: np.random.Generator,
+) -> Closure:
+    """The closed fraction 1 - (A - sigma^2) / (B - sigma^2) from mean squared errors of the records alone.
+
+    A and B are those of `after` and `before`. Measured, they hold the noise's own mean square over a record
+    of this length and its products with the errors of the two predictions, which are drawn with the
+    covariance that they have, as is the noise with its standard error `noise_error`; `correlation` is that
+    of the noise from sample to sample.
+    """
+    y = np.concatenate(list(measured))
+    error_before, error_after = (y - np.concatenate(list(p)) for p in (before, after))
+    square_before, square_after = float(np.mean(error_before**2)), float(np.mean(error_after**2))
+    samples, variance = len(y), noise_sigma**2
+    shared = float(np.mean(error_before * error_after)) - variance
+    least = LEAST_REDUCIBLE * square_before
+    errors = np.array(
+        [[max(square_before - variance, least), shared], [shared, max(square_after - variance, 0)]]
+    )
+    memory = (1 + correlation) / (1 - correlation)
+    products = _normal(4 * variance * memory / samples * errors, rng)
+    longer = (1 + correlation**2) / (1 - correlation**2)
+    own = variance * np.sqrt(2 * longer / samples) * rng.standard_normal(RESAMPLED)
+    noise = (noise_sigma + noise_error * rng.standard_normal(RESAMPLED)) ** 2 + own
+    left, reducible = square_after - noise + products[1], square_before - noise + products[0]
+    fractions = np.minimum(1 - left / np.maximum(reducible, least), 1.0)
+    low, high = np.quantile(fractions, [LOWER_TAIL, 1 - LOWER_TAIL])
+    closed = 1 - (square_after - variance) / errors[0, 0]
+    return Closure(
+        float(np.sqrt(square_before)),
+        float(np.sqrt(square_after)),
+        noise_sigma,
+        float(np.clip(closed, low, high)),
+        (float(low), float(high)),
+    )
+
+
+def _normal(covariance: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Draws (2, RESAMPLED) of a normal distribution whose covariance may be short of positive definite."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ rng.standard_normal((2, RESAMPLED)))

@@ -90,6 +90,8 @@ class SimulatorBuilder:
     Raises InputError where a parameter's prior is not normal in the coordinate that it is estimated in.
     """
 
+    gain_row: None = None
+
     def __init__(self, simulator: Simulator) -> None:
         self.simulator = simulator
         self.base_parameters: tuple[Parameter, ...] = tuple(simulator.parameters)
@@ -108,6 +110,10 @@ class SimulatorBuilder:
         """Those of the priors."""
         priors = [parameter.prior for parameter in self.base_parameters]
         return np.array([p.log_sd if isinstance(p, LogNormal) else p.sd for p in priors])  # type: ignore[attr-defined]
+
+    def speed_per_gain(self, values: FloatArray) -> FloatArray:
+        """One: no parameter is known to scale the speed."""
+        return np.ones(len(values))
 
     def write_base(self, values: FloatArray, settings: FloatArray) -> None:
         """Nothing: limits and dead zones of the simulator are its own."""

@@ -16,6 +16,10 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals
+    if door == "gear_torque":
+        by_motor, by_load = chain.stiffness
+        on_motor = small_responses(chain, "motor_torque", signals)
+        return small_responses(chain, "load_torque", signals) - by_motor / by_load * on_motor
     states = command_states([chain], 1 / chain.rate)
     if door in ("motor_torque", "load_torque"):
         states = torque_states([chain], 1 / chain.rate)

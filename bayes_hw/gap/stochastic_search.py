@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -28,7 +29,9 @@ from bayes_hw.gap.stochastic import (
 
 HOSTS = 2
 SINGLES_WITH_NOISE = 12
-SCREENED_UNDER_NOISE = 4
+SCREENED_UNDER_NOISE = 8
+FINISHED_UNDER_NOISE = 4
+ITERATIONS_AT_FIRST = 3
 ITERATIONS_UNDER_NOISE = 8
 
 LARGEST_WANDER = 1.3
@@ -108,24 +111,44 @@ class StochasticSearch:
         stochastic, host = explanation.stochastic, explanation.fit
         if stochastic is None or stochastic.display is not None:
             return []
-        kind = self._kind_of(stochastic, host)
         screen = Screen(host, stochastic.whitener)
         ranked = [c[0] for c in self.each(screen.candidates, effects) if c]
         ranked = [c for c in ranked if c.effect.label not in explanation.labels]
         ranked.sort(key=lambda candidate: -candidate.reduction)
 
-        def fitted(rank: int) -> Explanation:
+        def begun(rank: int) -> Fit:
             candidate = ranked[rank]
             hypothesis = host.hypothesis.with_effect(candidate.effect)
             start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
-            moved = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
-            again = kind(moved)
-            return self._refitted(kind, again or stochastic, moved)
+            return fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_AT_FIRST)
 
-        return self.each(fitted, range(min(SCREENED_UNDER_NOISE, len(ranked))))
+        first = sorted(self.each(begun, range(min(SCREENED_UNDER_NOISE, len(ranked)))), key=lambda f: f.cost)
+        return self.each(
+            lambda f: self.moved(explanation, f.hypothesis, f.coordinates), first[:FINISHED_UNDER_NOISE]
+        )
+
+    def moved(self, explanation: Explanation, hypothesis: Hypothesis, start: FloatArray) -> Explanation:
+        """`hypothesis` from `start` under the stochastic effect of `explanation`, both refitted."""
+        stochastic = explanation.stochastic
+        if stochastic is None:
+            raise ValueError(f"{explanation.name} has no stochastic effect")
+        if stochastic.display is not None:
+            hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
+        found = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
+        host = self._as_measured(found)
+        kind = self._kind_of(stochastic, explanation.fit)
+        return self._refitted(kind, kind(host) or stochastic, host)
+
+    def _as_measured(self, found: Fit) -> Fit:
+        """The fit with the plain simulation in the place of what a display showed of it."""
+        shown = found.hypothesis
+        plain = Hypothesis(shown.builder, shown.scale, shown.inputs, shown.effects)
+        simulated = plain.simulate(found.values)
+        residuals = [y - s for y, s in zip(self.measured, simulated, strict=True)]
+        return replace(found, hypothesis=plain, residuals=residuals, simulated=simulated)
 
     def _kind_of(self, stochastic: StochasticFit, host: Fit) -> Kind:
-        for kind in self.kinds(rounded=False):
+        for kind in self.kinds(stochastic.label == "encoder_quantization"):
             found = kind(host)
             if found is not None and (found.label, found.form) == (stochastic.label, stochastic.form):
                 return kind
@@ -142,12 +165,7 @@ class StochasticSearch:
             if stochastic.display is not None:
                 hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
             moved = fit(hypothesis, self.measured, current.coordinates, stochastic.whitener, 5)
-            plain = Hypothesis(hypothesis.builder, hypothesis.scale, hypothesis.inputs, hypothesis.effects)
-            shown = plain.simulate(moved.values)
-            residuals = [y - s for y, s in zip(self.measured, shown, strict=True)]
-            current = Fit(
-                plain, moved.coordinates, residuals, shown, moved.jacobians, stochastic.whitener, moved.cost
-            )
+            current = self._as_measured(moved)
             again = kind(current)
             if again is None:
                 break

@@ -51,7 +51,10 @@ class Friction(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """amplitude (sin(k q + phase) + second sin(2 k q + phase) - its value at 0), k = 2 pi / period in deg."""
+    """amplitude (sin(k q + phase) + second sin(2 k q + phase) - its value at 0), k = 2 pi / period in deg.
+
+    That of the limits is not zero at 0: they vary about those of the axis.
+    """
 
     amplitude: float = 0.0
     wavenumber: float = 0.0
@@ -106,7 +109,9 @@ def _wave(wave: Wave, angle: float) -> float:
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _limited(command: float, angle: float, physics: Physics) -> float:
-    factor = 1.0 + _wave(physics.limit_wave, angle) + physics.limit_slope * angle
+    wave = physics.limit_wave
+    factor = 1.0 + physics.limit_slope * angle
+    factor += wave.amplitude * math.sin(wave.wavenumber * angle + wave.phase)
     factor = max(factor, 0.05)
     return min(max(command, physics.lower * factor), physics.upper * factor)
 

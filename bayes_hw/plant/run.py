@@ -52,7 +52,7 @@ class Run:
     physics: Physics = field(init=False)
     external: FloatArray = field(init=False)
     extra_delay_s: float = 0.0
-    gain_below: float = 1.0
+    gain_above: float = 1.0
     eccentricity: Wave = NO_WAVE
     sampling_offset_s: FloatArray = field(init=False)
     held: BoolArray = field(init=False)
@@ -126,9 +126,8 @@ class Run:
         w = self._sample(angles)
         if self.coarse_step > 0.0:
             w = _stale_interpolation(w, self.coarse_step, self.stale_every)
-        y = np.maximum(w - self.axis.dead_zone, 0.0) + self.gain_below * np.minimum(
-            w + self.axis.dead_zone, 0.0
-        )
+        above = self.gain_above * np.maximum(w - self.axis.dead_zone, 0.0)
+        y = above + np.minimum(w + self.axis.dead_zone, 0.0)
         wave = self.eccentricity
         if wave.amplitude != 0.0:
             x = wave.wavenumber * w

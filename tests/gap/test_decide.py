@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bayes_hw.gap.decide import (
@@ -21,7 +22,7 @@ from bayes_hw.gap.leftover import Leftover
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
-    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3,
+    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, slow_pair_share=0.1,
     left_surprise=40.0, left_size=0.3, left_share=0.05, loose_share=0.3, left_sharpness=2.0,
     floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
 
@@ -39,7 +40,9 @@ class Stub:
 
     @property
     def fit(self) -> Any:
-        return SimpleNamespace(rmse=self.rmse, whitener=SimpleNamespace(sigma=self.encoder_sigma))
+        return SimpleNamespace(
+            rmse=self.rmse, residuals=[np.zeros(1000)], whitener=SimpleNamespace(sigma=self.encoder_sigma)
+        )
 
 
 def chosen(*stubs: Stub, nominal: float = 1.0) -> tuple[str, ...]:
@@ -151,7 +154,7 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     """A share of the gap, a larger one where the motion is chaotic or the display repeats or rounds."""
     base, plain = Stub((), 0, rmse=5.0), Stub(("friction",), 9, rmse=1.0)
     chaotic = Stub(("backlash",), 9, rmse=1.0, chaotic=True)
-    rounded = Stub(("timing_jitter",), 9, rmse=1.0, stochastic=SimpleNamespace(display=object()))
+    rounded = Stub(("timing_jitter",), 9, rmse=1.0, stochastic=SimpleNamespace(display=object(), size=None))
     gap = 24**0.5
     assert expected(base, plain) == pytest.approx(CONSTANTS.left_share * gap)
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
@@ -159,3 +162,16 @@ def test_what_even_a_right_explanation_may_leave() -> None:
 
 def expected(base: Stub, explanation: Stub) -> float:
     return expected_left(base, explanation, CONSTANTS)  # type: ignore[arg-type]
+
+
+def test_under_slow_noise_the_innovations_tell() -> None:
+    """A response beside a drift is earned by evidence a sample: plain errors hold the drift too."""
+
+    def drifting(labels: tuple[str, ...], log_evidence: float, rmse: float) -> Stub:
+        noise = SimpleNamespace(label="sensor_drift", size=2.0, display=None)
+        return Stub(labels, log_evidence, rmse=rmse, stochastic=noise)
+
+    base, alone = Stub((), 0.0, rmse=4.0), drifting(("sensor_drift",), 500.0, 1.8)
+    pair = ("friction", "sensor_drift")
+    assert chosen(base, alone, drifting(pair, 530.0, 2.9)) == pair
+    assert chosen(base, alone, drifting(pair, 504.0, 2.9)) == ("sensor_drift",)

@@ -8,18 +8,21 @@ from types import MappingProxyType
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.effects.drive import (
-    CoulombFrictionAtLoad,
-    CoulombFrictionAtMotor,
     DynamicBacklash,
     KinematicBacklash,
     LoadRipple,
-    PreslidingFriction,
-    StribeckFrictionAtMotor,
+    MeshRipple,
     TorqueRipple,
 )
 from bayes_hw.gap.effects.effect import Block, Effect
+from bayes_hw.gap.effects.friction import (
+    CoulombFrictionAtLoad,
+    CoulombFrictionAtMotor,
+    PreslidingFriction,
+    StribeckFrictionAtMotor,
+)
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.gap.effects.linear import CubicStiffness, TransportDelay, UnmodelledMode
+from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness, TransportDelay, UnmodelledMode
 from bayes_hw.gap.effects.sensor import (
     EncoderEccentricity,
     GainAsymmetry,
@@ -40,6 +43,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     TransportDelay,
     UnmodelledMode,
     CubicStiffness,
+    SofteningStiffness,
     CoulombFrictionAtMotor,
     StribeckFrictionAtMotor,
     PreslidingFriction,
@@ -48,6 +52,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     DynamicBacklash,
     TorqueRipple,
     LoadRipple,
+    MeshRipple,
     EncoderEccentricity,
     ReadingEccentricity,
     GainAsymmetry,

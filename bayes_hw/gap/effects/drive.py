@@ -1,4 +1,4 @@
-"""Effects of the drive: friction, backlash, torque ripple."""
+"""Effects of the drive: backlash and torque ripple; friction has a file of its own."""
 
 from __future__ import annotations
 
@@ -14,125 +14,7 @@ from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
 
-SIZES = (1.0, 3.0, 9.0)
-"""Errors, in units of the noise, at which effects of unknown size are screened."""
-
-
-class _Friction(Effect):
-    """What the forms of friction share: a torque that opposes the motion, in units of acceleration."""
-
-    label: ClassVar[str] = "friction"
-    needs_drive_train: ClassVar[bool] = True
-    block: ClassVar[Block] = "drive"
-
-    def usual(self, scale: AxisScale) -> float:
-        """The torque whose wind-up of the velocity loop shows as one sigma: sigma times loop stiffness."""
-        return scale.sigma * 4 * scale.stiffness[0]
-
-    def smoothing(self, scale: AxisScale) -> float:
-        """Speed below which sliding friction fades, in output units per second."""
-        return 0.03 * scale.output_speed
-
-
-class CoulombFrictionAtMotor(_Friction):
-    """torque = -F sign(motor speed), smoothed below a small speed, inside the velocity loop.
-
-    Coulomb's law (Armstrong-Helouvry et al., doi 10.1016/0005-1098(94)90209-7). The loop's integrator winds
-    up at every reversal, which looks like play at the motor; backlash at the output does not.
-    """
-
-    form: ClassVar[str] = "Coulomb, motor"
-    test_values = (30.0, 0.01)
-
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        return (
-            positive("friction.torque", f"{scale.units.output}/s^2", 3 * self.usual(scale)),
-            positive("friction.smoothing_speed", f"{scale.units.output}/s", self.smoothing(scale), 1.0),
-        )
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.MOTOR_FRICTION], settings[S.MOTOR_SMOOTHING] = values
-
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [(size * self.usual(scale), self.smoothing(scale)) for size in SIZES]
-
-
-class StribeckFrictionAtMotor(_Friction):
-    """torque = -F (1 + a exp(-(speed / speed_s)^2)) sign(motor speed): friction that falls with speed.
-
-    Stribeck's curve (doi 10.1016/0005-1098(94)90209-7). Not to be believed where the axis is seldom slow.
-    """
-
-    form: ClassVar[str] = "Stribeck, motor"
-    test_values = (30.0, 0.4, 0.03, 0.01)
-
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        speed = f"{scale.units.output}/s"
-        return (
-            positive("friction.torque", f"{scale.units.output}/s^2", 3 * self.usual(scale)),
-            positive("friction.static_excess", "", 0.5, 1.0),
-            positive("friction.stribeck_speed", speed, 0.1 * scale.output_speed, 1.0),
-            positive("friction.smoothing_speed", speed, self.smoothing(scale), 1.0),
-        )
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.MOTOR_FRICTION], settings[S.MOTOR_STATIC], settings[S.MOTOR_STRIBECK_SPEED] = values[:3]
-        settings[S.MOTOR_SMOOTHING] = values[3]
-
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [
-            (size * self.usual(scale), 0.5, 0.1 * scale.output_speed, self.smoothing(scale)) for size in SIZES
-        ]
-
-
-class PreslidingFriction(_Friction):
-    """Bristles that bend before they slide: z' = speed - |speed| stiffness z / F, torque = -stiffness z.
-
-    Dahl's model (Armstrong-Helouvry et al., doi 10.1016/0005-1098(94)90209-7). Not to be believed where
-    reversals are far apart: it is then Coulomb friction.
-    """
-
-    form: ClassVar[str] = "presliding, motor"
-    test_values = (30.0, 5e3)
-
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        usual = self.usual(scale)
-        return (
-            positive("friction.torque", f"{scale.units.output}/s^2", 3 * usual),
-            positive("friction.presliding_stiffness", "1/s^2", usual / scale.sigma, 2.0),
-        )
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.MOTOR_FRICTION], settings[S.MOTOR_PRESLIDING] = values
-
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        usual = self.usual(scale)
-        return [(size * usual, factor * usual / scale.sigma) for size in SIZES for factor in (0.3, 3.0)]
-
-
-class CoulombFrictionAtLoad(_Friction):
-    """torque = -F sign(load speed), smoothed below a small speed, on the far side of the compliance.
-
-    Bearing and rail friction (doi 10.1016/0005-1098(94)90209-7).
-    """
-
-    form: ClassVar[str] = "Coulomb, load"
-    test_values = (2.0, 0.01)
-
-    def usual(self, scale: AxisScale) -> float:
-        return scale.sigma * scale.stiffness[1]
-
-    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
-        return (
-            positive("friction.torque", f"{scale.units.output}/s^2", self.usual(scale)),
-            positive("friction.smoothing_speed", f"{scale.units.output}/s", self.smoothing(scale), 1.0),
-        )
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.LOAD_FRICTION], settings[S.LOAD_SMOOTHING] = values
-
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [(0.5 * size * self.usual(scale), self.smoothing(scale)) for size in SIZES]
+WAVE_PARAMETERS = 3
 
 
 class KinematicBacklash(Effect):
@@ -145,7 +27,7 @@ class KinematicBacklash(Effect):
     label: ClassVar[str] = "backlash"
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "kinematic"
-    test_values = (0.01,)
+    test_values: ClassVar[tuple[float, ...]] = (0.01,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("backlash.half_gap", scale.units.output, 2 * scale.sigma, 1.5),)
@@ -166,12 +48,12 @@ class DynamicBacklash(Effect):
 
     label: ClassVar[str] = "backlash"
     needs_drive_train: ClassVar[bool] = True
-    derivative_step: ClassVar[float] = 0.02
+    derivative_step: ClassVar[float] = 0.3
     chaotic: ClassVar[bool] = True
     starts_tried: ClassVar[int] = 2
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "gap in the compliance"
-    test_values = (0.006,)
+    test_values: ClassVar[tuple[float, ...]] = (0.006,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("backlash.half_gap", scale.units.output, 2 * scale.sigma, 1.5),)
@@ -195,7 +77,7 @@ class TorqueRipple(PeriodicEffect):
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "motor"
     door: ClassVar[Door] = "motor_torque"
-    test_values = (20.0, 10.0, 0.3)
+    test_values: ClassVar[tuple[float, ...]] = (20.0, 10.0, 0.3)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         acceleration = f"{scale.units.output}/s^2"
@@ -207,14 +89,25 @@ class TorqueRipple(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.RIPPLE], settings[S.RIPPLE_PERIOD] = np.hypot(values[0], values[1]), values[2]
-        settings[S.RIPPLE_PHASE] = np.arctan2(values[1], values[0])
+        self._write(S.RIPPLE, values, settings)
+
+    def _write(self, first: int, values: FloatArray, settings: FloatArray) -> None:
+        """Write the wave of `values` into `settings` from row `first` on."""
+        settings[first], settings[first + 1] = np.hypot(values[0], values[1]), values[2]
+        settings[first + 2] = np.arctan2(values[1], values[0])
+        if len(values) > WAVE_PARAMETERS:
+            settings[first + 3] = np.hypot(values[3], values[4])
+            settings[first + 4] = np.arctan2(values[4], values[3])
+            settings[first + 5] = values[5]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * 4 * scale.stiffness[0]
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(TorqueRippleWithOvertone(), (*values, *NO_OVERTONE))]
 
 
 class LoadRipple(TorqueRipple):
@@ -226,11 +119,81 @@ class LoadRipple(TorqueRipple):
 
     form: ClassVar[str] = "load"
     door: ClassVar[Door] = "load_torque"
-    test_values = (0.5, 0.3, 0.3)
+    test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3)
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.LOAD_RIPPLE], settings[S.LOAD_RIPPLE_PERIOD] = np.hypot(values[0], values[1]), values[2]
-        settings[S.LOAD_RIPPLE_PHASE] = np.arctan2(values[1], values[0])
+        self._write(S.LOAD_RIPPLE, values, settings)
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * scale.stiffness[1]
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(LoadRippleWithOvertone(), (*values, *NO_OVERTONE))]
+
+
+class MeshRipple(LoadRipple):
+    """torque = A sin(2 pi theta_motor / period + phase) on the load, its reaction on the motor: gear mesh.
+
+    In units of the load's acceleration (transmission error of gears; Welbourn, Fundamental Knowledge of Gear
+    Noise, 1979). Not to be believed where the period is longer than the travel.
+    """
+
+    form: ClassVar[str] = "gear mesh"
+    door: ClassVar[Door] = "gear_torque"
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        self._write(S.MESH_RIPPLE, values, settings)
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(MeshRippleWithOvertone(), (*values, *NO_OVERTONE))]
+
+
+NO_OVERTONE = (0.0, 0.0, 0.0)
+
+
+class _Overtone(TorqueRipple):
+    """What ripples share that have a second harmonic and a constant torque, zero where the record rests.
+
+    torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant.
+    """
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        acceleration, spread = f"{scale.units.output}/s^2", 20 * self.unit_amplitude(scale)
+        names = ("second_sine", "second_cosine", "constant")
+        more = [signed(f"torque_ripple.{name}", acceleration, spread) for name in names]
+        return (*super().parameters(scale), *more)
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return []
+
+
+class TorqueRippleWithOvertone(_Overtone):
+    """torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant, x = 2 pi theta_motor / period.
+
+    Cogging of poles that are not alike (Hanselman, Brushless Motors, chapter 4). Not to be believed where the
+    period is longer than the travel.
+    """
+
+    form: ClassVar[str] = "motor, with overtone"
+    test_values: ClassVar[tuple[float, ...]] = (20.0, 10.0, 0.3, 5.0, -4.0, 2.0)
+
+
+class LoadRippleWithOvertone(_Overtone, LoadRipple):
+    """torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant on the load, x = 2 pi w / period.
+
+    The axis rests where the record starts, so that the constant balances the ripple there. Not to be believed
+    where the period is longer than the travel.
+    """
+
+    form: ClassVar[str] = "load, with overtone"
+    test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3, 0.1, -0.1, 0.05)
+
+
+class MeshRippleWithOvertone(_Overtone, MeshRipple):
+    """The torque of gear mesh with its second harmonic and a constant: see MeshRipple.
+
+    Not to be believed where the period is longer than the travel.
+    """
+
+    form: ClassVar[str] = "gear mesh, with overtone"
+    test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3, 0.1, -0.1, 0.05)

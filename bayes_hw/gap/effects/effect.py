@@ -15,8 +15,9 @@ Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
 
 BLOCKS: tuple[Block, ...] = ("input", "linear", "drive", "disturbance", "sensor")
 
-Door: TypeAlias = Literal["command", "motor_torque", "load_torque", "output"]
-"""Where a small additive signal of a periodic effect enters: v, the motor's or the load's torque, or w."""
+Door: TypeAlias = Literal["command", "motor_torque", "load_torque", "gear_torque", "output"]
+"""Where a small additive signal of a periodic effect enters: v, a torque on the motor, on the load, or on the
+load with its reaction on the motor, or w."""
 
 
 class Effect(ABC):
@@ -54,6 +55,10 @@ class Effect(ABC):
     def resonator(self, values: FloatArray) -> Resonator | None:
         """The resonator that the effect hangs on the load, if it does."""
         return None
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        """Forms of more parameters, with their starts, to try where this one at `values` leaves structure."""
+        return []
 
     @abstractmethod
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -24,7 +24,7 @@ class TransportDelay(Effect):
 
     label: ClassVar[str] = "transport_delay"
     block: ClassVar[Block] = "linear"
-    test_values = (1.3,)
+    test_values: ClassVar[tuple[float, ...]] = (1.3,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("transport_delay.samples", "samples", 1.0, 1.0),)
@@ -47,7 +47,7 @@ class UnmodelledMode(Effect):
     needs_drive_train: ClassVar[bool] = True
     starts_tried: ClassVar[int] = 3
     block: ClassVar[Block] = "linear"
-    test_values = (0.3, 1.3, 0.02)
+    test_values: ClassVar[tuple[float, ...]] = (0.3, 1.3, 0.02)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (
@@ -67,6 +67,25 @@ class UnmodelledMode(Effect):
         frequencies = np.geomspace(0.25 * scale.first_mode_hz, highest, 18)
         return [(ratio, float(frequency), 0.02) for ratio in (0.05, 0.3, 1.5) for frequency in frequencies]
 
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(ModeOnStructure(), tuple(values))]
+
+
+class ModeOnStructure(UnmodelledMode):
+    """A resonator on the structure that hangs on the load (feed legs, a subreflector), as a tuned mass.
+
+    Den Hartog, Mechanical Vibrations, 3.2; inertia over that of the structure. Not to be believed above half
+    the sample rate.
+    """
+
+    form: ClassVar[str] = "on the structure"
+
+    def resonator(self, values: FloatArray) -> Resonator | None:
+        return Resonator(float(values[0]), float(values[1]), float(values[2]), on_structure=True)
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return []
+
 
 class CubicStiffness(Effect):
     """Spring torque k (phi + cubic phi^3) in the gear compliance, phi its torsion (Duffing's spring).
@@ -77,7 +96,7 @@ class CubicStiffness(Effect):
     label: ClassVar[str] = "cubic_stiffness"
     needs_drive_train: ClassVar[bool] = True
     block: ClassVar[Block] = "linear"
-    test_values = (5e4,)
+    test_values: ClassVar[tuple[float, ...]] = (5e4,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 30 * self._usual(scale)),)
@@ -91,3 +110,24 @@ class CubicStiffness(Effect):
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(factor * self._usual(scale),) for factor in (-0.02, 0.01, 0.1, 1.0, 5.0, 20.0)]
+
+
+class SofteningStiffness(CubicStiffness):
+    """Spring torque k phi / (1 + softening phi^2): a gear train that yields under load.
+
+    A softening spring that keeps its sign (Duffing's does not). Not to be believed where G is not that of a
+    drive train.
+    """
+
+    form: ClassVar[str] = "softening"
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        return (
+            positive("cubic_stiffness.softening", f"1/{scale.units.output}^2", 0.3 * self._usual(scale), 2.0),
+        )
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        settings[S.CUBIC], settings[S.SOFTENING] = -values[0], values[0]
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return [(factor * self._usual(scale),) for factor in (0.02, 0.1, 0.5, 2.0, 10.0)]

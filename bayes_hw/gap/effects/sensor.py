@@ -25,7 +25,7 @@ class EncoderEccentricity(PeriodicEffect):
     label: ClassVar[str] = "encoder_eccentricity"
     block: ClassVar[Block] = "sensor"
     door: ClassVar[Door] = "output"
-    test_values = (0.01, 0.005, 0.8)
+    test_values: ClassVar[tuple[float, ...]] = (0.01, 0.005, 0.8)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         unit = scale.units.output
@@ -45,6 +45,9 @@ class EncoderEccentricity(PeriodicEffect):
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma
 
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(OvalEncoder(), (*values, 0.0, 0.0))]
+
 
 class ReadingEccentricity(EncoderEccentricity):
     """y + A sin(2 pi w / period + phase) - A sin(phase): the same error behind the dead zone.
@@ -58,6 +61,48 @@ class ReadingEccentricity(EncoderEccentricity):
         settings[S.READING_ERROR], settings[S.READING_PERIOD] = np.hypot(values[0], values[1]), values[2]
         settings[S.READING_PHASE] = np.arctan2(values[1], values[0])
 
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(OvalReading(), (*values, 0.0, 0.0))]
+
+
+class OvalEncoder(EncoderEccentricity):
+    """The error of a disc that is also oval: A sin(x + phase) + A2 sin(2 x + phase2), x = 2 pi w / period.
+
+    Zero where the record starts (doi 10.1088/0957-0233/21/7/075302). Not to be believed where the travel is
+    less than half a period.
+    """
+
+    form: ClassVar[str] = "oval"
+    test_values: ClassVar[tuple[float, ...]] = (0.01, 0.005, 0.8, 0.004, -0.002)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        names = ("second_sine", "second_cosine")
+        unit = scale.units.output
+        more = [signed(f"encoder_eccentricity.{name}", unit, 20 * scale.sigma) for name in names]
+        return (*super().parameters(scale), *more)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        super().apply(values, settings, scale)
+        settings[S.ECCENTRICITY_SECOND] = np.hypot(values[3], values[4])
+        settings[S.ECCENTRICITY_SECOND_PHASE] = np.arctan2(values[4], values[3])
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return []
+
+
+class OvalReading(OvalEncoder):
+    """The same error behind the dead zone, A sin(x + phase) + A2 sin(2 x + phase2).
+
+    Not to be believed where the travel is less than half a period.
+    """
+
+    form: ClassVar[str] = "oval, of the reading"
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        ReadingEccentricity.apply(self, values, settings, scale)  # type: ignore[arg-type]
+        settings[S.READING_SECOND] = np.hypot(values[3], values[4])
+        settings[S.READING_SECOND_PHASE] = np.arctan2(values[4], values[3])
+
 
 class GainAsymmetry(Effect):
     """ratio w where w > 0: the output gains of the directions differ, c2 / c3 = ratio (eq. 4 of the paper).
@@ -67,7 +112,7 @@ class GainAsymmetry(Effect):
 
     label: ClassVar[str] = "gain_asymmetry"
     block: ClassVar[Block] = "sensor"
-    test_values = (1.05,)
+    test_values: ClassVar[tuple[float, ...]] = (1.05,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("gain_asymmetry.ratio", "", 1.0, 0.1),)
@@ -101,7 +146,7 @@ class LinearSensorDrift(Effect):
     label: ClassVar[str] = "sensor_drift"
     block: ClassVar[Block] = "sensor"
     form: ClassVar[str] = "ramp"
-    test_values = (2e-4,)
+    test_values: ClassVar[tuple[float, ...]] = (2e-4,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         unit = f"{scale.units.output}/s"
@@ -123,7 +168,7 @@ class ThermalSensorDrift(Effect):
     label: ClassVar[str] = "sensor_drift"
     block: ClassVar[Block] = "sensor"
     form: ClassVar[str] = "thermal"
-    test_values = (0.03, 30.0)
+    test_values: ClassVar[tuple[float, ...]] = (0.03, 30.0)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (

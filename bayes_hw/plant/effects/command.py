@@ -11,6 +11,9 @@ from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_unifor
 from bayes_hw.plant.integrator import EXTERNAL_BIAS, EXTERNAL_GAIN, Wave
 from bayes_hw.plant.run import Run
 
+LARGEST_DEPTH = 0.6
+"""Of the limits: no drive loses more of its speed by position."""
+
 
 @dataclass(frozen=True)
 class RateLimit(Effect):
@@ -35,7 +38,7 @@ class RateLimit(Effect):
 
 @dataclass(frozen=True)
 class SaturationDrift(Effect):
-    """Limits times 1 + depth (sin(2 pi q / period + phase) - sin phase), or times 1 + slope q."""
+    """Limits times 1 + depth sin(2 pi q / period + phase), or times 1 + slope q."""
 
     label: ClassVar[str] = "saturation_drift"
     detail: str
@@ -53,6 +56,10 @@ class SaturationDrift(Effect):
             float(rng.choice([-1.0, 1.0])),
             scales.travel,
         )
+
+    @property
+    def largest(self) -> float:
+        return LARGEST_DEPTH / 0.1
 
     def act(self, run: Run, strength: float) -> None:
         if self.detail == "periodic":

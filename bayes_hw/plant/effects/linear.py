@@ -15,6 +15,8 @@ CLEAR_OF_MODES = 0.12
 LONGEST_EXTRA_DELAY_S = 0.2
 MASS_RATIO = 0.02
 LARGEST_MASS_RATIO = 1.0
+LARGEST_SOFTENING = 0.06
+"""|b| D^2 at the root mean square twist: at four times that the torque is still rising with the twist."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,10 @@ class CubicStiffness(Effect):
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CubicStiffness:
         return cls(str(rng.choice(["stiffening", "softening"], p=[0.7, 0.3])), scales.twist)
+
+    @property
+    def largest(self) -> float:
+        return super().largest if self.detail == "stiffening" else LARGEST_SOFTENING / 0.03
 
     def _per_deg2(self, strength: float) -> float:
         return (1 if self.detail == "stiffening" else -1) * 0.03 * strength / self.twist**2

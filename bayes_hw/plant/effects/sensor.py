@@ -142,7 +142,7 @@ class TimingJitter(Effect):
 
 @dataclass(frozen=True)
 class GainAsymmetry(Effect):
-    """Output gain below zero over that above it."""
+    """Output gain above zero over that below it."""
 
     label: ClassVar[str] = "gain_asymmetry"
     detail: str
@@ -156,7 +156,7 @@ class GainAsymmetry(Effect):
         return float(np.exp(0.01 * self.sign * min(strength, 60.0)))
 
     def act(self, run: Run, strength: float) -> None:
-        run.gain_below = self._ratio(strength)
+        run.gain_above = self._ratio(strength)
 
     def parameters(self, strength: float) -> Parameters:
         return {"ratio": self._ratio(strength)}
