@@ -134,9 +134,11 @@ class Attributor:
                 self.tell("further pairs of effects")
                 further = firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]
                 joint = (JOINT_STARTS, FURTHER_JOINT_STARTS)
-                found += self._paired(self.pair_fits(further, singles, FURTHER_PARTNERS, joint))
+                found += self._paired(self.pair_fits(further, singles, FURTHER_PARTNERS, joint, False))
             if self._unfinished(found):
-                found += self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
+                richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
+                best = sorted(richer, key=_worst_first)[:1]
+                found += richer + self.each(self._without_one, self._parts(best))
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
         everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
@@ -261,12 +263,18 @@ class Attributor:
         return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
 
     def pair_fits(
-        self, firsts: Sequence[Fit], singles: Sequence[Fit], partners: int, joint: tuple[int, int]
+        self,
+        firsts: Sequence[Fit],
+        singles: Sequence[Fit],
+        partners: int,
+        joint: tuple[int, int],
+        afresh: bool = True,
     ) -> list[Fit]:
         """Joint plain fits of two effects: `partners` beside each of `firsts`, and from the nominal modes.
 
         From the nominal modes those pairs start whose responses promise most together: the second effect of a
-        greedy choice is lost where the first has bent the base model to stand for both.
+        greedy choice is lost where the first has bent the base model to stand for both. Partners are screened
+        `afresh` from all effects, or else from those of `singles` at their estimates.
         """
         starts: list[tuple[Fit, list[Candidate]]] = []
         origin = Screen(self.nominal, self._whitener(self.nominal))
@@ -286,8 +294,11 @@ class Attributor:
             def beside(effect: Effect, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
                 if effect.label in first.hypothesis.labels:
                     return []
-                known = [fitted[effect.name]] if effect.name in fitted else []
-                return screen.tried(effect, known) + screen.candidates(effect)
+                if effect.name not in fitted:
+                    return screen.candidates(effect) if afresh else []
+                found = screen.tried(effect, [fitted[effect.name]])
+                again = afresh or isinstance(effect, PeriodicEffect)
+                return found + screen.candidates(effect) if again else found
 
             found = self.each(beside, self.effects)
             ranked = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]

@@ -18,6 +18,7 @@ from bayes_hw.gap.drive_train import (
     continuous_poles,
     realise,
 )
+from bayes_hw.gap.drive_train_kernel import numerators
 from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -187,11 +188,7 @@ def _with_resonator(
     omega = 2 * np.pi * resonator.frequency_hz
     spring = np.array([2 * resonator.damping_ratio * omega, omega**2])
     own = np.concatenate([[1.0], spring])
-    denominator = np.real(np.poly(every))
-    numerator, host_numerator = (
-        np.real(sum(c * np.poly(np.delete(every, i)) for i, c in enumerate(gains)))
-        for gains in (residues, by_host)
-    )
+    denominator, (numerator, host_numerator) = numerators(every, np.stack([residues, by_host]))
     resisting = resonator.inertia_ratio * np.concatenate([spring, [0.0, 0.0]])
     taken = np.polymul(resisting, host_numerator)
     closed = np.polyadd(np.polymul(denominator, own), taken)

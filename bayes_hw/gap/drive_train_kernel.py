@@ -142,3 +142,25 @@ def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
         outputs[0, i], outputs[1, i] = by_motor / steep, _value(hung, s[i]) / steep
         outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
     return inputs, outputs
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def numerators(poles, residues):  # type: ignore[no-untyped-def]
+    """prod (s - pole) (n + 1,) and the numerators (rows, n) of sum residue / (s - pole), highest power first.
+
+    `poles` (n,) and `residues` (rows, n) come in conjugate pairs, so that all of it is real.
+    """
+    n = len(poles)
+    whole = np.zeros(n + 1, np.complex128)
+    whole[0] = 1.0
+    for i in range(n):
+        for j in range(i + 1, 0, -1):
+            whole[j] -= poles[i] * whole[j - 1]
+    found = np.zeros((len(residues), n))
+    for i in range(n):
+        quotient = 0j
+        for j in range(n):
+            quotient = whole[j] + poles[i] * quotient
+            for row in range(len(residues)):
+                found[row, j] += (residues[row, i] * quotient).real
+    return whole.real.copy(), found

@@ -124,7 +124,7 @@ def closure(
     a record of this length and `correlation` of the noise is drawn. What hides in that scatter counts for the
     lower end. Where what is left is much, it need not be at right angles to what was removed, and the error
     before is taken from the record as well. Where errors of the readings are larger than the motion left
-    (`hidden`), the record does not tell, and parameters count alone.
+    (`hidden`), the record does not tell: parameters count alone, and the interval has a lower end only.
     """
     y = np.concatenate(measured)
     b, a = np.concatenate(list(before)), np.concatenate(list(after))
@@ -153,7 +153,7 @@ def closure(
         float(np.sqrt(square_after)),
         noise_sigma,
         float(np.median(fractions)),
-        (float(np.quantile(lowest, LOWER_TAIL)), float(np.max(fractions))),
+        (float(np.quantile(lowest, LOWER_TAIL)), 1.0 if hidden else float(np.max(fractions))),
     )
 
 

@@ -27,7 +27,8 @@ def explanation() -> Explanation:
 @pytest.mark.parametrize("seconds", [0.0, 4.0])
 def test_draws_stand_about_the_fit(explanation: Explanation, seconds: float) -> None:
     """Means within half a standard deviation; spreads to a third where the record and not the prior tells."""
-    coordinates, values = posterior_draws(explanation, np.random.default_rng(2), seconds)
+    drawn = posterior_draws(explanation, np.random.default_rng(2), seconds)
+    coordinates, values = drawn.coordinates, drawn.values
     done = explanation.fit
     errors = np.sqrt(np.diag(np.linalg.inv(done.precision())))
     assert len(coordinates) == len(values) >= 500
@@ -39,6 +40,8 @@ def test_draws_stand_about_the_fit(explanation: Explanation, seconds: float) -> 
 
 
 def test_same_seed_same_draws(explanation: Explanation) -> None:
-    one, two, other = (posterior_draws(explanation, np.random.default_rng(s), 0.0)[0] for s in (3, 3, 4))
+    one, two, other = (
+        posterior_draws(explanation, np.random.default_rng(s), 20.0).coordinates for s in (3, 3, 4)
+    )
     np.testing.assert_array_equal(one, two)
     assert not np.array_equal(one, other)
