@@ -78,9 +78,17 @@ def _level(speed, coulomb, static, per_stribeck_speed):  # type: ignore[no-untyp
 
 
 @njit(cache=True, inline="always")
-def _bristle(speed, response, level, stiffness, bristle, step):  # type: ignore[no-untyped-def]
-    """Deflection of bristles at the end of a step that would end at `speed` without friction."""
+def _bristle(  # type: ignore[no-untyped-def]
+    speed, response, coulomb, static, per_stribeck_speed, falling, stiffness, bristle, step
+):
+    """Deflection of bristles at the end of a step that would end at `speed` without friction.
+
+    They slide at Coulomb friction, or where `falling` is true at what Stribeck's curve says.
+    """
     slowed = absolute(speed - response * stiffness * bristle)
+    level = coulomb
+    if falling:
+        level = _level(slowed, coulomb, static, per_stribeck_speed)
     held = stiffness * step * (slowed / level + response)
     return (bristle + step * speed) / (broadcast(1.0) + held)
 
@@ -297,9 +305,17 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         coulomb = load(s, S.MOTOR_FRICTION)
                         if active[S.MOTOR_PRESLIDING]:
                             stiffness = load(s, S.MOTOR_PRESLIDING)
-                            if active[S.MOTOR_STATIC]:
-                                coulomb = _level(speed, coulomb, load(s, S.MOTOR_STATIC), per_stribeck_speed)
-                            bristle = _bristle(speed, motor_response, coulomb, stiffness, bristle, step)
+                            bristle = _bristle(
+                                speed,
+                                motor_response,
+                                coulomb,
+                                load(s, S.MOTOR_STATIC),
+                                per_stribeck_speed,
+                                active[S.MOTOR_STATIC],
+                                stiffness,
+                                bristle,
+                                step,
+                            )
                             torque = zero - stiffness * bristle
                         else:
                             torque = _friction(
@@ -319,10 +335,16 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         static = load(s, S.LOAD_STATIC)
                         if active[S.LOAD_PRESLIDING]:
                             stiffness = load(s, S.LOAD_PRESLIDING)
-                            if active[S.LOAD_STATIC]:
-                                coulomb = _level(speed, coulomb, static, per_load_stribeck_speed)
                             load_bristle = _bristle(
-                                speed, load_response, coulomb, stiffness, load_bristle, step
+                                speed,
+                                load_response,
+                                coulomb,
+                                static,
+                                per_load_stribeck_speed,
+                                active[S.LOAD_STATIC],
+                                stiffness,
+                                load_bristle,
+                                step,
                             )
                             torque = zero - stiffness * load_bristle
                         else:

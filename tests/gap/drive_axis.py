@@ -45,11 +45,14 @@ class KnownTrain:
         values = (self.kp, self.ki, self.km, self.kl, self.ks, self.kss, self.c, self.cs, self.bl, self.gain)
         return np.log(values)
 
-    def state_space(self, resonator: tuple[float, float, float] | None = None) -> tuple[FloatArray, ...]:
+    def state_space(
+        self, resonator: tuple[float, float, float] | None = None, on_structure: bool = False
+    ) -> tuple[FloatArray, ...]:
         """A, B for (v, motor torque, load torque), C for w, motor angle, motor speed, load speed.
 
         States: integral of gain v - motor angle, then angle and speed of motor, load and structure; with
-        `resonator` (inertia ratio, frequency in Hz, damping ratio) angle and speed of a mass on the load.
+        `resonator` (inertia ratio, frequency in Hz, damping ratio) angle and speed of a mass on the load, or
+        on the structure, inertia over that of its host.
         """
         n = 7 if resonator is None else 9
         lag, motor, motor_speed, load, load_speed, structure, structure_speed = range(7)
@@ -72,11 +75,12 @@ class KnownTrain:
         if resonator is not None:
             ratio, frequency, damping = resonator
             omega = 2 * np.pi * frequency
+            host, host_speed = (structure, structure_speed) if on_structure else (load, load_speed)
             pull = np.zeros(n)
-            pull[[load, 7]] = omega**2, -(omega**2)
-            pull[[load_speed, 8]] = 2 * damping * omega, -2 * damping * omega
+            pull[[host, 7]] = omega**2, -(omega**2)
+            pull[[host_speed, 8]] = 2 * damping * omega, -2 * damping * omega
             a[8] = pull
-            a[load_speed] -= ratio * pull
+            a[host_speed] -= ratio * pull
         return a, b, np.eye(n)[[load, motor, motor_speed, load_speed]]
 
 

@@ -29,6 +29,7 @@ class Setting:
 
     torques: Torques = no_torques
     resonator: tuple[float, float, float] | None = None
+    on_structure: bool = False
     extra_delay: float = 0.0
     command_rate: float = np.inf
     limits_at: Callable[[float], float] = lambda w: 1.0  # noqa: ARG005
@@ -43,7 +44,7 @@ def slow_w(
     """w (samples,) from rest; the gain changes at samples, the rest within them."""
     substeps = round(1 / (rate * STEP)) if setting.fine else 1
     h = 1 / (rate * substeps)
-    a, b, c = TRAIN.state_space(setting.resonator)
+    a, b, c = TRAIN.state_space(setting.resonator, setting.on_structure)
     ad, bd = held(a, b, h)
     x, w = np.zeros(len(a)), np.zeros(len(u))
     followed, force = 0.0, np.zeros(3)
@@ -75,30 +76,50 @@ def coulomb(torque: float, smoothing: float, where: int) -> Torques:
     return torques
 
 
-def stribeck(torque: float, excess: float, speed: float, smoothing: float) -> Torques:
+def stribeck(
+    torque: float, excess: float, speed: float, smoothing: float, where: int = MOTOR_SPEED
+) -> Torques:
     def torques(motion: FloatArray) -> tuple[float, float]:
-        v = motion[MOTOR_SPEED]
+        v = motion[where]
         size = torque * (1 + excess * np.exp(-((v / speed) ** 2)))
-        return -size * min(max(v / smoothing, -1.0), 1.0), 0.0
+        rub = -size * min(max(v / smoothing, -1.0), 1.0)
+        return (rub, 0.0) if where == MOTOR_SPEED else (0.0, rub)
 
     return torques
 
 
-def dahl(torque: float, stiffness: float) -> Torques:
-    """z' = v - |v| stiffness z / torque, and -stiffness z."""
+def dahl(
+    torque: float, stiffness: float, excess: float = 0.0, speed: float = 1.0, where: int = MOTOR_SPEED
+) -> Torques:
+    """z' = v - |v| stiffness z / g(v), and -stiffness z; g Stribeck's curve."""
     z = 0.0
 
     def torques(motion: FloatArray) -> tuple[float, float]:
         nonlocal z
-        v = motion[MOTOR_SPEED]
-        z += STEP * (v - abs(v) * stiffness * z / torque)
-        return -stiffness * z, 0.0
+        v = motion[where]
+        level = torque * (1 + excess * np.exp(-((v / speed) ** 2)))
+        z += STEP * (v - abs(v) * stiffness * z / level)
+        return (-stiffness * z, 0.0) if where == MOTOR_SPEED else (0.0, -stiffness * z)
 
     return torques
 
 
 def ripple(amplitude: float, period: float, phase: float) -> Torques:
     return lambda motion: (amplitude * np.sin(2 * np.pi * motion[MOTOR_ANGLE] / period + phase), 0.0)
+
+
+def overtone(values: tuple[float, ...], where: str) -> Torques:
+    """A sine of the angle with second harmonic and constant, at motor, load or gear mesh."""
+    sine, cosine, period, second_sine, second_cosine, constant = values
+
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        x = 2 * np.pi * motion[W if where == "load" else MOTOR_ANGLE] / period
+        torque = sine * np.sin(x) + cosine * np.cos(x) + constant
+        torque += second_sine * np.sin(2 * x) + second_cosine * np.cos(2 * x)
+        on_motor = -TRAIN.km / TRAIN.kl * torque if where == "mesh" else torque
+        return (0.0 if where == "load" else on_motor), (0.0 if where == "motor" else torque)
+
+    return torques
 
 
 def spring(torsion_torque: Callable[[float, float], float]) -> Torques:
@@ -114,6 +135,10 @@ def spring(torsion_torque: Callable[[float, float], float]) -> Torques:
 
 def stiffening(cubic: float) -> Torques:
     return spring(lambda phi, rate: phi + cubic * phi**3 + TRAIN.c * rate)
+
+
+def softening(amount: float) -> Torques:
+    return spring(lambda phi, rate: phi / (1 + amount * phi**2) + TRAIN.c * rate)
 
 
 def free_gap(half_gap: float) -> Torques:

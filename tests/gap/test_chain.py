@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 from drive_axis import LOAD_SPEED, MOTOR_SPEED, RATE, command, drive_axis, hypothesis
-from slow_reference import Setting, coulomb, dahl, free_gap, ripple, slow_w, stiffening, stribeck
+from slow_reference import (
+    Setting,
+    coulomb,
+    dahl,
+    free_gap,
+    overtone,
+    ripple,
+    slow_w,
+    softening,
+    stiffening,
+    stribeck,
+)
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import ChainBuilder, Resonator
@@ -29,19 +40,30 @@ from bayes_hw.gap.effects.catalogue import (
     ReadingAsymmetry,
     ReadingEccentricity,
     SaturationDrift,
+    SofteningStiffness,
     StribeckFrictionAtMotor,
     ThermalSensorDrift,
     TorqueRipple,
     TransportDelay,
     UnmodelledMode,
 )
+from bayes_hw.gap.effects.drive import (
+    LoadRippleWithOvertone,
+    MeshRippleWithOvertone,
+    TorqueRippleWithOvertone,
+)
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.effects.friction import BristleFriction, BristleFrictionAtLoad, StribeckFrictionAtLoad
+from bayes_hw.gap.effects.linear import ModeOnStructure
+from bayes_hw.gap.effects.sensor import OvalEncoder, OvalReading
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 SAMPLES = 240
 AXIS = drive_axis()
 U = command(SAMPLES, seed=3)
 T = np.arange(SAMPLES) / RATE
+ON_MOTOR = (6.0, 3.0, 0.3, 2.0, -1.0, 1.5)
+ON_LOAD = (0.8, 0.4, 0.3, 0.3, -0.2, 0.1)
 LIMITS = AXIS.saturation.lower, AXIS.saturation.upper
 TWICE = np.hypot(0.1, 0.05)
 TURN = np.arctan2(0.05, 0.1)
@@ -109,7 +131,24 @@ def test_short_steps_leave_the_linear_axis_as_it_is(rate: float) -> None:
         (TorqueRipple(), (6.0, 3.0, 0.3), Setting(ripple(np.hypot(6, 3), 0.3, np.arctan2(3, 6))), 0.03),
         (CubicStiffness(), (3e4,), Setting(stiffening(3e4)), 0.01),
         (CubicStiffness(), (-100.0,), Setting(stiffening(-100.0)), 0.02),
+        (SofteningStiffness(), (1e3,), Setting(softening(1e3)), 0.02),
         (DynamicBacklash(), (0.003,), Setting(free_gap(0.003)), 0.07),
+        (
+            StribeckFrictionAtLoad(),
+            (1.0, 0.5, 0.05, 0.02),
+            Setting(stribeck(1.0, 0.5, 0.05, 0.02, LOAD_SPEED)),
+            0.03,
+        ),
+        (BristleFriction(), (8.0, 1e3, 0.5, 0.05), Setting(dahl(8.0, 1e3, 0.5, 0.05)), 0.03),
+        (
+            BristleFrictionAtLoad(),
+            (1.0, 300.0, 0.5, 0.05),
+            Setting(dahl(1.0, 300.0, 0.5, 0.05, LOAD_SPEED)),
+            0.03,
+        ),
+        (TorqueRippleWithOvertone(), ON_MOTOR, Setting(overtone(ON_MOTOR, "motor")), 0.03),
+        (LoadRippleWithOvertone(), ON_LOAD, Setting(overtone(ON_LOAD, "load")), 0.03),
+        (MeshRippleWithOvertone(), ON_LOAD, Setting(overtone(ON_LOAD, "mesh")), 0.03),
     ],
     ids=lambda value: value.name if isinstance(value, Effect) else "",
 )
@@ -126,6 +165,24 @@ def test_a_resonator_is_a_mode_hung_on_the_load(inertia: float) -> None:
     values = (inertia, 1.3, 0.02)
     setting = Setting(resonator=values, fine=False)
     assert relative_error(UnmodelledMode(), values, setting) < 1e-6
+
+
+@pytest.mark.parametrize("inertia", [0.05, 0.8])
+def test_a_resonator_may_hang_on_the_structure(inertia: float) -> None:
+    """The same on the structure, whose angle G does not show."""
+    values = (inertia, 2.3, 0.02)
+    setting = Setting(resonator=values, on_structure=True, fine=False)
+    assert relative_error(ModeOnStructure(), values, setting) < 1e-6
+
+
+def test_an_oval_disc_has_a_second_harmonic() -> None:
+    """A sin(x) + B cos(x) + C sin(2 x) + D cos(2 x), less its value where the record starts."""
+    values = (0.01, 0.005, 0.8, 0.004, -0.002)
+    w = AXIS.simulate(U).w
+    x = 2 * np.pi * w / 0.8
+    error = 0.01 * np.sin(x) + 0.005 * (np.cos(x) - 1) + 0.004 * np.sin(2 * x) - 0.002 * (np.cos(2 * x) - 1)
+    np.testing.assert_allclose(simulated(OvalEncoder(), values)[0], w + error, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(simulated(OvalReading(), values)[1], dead_zone(w) + error, rtol=0, atol=1e-9)
 
 
 def test_no_resonator_without_inertia() -> None:

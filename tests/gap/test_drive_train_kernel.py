@@ -7,7 +7,7 @@ from drive_axis import TRAIN
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.drive_train import SMALLEST_MISFIT, USUAL_LOG_SD, DriveTrain
-from bayes_hw.gap.drive_train_kernel import COUNT, _log_ratio, _numbers, matched
+from bayes_hw.gap.drive_train_kernel import COUNT, _log_ratio, _numbers, matched, numerators
 
 S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
 EXACT = DriveTrain(TRAIN.logs, 1.0, 0.0).response(S_AXIS)
@@ -46,3 +46,14 @@ def test_the_match_finds_the_train_and_says_what_is_left() -> None:
     assert misfit < 1e-4
     _, misfit = matched(start, start, *arguments, np.full(40, np.nan + 0j), 1.0)
     assert misfit >= 5
+
+
+def test_numerators_are_those_of_partial_fractions() -> None:
+    """Two rows of residues over a real pole and a pair, against numpy's polynomials."""
+    poles = np.array([-3.0, -1 + 2j, -1 - 2j])
+    residues = np.array([[0.7, 0.2 - 0.4j, 0.2 + 0.4j], [1.5, -0.3j, 0.3j]])
+    whole, rows = numerators(poles, residues)
+    np.testing.assert_allclose(whole, np.poly(poles).real, atol=1e-12)
+    for row, own in zip(rows, residues, strict=True):
+        expected = sum(c * np.poly(np.delete(poles, i)) for i, c in enumerate(own))
+        np.testing.assert_allclose(row, np.real(expected), atol=1e-12)

@@ -22,7 +22,19 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm
 
 STOCHASTIC_LABELS = {"wind", "encoder_quantization", "timing_jitter", "outliers"}
-EVERY = catalogue()
+CATALOGUE = catalogue()
+
+
+def with_richer_forms() -> list[Effect]:
+    """Every effect of the catalogue, and the forms that it is refined to."""
+    found: list[Effect] = []
+    for effect in CATALOGUE:
+        found.append(effect)
+        found += [form for form, _ in effect.refined(np.array(effect.test_values))]
+    return found
+
+
+EVERY = with_richer_forms()
 AXIS = drive_axis()
 U = command(200, seed=5)
 BASE = hypothesis(AXIS, [U])
@@ -81,8 +93,20 @@ def test_every_effect_shows_and_vanishes_with_its_size(effect: Effect) -> None:
     tiny = size.get(effect.label)
     if tiny is None:
         linear = 2 if isinstance(effect, PeriodicEffect) else 1
-        tiny = (*(1e-9,) * linear, *effect.test_values[linear:])
+        rest = effect.test_values[linear:]
+        tiny = (*(1e-9,) * linear, *rest[:1], *(0.0 for _ in rest[1:]))
+        tiny = tiny if linear == 2 else (1e-9, *rest)
     np.testing.assert_allclose(output(effect, tiny), Y, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
+def test_richer_forms_start_where_the_simple_one_is(effect: Effect) -> None:
+    """Starts have a value for every parameter and move the output, forms keep label and block."""
+    for form, start in effect.refined(np.array(effect.test_values)):
+        assert (form.label, form.block) == (effect.label, effect.block) and form.name != effect.name
+        assert len(start) == len(form.parameters(SCALE))
+        assert np.abs(output(form, start) - Y).max() > 1e-5
+        assert not form.refined(np.array(form.test_values))
 
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
@@ -97,7 +121,7 @@ def test_apply_touches_only_its_own_settings(effect: Effect) -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", [e for e in EVERY if isinstance(e, PeriodicEffect)], ids=lambda effect: effect.name
+    "effect", [e for e in CATALOGUE if isinstance(e, PeriodicEffect)], ids=lambda effect: effect.name
 )
 def test_periodic_effects_are_a_sine_and_a_cosine(effect: PeriodicEffect) -> None:
     """Small amplitudes of both add up, which the scan over periods relies on."""
@@ -112,7 +136,10 @@ def test_periodic_effects_are_a_sine_and_a_cosine(effect: PeriodicEffect) -> Non
 
 def test_labels_can_be_struck() -> None:
     left = catalogue(frozenset({"friction", "backlash"}))
-    assert {effect.label for effect in EVERY} - {effect.label for effect in left} == {"friction", "backlash"}
+    assert {effect.label for effect in CATALOGUE} - {effect.label for effect in left} == {
+        "friction",
+        "backlash",
+    }
 
 
 class CableDrag(Effect):
@@ -152,7 +179,7 @@ def test_another_package_registers_an_effect(monkeypatch: pytest.MonkeyPatch) ->
     assert added.label == "cable_drag"
     assert block_of("cable_drag", (added,)) == "drive"
     assert np.abs(output(added, (1.1,)) - Y).max() > 1e-3
-    assert len(catalogue(frozenset({"cable_drag"}))) == len(EVERY)
+    assert len(catalogue(frozenset({"cable_drag"}))) == len(CATALOGUE)
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,31 @@ def test_base_parameters_are_those_of_the_format() -> None:
     assert hypothesis(AXIS, INPUTS).with_effect(CommandBias()).labels == ("command_bias",)
 
 
+def test_the_coordinate_of_the_gain_is_that_of_the_speed() -> None:
+    """Modes that move at fixed coordinates leave the steady speed; the gain's own prior stays as it was."""
+    found = hypothesis(AXIS, INPUTS, CommandBias())
+    rng = np.random.default_rng(4)
+    points = found.prior_means + 0.5 * found.prior_sds * rng.normal(size=(20, len(found.prior_means)))
+    points[:, 3] = found.prior_means[3]
+    values = found.to_values(points)
+    speeds = found.builder.axis.velocity_gain(values[:, :8].T)
+    nominal_speed = found.builder.axis.velocity_gain(found.builder.axis.nominal[:, None])[0]
+    np.testing.assert_allclose(speeds, nominal_speed)
+    assert np.ptp(np.log(values[:, 3])) > 0.02
+    np.testing.assert_allclose(found.to_coordinates(values), points, rtol=1e-9)
+    deviations = found.prior_deviations(points)
+    expected = (np.log(values[:, 3]) - np.log(found.builder.axis.nominal[3])) / found.prior_sds[3]
+    np.testing.assert_allclose(deviations[:, 3], expected, rtol=1e-9, atol=1e-12)
+    others = np.arange(deviations.shape[1]) != 3
+    plain = (points - found.prior_means) / found.prior_sds
+    np.testing.assert_array_equal(deviations[:, others], plain[:, others])
+    slope = found.prior_jacobian(points[0])
+    step = 1e-5 * found.prior_sds
+    for i in range(len(step)):
+        moved = found.prior_deviations(points[0] + step * (np.arange(len(step)) == i))
+        np.testing.assert_allclose(slope[:, i], (moved - deviations[0]) / step[i], rtol=1e-3, atol=1e-3)
+
+
 def test_derivatives_are_those_of_central_differences() -> None:
     found = hypothesis(AXIS, INPUTS, CommandBias(), TransportDelay())
     at = found.to_coordinates(np.array([*found.builder.axis.nominal, 0.003, 0.55]))
