@@ -64,10 +64,16 @@ class Fit:
         return total
 
     def log_evidence(self) -> float:
-        """Laplace approximation of the log of the marginal likelihood, noise parameters by their count."""
+        """Laplace approximation of the log of the marginal likelihood, noise parameters by their count.
+
+        Minus infinity for a fit that has run away.
+        """
         deviation = self.hypothesis.prior_deviations(self.coordinates)
         log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
-        _, log_determinant = np.linalg.slogdet(self.precision())
+        precision = self.precision()
+        if not np.isfinite(precision).all():
+            return -np.inf
+        _, log_determinant = np.linalg.slogdet(precision)
         samples = sum(len(e) for e in self.residuals)
         penalty = 0.5 * self.whitener.parameter_count * np.log(samples)
         return self.whitener.log_likelihood + log_prior - 0.5 * float(log_determinant) - float(penalty)
