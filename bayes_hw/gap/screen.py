@@ -47,6 +47,7 @@ class Screen:
 
     def __init__(self, base: Fit, whitener: Whitener) -> None:
         self.base, self.whitener = base, whitener
+        self._known_waves: dict[tuple[int, float, int], FloatArray] = {}
         self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
         self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
 
@@ -109,6 +110,17 @@ class Screen:
             found.append(Candidate(effect, tuple(start), promised))
         return found
 
+    def _waves(self, w: FloatArray, record: int, frequencies: FloatArray, kept: bool) -> FloatArray:
+        """Sines and cosines (samples, 2 n) of w at n frequencies; `kept` for the effects that ask the same."""
+        key = (record, float(frequencies[0]), len(frequencies))
+        if kept and key in self._known_waves:
+            return self._known_waves[key]
+        phase = 2 * np.pi * w[:, None] * frequencies
+        waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
+        if kept:
+            self._known_waves[key] = waves
+        return waves
+
     def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
         hypothesis, values = self.base.hypothesis, self.base.values
         scale = hypothesis.scale
@@ -125,8 +137,7 @@ class Screen:
             some = frequencies[start : start + CHUNK]
             columns = []
             for record, (w, _) in enumerate(signals):
-                phase = 2 * np.pi * w[:, None] * some
-                added = unit * np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
+                added = unit * self._waves(w, record, some, kept=not finely)
                 if effect.door == "output":
                     added -= added[:1]
                 if effect.only_saturated:

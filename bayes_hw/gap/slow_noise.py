@@ -9,7 +9,7 @@ The spectrum of the residuals gives the start (Whittle's likelihood), the Kalman
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -35,13 +35,13 @@ HOPELESS = 5.0
 """Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
 
 Model: TypeAlias = Callable[[FloatArray], StateNoise]
-Power: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-def wind(fit: Fit) -> StochasticFit | None:
+def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
     """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
 
     The second corner is the size of the structure, which small gusts do not move (aerodynamic admittance).
+    From `start` (5,) where given, else from the spectrum.
     """
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
     chain = fit.hypothesis.chain(fit.values)
@@ -55,25 +55,30 @@ def wind(fit: Fit) -> StochasticFit | None:
         first = float(np.exp(np.clip(p[3], lowest, highest)))
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
+    spectrum = mean_spectrum(fit.residuals, rate)
+    compliance = _load_compliance(path, spectrum.frequencies) / static
+
     def power(f: FloatArray, p: FloatArray) -> FloatArray:
         first, second = corners(p)
         slow = np.exp(2 * p[2]) * rate / (np.pi * first) / ((1 + (f / first) ** 2) * (1 + (f / second) ** 2))
-        return _encoder(f, p, rate) + slow * _load_compliance(path, f) / static
+        return _encoder(f, p, rate) + slow * compliance
 
     def noise(p: FloatArray) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
         return torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
 
-    spectrum = mean_spectrum(fit.residuals, rate)
     high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
-    starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
-    p, sds, whitener = _fitted(fit, power, noise, starts)
+    if start is None:
+        starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
+        start = fit_spectrum(spectrum, power, starts)
+    p, sds, whitener = _fitted(fit, noise, start)
     first, second = corners(p)
     return _found(
         "wind",
         "",
         fit,
         whitener,
+        p,
         {
             "wind.sd": (float(np.exp(p[2])), float(np.exp(p[2]) * sds[2]), fit.hypothesis.scale.units.output),
             "wind.corner_hz": (first, first * float(sds[3]), "Hz"),
@@ -82,8 +87,11 @@ def wind(fit: Fit) -> StochasticFit | None:
     )
 
 
-def random_walk(fit: Fit) -> StochasticFit | None:
-    """A measured angle that wanders: increments of constant variance, beside the encoder's noise."""
+def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+    """A measured angle that wanders: increments of constant variance, beside the encoder's noise.
+
+    From `start` (3,) where given, else from the spectrum.
+    """
     rate = fit.hypothesis.scale.rate
     duration = max(len(e) for e in fit.residuals) / rate
 
@@ -94,9 +102,11 @@ def random_walk(fit: Fit) -> StochasticFit | None:
     def noise(p: FloatArray) -> StateNoise:
         return walking_noise(float(np.exp(p[0])), _correlation(p[1]), float(np.exp(p[2])))
 
-    level = np.log(fit.rmse)
-    starts = [np.array([level, -1.0, level + k]) for k in (-4.0, -2.5)]
-    p, sds, whitener = _fitted(fit, power, noise, starts)
+    if start is None:
+        level = np.log(fit.rmse)
+        starts = [np.array([level, -1.0, level + k]) for k in (-4.0, -2.5)]
+        start = fit_spectrum(mean_spectrum(fit.residuals, rate), power, starts)
+    p, sds, whitener = _fitted(fit, noise, start)
     step = float(np.exp(p[2]))
     unit = fit.hypothesis.scale.units.output
     return _found(
@@ -104,12 +114,18 @@ def random_walk(fit: Fit) -> StochasticFit | None:
         "random walk",
         fit,
         whitener,
+        p,
         {"sensor_drift.step_sd": (step, step * float(sds[2]), unit)},
     )
 
 
 def _found(
-    label: str, form: str, fit: Fit, whitener: StateNoise, parameters: dict[str, tuple[float, float, str]]
+    label: str,
+    form: str,
+    fit: Fit,
+    whitener: StateNoise,
+    point: FloatArray,
+    parameters: dict[str, tuple[float, float, str]],
 ) -> StochasticFit:
     size = float(np.sqrt(max(fit.rmse**2 - whitener.sigma**2, 0.0)))
     return StochasticFit(
@@ -120,6 +136,7 @@ def _found(
         parameters,
         encoder_sigma=whitener.sigma,
         size=size,
+        point=point,
     )
 
 
@@ -143,11 +160,8 @@ def _load_compliance(path: TorquePath, f: FloatArray) -> FloatArray:
     return np.abs(total) ** 2
 
 
-def _fitted(
-    fit: Fit, power: Power, noise: Model, starts: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray, StateNoise]:
-    """Parameters of most likelihood, their standard deviations, and the noise at them."""
-    start = fit_spectrum(mean_spectrum(fit.residuals, fit.hypothesis.scale.rate), power, starts)
+def _fitted(fit: Fit, noise: Model, start: FloatArray) -> tuple[FloatArray, FloatArray, StateNoise]:
+    """Parameters of most likelihood near `start`, their standard deviations, and the noise at them."""
 
     def cost(p: FloatArray) -> float:
         value = -noise(p).fitted_to(fit.residuals).log_likelihood

@@ -78,7 +78,8 @@ class StochasticFit:
 
     `display` is how the encoder shows the simulated output, where the effect changes that;
     `encoder_sigma` the encoder's own noise where the whitener holds more than that, `size` the error that
-    the effect makes, where it has one (output units).
+    the effect makes, where it has one (output units); `point` its parameters as they are searched, where a
+    search can start from them.
     """
 
     label: str
@@ -89,6 +90,7 @@ class StochasticFit:
     display: Display | None = None
     encoder_sigma: float | None = None
     size: float | None = None
+    point: FloatArray | None = None
 
 
 @dataclass(frozen=True)

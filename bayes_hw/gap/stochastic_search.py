@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -41,7 +42,19 @@ WORTH_REFITTING = 3.0
 WORTH_EVERY_EFFECT = 50.0
 """Gains of log-likelihood over autoregressive noise."""
 
-Kind: TypeAlias = Callable[[Fit], StochasticFit | None]
+Kind: TypeAlias = Callable[..., StochasticFit | None]
+"""A stochastic effect fitted to the residuals of a Fit; slow noise also from a `start` of its parameters."""
+
+KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
+    {
+        ("outliers", ""): outliers,
+        ("timing_jitter", "clock"): clock_jitter,
+        ("timing_jitter", "held samples"): held_samples,
+        ("wind", ""): wind,
+        ("sensor_drift", "random walk"): random_walk,
+    }
+)
+"""By label and form; rounding of the records is a fact that needs no search."""
 
 
 class StochasticSearch:
@@ -97,14 +110,7 @@ class StochasticSearch:
         """The stochastic effects to try."""
         if rounded:
             return [self._quantization]
-        kinds: dict[Kind, str] = {
-            outliers: "outliers",
-            clock_jitter: "timing_jitter",
-            held_samples: "timing_jitter",
-            wind: "wind",
-            random_walk: "sensor_drift",
-        }
-        return [kind for kind, label in kinds.items() if label in self.labels]
+        return [kind for (label, _), kind in KINDS.items() if label in self.labels]
 
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
         """Effects screened and fitted under the noise of `explanation`, a stochastic effect alone."""
@@ -136,8 +142,8 @@ class StochasticSearch:
             hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
         found = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
         host = self._as_measured(found)
-        kind = self._kind_of(stochastic, explanation.fit)
-        return self._refitted(kind, kind(host) or stochastic, host)
+        kind = KINDS.get((stochastic.label, stochastic.form), self._quantization)
+        return self._refitted(kind, _again(kind, stochastic, host) or stochastic, host)
 
     def _as_measured(self, found: Fit) -> Fit:
         """The fit with the plain simulation in the place of what a display showed of it."""
@@ -146,13 +152,6 @@ class StochasticSearch:
         simulated = plain.simulate(found.values)
         residuals = [y - s for y, s in zip(self.measured, simulated, strict=True)]
         return replace(found, hypothesis=plain, residuals=residuals, simulated=simulated)
-
-    def _kind_of(self, stochastic: StochasticFit, host: Fit) -> Kind:
-        for kind in self.kinds(stochastic.label == "encoder_quantization"):
-            found = kind(host)
-            if found is not None and (found.label, found.form) == (stochastic.label, stochastic.form):
-                return kind
-        raise ValueError(f"no stochastic effect makes {stochastic.label} {stochastic.form}")
 
     def _quantization(self, host: Fit) -> StochasticFit | None:
         return quantization(host, self.sigma)
@@ -166,7 +165,7 @@ class StochasticSearch:
                 hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
             moved = fit(hypothesis, self.measured, current.coordinates, stochastic.whitener, 5)
             current = self._as_measured(moved)
-            again = kind(current)
+            again = _again(kind, stochastic, current)
             if again is None:
                 break
             stochastic = again
@@ -176,3 +175,8 @@ class StochasticSearch:
                 break
             best = trial
         return best
+
+
+def _again(kind: Kind, found: StochasticFit, host: Fit) -> StochasticFit | None:
+    """The same effect on the residuals of `host`, from where it was found."""
+    return kind(host) if found.point is None else kind(host, found.point)
