@@ -111,7 +111,7 @@ class Screen:
         return found
 
     def _waves(self, w: FloatArray, record: int, frequencies: FloatArray, kept: bool) -> FloatArray:
-        """Sines and cosines (samples, 2 n) of w at n frequencies; `kept` for the effects that ask the same."""
+        """Sines and cosines (samples, 2 n) of w at n frequencies; `kept` where others ask the same."""
         key = (record, float(frequencies[0]), len(frequencies))
         if kept and key in self._known_waves:
             return self._known_waves[key]
