@@ -36,7 +36,8 @@ class Calibration:
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
     change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
-    probability of a label in an answer of two; `sigma_log_sd` how far a nominal noise may be off.
+    probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
+    missed the cause; `sigma_log_sd` how far a nominal noise may be off.
     """
 
     temperature: float
@@ -52,6 +53,7 @@ class Calibration:
     left_sharpness: float
     floor: float
     pair_ceiling: float
+    other_ceiling: float
     sigma_log_sd: float
 
     def handicap(self, labels: Sequence[str]) -> float:
@@ -196,7 +198,7 @@ def decide(
 
     `expected` is what the explanation may leave (`expected_left`).
     """
-    other = probability_of_other(left, expected, calibration)
+    other = min(probability_of_other(left, expected, calibration), calibration.other_ceiling)
     centre = scores[explanation.labels] - calibration.handicap(explanation.labels)
     weights = {}
     rounded = "encoder_quantization" in explanation.labels

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,7 +24,7 @@ LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
     temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, slow_pair_share=0.1,
     left_surprise=40.0, left_size=0.3, left_share=0.05, loose_share=0.3, left_sharpness=2.0,
-    floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999)  # fmt: skip
+    floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999, other_ceiling=0.999)  # fmt: skip
 
 
 @dataclass
@@ -175,3 +175,13 @@ def test_under_slow_noise_the_innovations_tell() -> None:
     pair = ("friction", "sensor_drift")
     assert chosen(base, alone, drifting(pair, 530.0, 2.9)) == pair
     assert chosen(base, alone, drifting(pair, 504.0, 2.9)) == ("sensor_drift",)
+
+
+def test_a_search_that_found_nothing_may_have_missed_it() -> None:
+    """However much is left, `other` is no surer than its ceiling, and still the answer."""
+    base = Stub((), 0.0)
+    left = [Leftover("spectrum", 1e4, 3.0)]
+    constants = replace(CONSTANTS, other_ceiling=0.9)
+    decision = decide(base, {(): 0.0}, left, 0.1, LABELS, constants)  # type: ignore[arg-type]
+    assert decision.answer == ("other",)
+    assert decision.probability["other"] == pytest.approx(0.9)
