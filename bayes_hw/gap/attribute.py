@@ -22,7 +22,7 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leaves_structure
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
-from bayes_hw.gap.screen import Candidate, Screen
+from bayes_hw.gap.screen import Candidate, Screen, distinct
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
@@ -53,6 +53,11 @@ FURTHER_KEPT = 3
 REFINED = 4
 REFINED_PAIRS = 2
 """Explanations whose effects are tried in forms of more parameters."""
+
+NEAR_DRAWS = 48
+NEAR_STARTS = 5
+NEAR_SPREAD = 0.3
+"""Prior standard deviations about the best fit from which it is fitted again."""
 
 RESTARTED = 3
 RESTARTS = 3
@@ -139,6 +144,7 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self.each(self._without_one, self._parts(best))
+        found += self._near(min(found, key=_worst_first))
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
         everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
@@ -171,6 +177,26 @@ class Attributor:
             starts,
         )
         return self.each(lambda f: with_coloured_noise(f, self.measured), _best_of_each(fits))
+
+    def _near(self, best: Explanation) -> list[Explanation]:
+        """The response of `best` fitted again from places near its own: modes have likelihoods of several peaks.
+
+        None where it has no effect, or a display, whose likelihood is another.
+        """
+        host = best.fit
+        noise = best.stochastic
+        if not host.hypothesis.effects or (noise is not None and noise.display is not None):
+            return []
+        rng = np.random.default_rng(self.seed + 2)
+        draws = rng.normal(size=(NEAR_DRAWS, len(host.coordinates)))
+        draws = host.coordinates + NEAR_SPREAD * host.hypothesis.prior_sds * draws
+        nearest = list(draws[np.argsort(self._square_errors(host.hypothesis, draws))[:NEAR_STARTS]])
+        if noise is not None:
+            return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), nearest)
+        fits = self.each(
+            lambda start: fit(host.hypothesis, self.measured, start, self.plain, MORE_ITERATIONS), nearest
+        )
+        return self.each(lambda f: with_coloured_noise(f, self.measured), sorted(fits, key=_cost)[:1])
 
     def _starts_about(self, host: Fit) -> FloatArray:
         """The nearest of many draws of limits, dead zone and gain; modes nominal, the effect as fitted."""
@@ -238,7 +264,7 @@ class Attributor:
             screen = Screen(origin, self._whitener(origin))
             ranked = sorted((c for c in self.each(screen.candidates, self.effects) if c), key=_most_promising)
             for forms in ranked[:tried]:
-                starts += [(origin, [candidate]) for candidate in forms[: forms[0].effect.starts_tried]]
+                starts += [(origin, [candidate]) for candidate in distinct(forms)]
         return self._in_two_rounds(starts, SINGLES_FINISHED)
 
     def _whitener(self, host: Fit) -> Plain:
@@ -273,8 +299,8 @@ class Attributor:
         """Joint plain fits of two effects: `partners` beside each of `firsts`, and from the nominal modes.
 
         From the nominal modes those pairs start whose responses promise most together: the second effect of a
-        greedy choice is lost where the first has bent the base model to stand for both. Partners are screened
-        `afresh` from all effects, or else from those of `singles` at their estimates.
+        greedy choice is lost where the first has bent the base model to stand for both. With `afresh`, all
+        effects are screened there too for what they promise beside each of `firsts`.
         """
         starts: list[tuple[Fit, list[Candidate]]] = []
         origin = Screen(self.nominal, self._whitener(self.nominal))
@@ -287,23 +313,26 @@ class Attributor:
                 promised.append((origin.reduction(both), [own[i][1], own[j][1]]))
         promised.sort(key=lambda pair: -pair[0])
         starts += [(self.nominal, pair) for _, pair in promised[joint[0] : joint[1]]]
-        fitted = {candidate_of(f).effect.name: candidate_of(f).values for f in singles}
         for first in firsts:
             screen = Screen(first, self._whitener(first))
 
-            def beside(effect: Effect, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
-                if effect.label in first.hypothesis.labels:
+            def beside(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
+                candidate = candidate_of(other)
+                if candidate.effect.label in first.hypothesis.labels:
                     return []
-                if effect.name not in fitted:
-                    return screen.candidates(effect) if afresh else []
-                found = screen.tried(effect, [fitted[effect.name]])
-                again = afresh or isinstance(effect, PeriodicEffect)
-                return found + screen.candidates(effect) if again else found
+                found = screen.tried(candidate.effect, [candidate.values])
+                if isinstance(candidate.effect, PeriodicEffect):
+                    found += screen.candidates(candidate.effect)
+                return found
 
-            found = self.each(beside, self.effects)
-            ranked = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]
-            ranked.sort(key=lambda c: -c.reduction)
-            starts += [(first, [candidate]) for candidate in ranked[:partners]]
+            starts += [(first, [c]) for c in _best_candidates(self.each(beside, singles))[:partners]]
+            if afresh:
+                own_effect = candidate_of(first)
+                bare = origin.beside(origin.response(own_effect))
+                others = [e for e in self.effects if e.label != own_effect.effect.label]
+                found = [c for c in self.each(bare.candidates, others) if c]
+                for candidates in sorted(found, key=_most_promising)[:partners]:
+                    starts += [(self.nominal, [own_effect, c]) for c in distinct(candidates)]
         return self._in_two_rounds(starts, PAIRS_KEPT)
 
     def _parts(self, pairs: Sequence[Explanation]) -> list[tuple[Fit, int]]:
@@ -348,6 +377,16 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
 
 def _most_promising(candidates: Sequence[Candidate]) -> float:
     return -candidates[0].reduction
+
+
+def _cost(f: Fit) -> float:
+    return f.cost
+
+
+def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:
+    """The most promising candidate of every effect that has any, best first."""
+    best = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]
+    return sorted(best, key=lambda c: -c.reduction)
 
 
 def _worst_first(explanation: Explanation) -> float:

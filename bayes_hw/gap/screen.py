@@ -9,7 +9,9 @@ times two. Periodic effects are scanned over their period with the linear respon
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.spectra import standing_out
 from bayes_hw.gap.whitener import Whitener
 
 MAX_PERIODS = 240
@@ -28,6 +31,9 @@ SAMPLES_A_PERIOD = 2.5
 MAX_FINE_PERIODS = 2000
 
 CHUNK = 40
+
+NEARBY = 1.6
+"""Between starts of one effect: from nearer ones fits end in the same place."""
 
 LARGEST_RESPONSE = 1e6
 """Output units; a start whose simulation runs away is left out."""
@@ -42,6 +48,23 @@ class Candidate:
     reduction: float
 
 
+def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best of `candidates` of one effect, best first, as many as it tries, none near a better one."""
+    kept: list[Candidate] = []
+    for candidate in candidates:
+        if len(kept) == candidate.effect.starts_tried:
+            break
+        if not any(_near(candidate.values, other.values) for other in kept):
+            kept.append(candidate)
+    return kept
+
+
+def _near(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    """Whether no value differs by more than a factor NEARBY."""
+    sizes = [sorted((abs(a), abs(b))) for a, b in zip(one, other, strict=True)]
+    return all(large <= NEARBY * small for small, large in sizes)
+
+
 class Screen:
     """The base fit's residual with the base tangents projected off, ready to hold responses against."""
 
@@ -50,6 +73,16 @@ class Screen:
         self._known_waves: dict[tuple[int, float, int], FloatArray] = {}
         self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
         self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
+
+    def beside(self, response: FloatArray) -> Screen:
+        """The same with a projected response (samples,) off too: an effect that is there already."""
+        other = copy(self)
+        size = float(np.linalg.norm(response))
+        if size > 0:
+            direction = response / size
+            other.tangents = np.concatenate([self.tangents, direction[:, None]], axis=1)
+            other.residual = self.residual - direction * float(direction @ self.residual)
+        return other
 
     def _white(self, columns: Sequence[FloatArray]) -> FloatArray:
         return np.concatenate([self.whitener.whiten(c, record) for record, c in enumerate(columns)])
@@ -76,9 +109,17 @@ class Screen:
         found = (
             self._scanned(effect, finely)
             if isinstance(effect, PeriodicEffect)
-            else self.tried(effect, effect.starts(self.base.hypothesis.scale))
+            else self.tried(
+                effect,
+                [*effect.starts(self.base.hypothesis.scale), *effect.starts_at(self.lines_hz)],
+            )
         )
         return sorted(found, key=lambda candidate: -candidate.reduction)
+
+    @cached_property
+    def lines_hz(self) -> FloatArray:
+        """Frequencies (lines,) at which the residual stands out of its own smooth spectrum most."""
+        return standing_out(self.base.residuals, self.base.hypothesis.scale.rate)
 
     def response(self, candidate: Candidate) -> FloatArray:
         """The projected response (samples,) to a candidate; zero where its simulation runs away."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
@@ -14,6 +15,16 @@ LARGEST_NOISE_CORRELATION = 0.92
 """First autocorrelation that encoder noise may have; what is slower is called wind or drift."""
 
 BINS = 120
+
+LINES = 4
+LINE_WIDTH = 6
+"""Bins within which two peaks are one line."""
+
+NEARBY_SHARE = 40
+"""Of a record: its spectrum's level is the median over this part of it to either side."""
+
+LEAST_RATIO = 12.0
+"""Power over the level from which a peak is a line; noise alone reaches 10 in the largest of many."""
 
 
 @dataclass(frozen=True)
@@ -69,3 +80,26 @@ def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> Flo
             best = found
     assert best is not None
     return np.asarray(best.x)
+
+
+def standing_out(residuals: Sequence[FloatArray], rate: float) -> FloatArray:
+    """Up to LINES frequencies (Hz) where the power of the residuals is largest over its median nearby.
+
+    Records are windowed (Hann) and cut to the length of the shortest; none where they are too short to tell.
+    """
+    samples = min(len(e) for e in residuals)
+    window = np.hanning(samples)
+    power = sum(np.abs(np.fft.rfft(window * (e[:samples] - e[:samples].mean()))) ** 2 for e in residuals)
+    around = max(5, samples // NEARBY_SHARE)
+    if samples < 8 * around:
+        return np.empty(0)
+    level = median_filter(power, 2 * around + 1, mode="nearest")
+    ratio = np.where(level > 0, power / np.maximum(level, 1e-300), 0.0)
+    ratio[: 2 * around // 5] = 0.0
+    found: list[int] = []
+    for i in np.argsort(-ratio):
+        if len(found) == LINES or ratio[i] < LEAST_RATIO:
+            break
+        if all(abs(int(i) - other) > LINE_WIDTH for other in found):
+            found.append(int(i))
+    return np.array(found) * rate / samples

@@ -56,6 +56,10 @@ class Effect(ABC):
         """The resonator that the effect hangs on the load, if it does."""
         return None
 
+    def starts_at(self, frequencies_hz: FloatArray) -> Sequence[tuple[float, ...]]:
+        """Further values to screen where the residual has lines at `frequencies_hz` (lines,)."""
+        return []
+
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         """Forms of more parameters, with their starts, to try where this one at `values` leaves structure."""
         return []

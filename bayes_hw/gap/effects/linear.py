@@ -67,6 +67,15 @@ class UnmodelledMode(Effect):
         frequencies = np.geomspace(0.25 * scale.first_mode_hz, highest, 18)
         return [(ratio, float(frequency), 0.02) for ratio in (0.05, 0.3, 1.5) for frequency in frequencies]
 
+    def starts_at(self, frequencies_hz: FloatArray) -> Sequence[tuple[float, ...]]:
+        """Light and heavy resonators, lightly damped: a narrow one shows only near its own frequency."""
+        return [
+            (ratio, float(frequency), damping)
+            for frequency in frequencies_hz
+            for ratio in (0.05, 0.4)
+            for damping in (0.007, 0.02)
+        ]
+
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(ModeOnStructure(), tuple(values))]
 
