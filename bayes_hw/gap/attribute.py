@@ -179,7 +179,7 @@ class Attributor:
         return self.each(lambda f: with_coloured_noise(f, self.measured), _best_of_each(fits))
 
     def _near(self, best: Explanation) -> list[Explanation]:
-        """The response of `best` fitted again from places near its own: modes have likelihoods of several peaks.
+        """The response of `best` fitted again from places near its own: likelihoods of modes have many peaks.
 
         None where it has no effect, or a display, whose likelihood is another.
         """
