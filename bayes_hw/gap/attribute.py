@@ -29,7 +29,8 @@ from bayes_hw.gap.whitener import Plain
 BASE_DRAWS = 80
 BASE_STARTS = 4
 SINGLES_KEPT = 6
-PARTNERS_TRIED = 5
+PARTNERS_TRIED = 4
+LABELS_BESIDE = 7
 FIRST_EFFECTS = 2
 PAIRS_KEPT = 5
 JOINT_EFFECTS = 12
@@ -331,7 +332,7 @@ class Attributor:
                 bare = origin.beside(origin.response(own_effect))
                 others = [e for e in self.effects if e.label != own_effect.effect.label]
                 found = [c for c in self.each(bare.candidates, others) if c]
-                for candidates in sorted(found, key=_most_promising)[:partners]:
+                for candidates in _best_forms(found)[:LABELS_BESIDE]:
                     starts += [(self.nominal, [own_effect, c]) for c in distinct(candidates)]
         return self._in_two_rounds(starts, PAIRS_KEPT)
 
@@ -381,6 +382,14 @@ def _most_promising(candidates: Sequence[Candidate]) -> float:
 
 def _cost(f: Fit) -> float:
     return f.cost
+
+
+def _best_forms(found: Sequence[list[Candidate]]) -> list[list[Candidate]]:
+    """The candidates of the most promising form of every label, best first."""
+    best: dict[str, list[Candidate]] = {}
+    for candidates in sorted(found, key=_most_promising):
+        best.setdefault(candidates[0].effect.label, candidates)
+    return list(best.values())
 
 
 def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:

@@ -16,7 +16,7 @@ from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochast
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.screen import Candidate, Screen
 from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.stochastic import (
     StochasticFit,
@@ -113,14 +113,17 @@ class StochasticSearch:
         return [kind for (label, _), kind in KINDS.items() if label in self.labels]
 
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
-        """Effects screened and fitted under the noise of `explanation`, a stochastic effect alone."""
+        """Effects, the best form of each label, fitted under the noise of `explanation`, alone so far."""
         stochastic, host = explanation.stochastic, explanation.fit
         if stochastic is None or stochastic.display is not None:
             return []
         screen = Screen(host, stochastic.whitener)
-        ranked = [c[0] for c in self.each(screen.candidates, effects) if c]
-        ranked = [c for c in ranked if c.effect.label not in explanation.labels]
-        ranked.sort(key=lambda candidate: -candidate.reduction)
+        best: dict[str, Candidate] = {}
+        found = [c[0] for c in self.each(screen.candidates, effects) if c]
+        for candidate in sorted(found, key=lambda candidate: -candidate.reduction):
+            if candidate.effect.label not in explanation.labels:
+                best.setdefault(candidate.effect.label, candidate)
+        ranked = list(best.values())
 
         def begun(rank: int) -> Fit:
             candidate = ranked[rank]
