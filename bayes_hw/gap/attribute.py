@@ -22,6 +22,7 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leaves_structure
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
+from bayes_hw.gap.restarts import Restarts, square_errors
 from bayes_hw.gap.screen import Candidate, Screen, distinct
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
@@ -55,13 +56,7 @@ REFINED = 4
 REFINED_PAIRS = 2
 """Explanations whose effects are tried in forms of more parameters."""
 
-NEAR_DRAWS = 48
-NEAR_STARTS = 5
-NEAR_SPREAD = 0.3
-"""Prior standard deviations about the best fit from which it is fitted again."""
-
 RESTARTED = 3
-RESTARTS = 3
 
 FURTHER_FIRST_EFFECTS = 5
 FURTHER_PARTNERS = 6
@@ -127,7 +122,9 @@ class Attributor:
             short = self._short_periods(bases[0])
             singles = _best_of_each([*singles, *short])
             more = [with_coloured_noise(f, self.measured) for f in short[:FURTHER_KEPT]]
-            more += self._restarted([*coloured, *more])
+            leading = [e.fit for e in sorted([*coloured, *more], key=_worst_first)][:RESTARTED]
+            again = _best_of_each(self._restarts.elsewhere(leading))
+            more += self.each(lambda f: with_coloured_noise(f, self.measured), again)
             found += more
             coloured += more
         if structure and self._unfinished(found):
@@ -145,7 +142,7 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self.each(self._without_one, self._parts(best))
-        found += self._near(min(found, key=_worst_first))
+        found += self._restarts.near(min(found, key=_worst_first))
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
         everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
@@ -159,6 +156,10 @@ class Attributor:
             explanations
         )
 
+    @property
+    def _restarts(self) -> Restarts:
+        return Restarts(self.base, self.measured, self.plain, self.stochastic, self.each, self.seed)
+
     def _short_periods(self, base: Fit) -> list[Fit]:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
         starts: list[tuple[Fit, list[Candidate]]] = []
@@ -168,55 +169,6 @@ class Attributor:
             scanned = self.each(finely, periodic)
             starts += [(origin, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
         return self._in_two_rounds(starts, FURTHER_KEPT)
-
-    def _restarted(self, coloured: Sequence[Explanation]) -> list[Explanation]:
-        """The best of `coloured` from other limits, dead zones and gains."""
-        hosts = [e.fit for e in sorted(coloured, key=_worst_first)][:RESTARTED]
-        starts = [(host.hypothesis, start) for host in hosts for start in self._starts_about(host)]
-        fits = self.each(
-            lambda s: fit(s[0], self.measured, s[1], self.plain, FIRST_ITERATIONS + MORE_ITERATIONS),
-            starts,
-        )
-        return self.each(lambda f: with_coloured_noise(f, self.measured), _best_of_each(fits))
-
-    def _near(self, best: Explanation) -> list[Explanation]:
-        """The response of `best` fitted again from places near its own: likelihoods of modes have many peaks.
-
-        None where it has no effect, or a display, whose likelihood is another.
-        """
-        host = best.fit
-        noise = best.stochastic
-        if not host.hypothesis.effects or (noise is not None and noise.display is not None):
-            return []
-        rng = np.random.default_rng(self.seed + 2)
-        draws = rng.normal(size=(NEAR_DRAWS, len(host.coordinates)))
-        draws = host.coordinates + NEAR_SPREAD * host.hypothesis.prior_sds * draws
-        nearest = list(draws[np.argsort(self._square_errors(host.hypothesis, draws))[:NEAR_STARTS]])
-        if noise is not None:
-            return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), nearest)
-        fits = self.each(
-            lambda start: fit(host.hypothesis, self.measured, start, self.plain, MORE_ITERATIONS), nearest
-        )
-        return self.each(lambda f: with_coloured_noise(f, self.measured), sorted(fits, key=_cost)[:1])
-
-    def _starts_about(self, host: Fit) -> FloatArray:
-        """The nearest of many draws of limits, dead zone and gain; modes nominal, the effect as fitted."""
-        count = self.base.base_count
-        spreads = self.base.builder.start_spreads
-        own = np.concatenate([self.base.prior_means, host.coordinates[count:]])
-        draws = np.repeat(own[None], BASE_DRAWS // 2, axis=0)
-        rng = np.random.default_rng(self.seed + 1)
-        draws[:, : len(spreads)] += rng.normal(size=(len(draws), len(spreads))) * spreads
-        return np.asarray(draws[np.argsort(self._square_errors(host.hypothesis, draws))[:RESTARTS]])
-
-    def _square_errors(self, hypothesis: Hypothesis, coordinates: FloatArray) -> FloatArray:
-        """Squared whitened error at each of `coordinates` (n, parameters)."""
-        simulated = hypothesis.simulate_batch(hypothesis.to_values(coordinates))
-        white = (
-            self.plain.whiten(y[:, None] - s, r)
-            for r, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
-        )
-        return np.asarray(sum(np.sum(w**2, axis=0) for w in white))
 
     def _paired(self, pairs: Sequence[Fit]) -> list[Explanation]:
         paired = self.each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
@@ -252,7 +204,7 @@ class Attributor:
         draws = np.repeat(means[None], BASE_DRAWS, axis=0)
         rng = np.random.default_rng(self.seed)
         draws[:, : len(spreads)] += rng.normal(size=(BASE_DRAWS, len(spreads))) * spreads
-        return np.asarray(draws[np.argsort(self._square_errors(self.base, draws))])
+        return np.asarray(draws[np.argsort(square_errors(self.base, self.measured, self.plain, draws))])
 
     def single_fits(self, base: Fit, tried_from_nominal: int = TRIED_FROM_NOMINAL) -> list[Fit]:
         """The best plain fit of the most promising effects, every form its own, best first.
@@ -378,10 +330,6 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
 
 def _most_promising(candidates: Sequence[Candidate]) -> float:
     return -candidates[0].reduction
-
-
-def _cost(f: Fit) -> float:
-    return f.cost
 
 
 def _best_forms(found: Sequence[list[Candidate]]) -> list[list[Candidate]]:

@@ -1,0 +1,67 @@
+"""Fits begun elsewhere: a second peak is left for the higher one near it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, simulated_with
+
+from bayes_hw.gap.effects.catalogue import TransportDelay
+from bayes_hw.gap.explanation import Explanation, with_coloured_noise
+from bayes_hw.gap.fit import fit
+from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.restarts import Restarts, square_errors
+from bayes_hw.gap.stochastic_search import StochasticSearch
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(700, 1), command(700, 2)]
+PLAIN = Plain(SIGMA)
+CLEAN = simulated_with(TransportDelay(), (1.6,), INPUTS)
+MEASURED = [y + white(len(y), SIGMA, i) for i, y in enumerate(CLEAN)]
+BASE = hypothesis(AXIS, INPUTS)
+
+
+def restarts() -> Restarts:
+    each = Each(1)
+    search = StochasticSearch(MEASURED, frozenset(), SIGMA, each)
+    return Restarts(BASE, MEASURED, PLAIN, search, each, seed=3)
+
+
+def explained_at(iterations: int) -> Explanation:
+    found = BASE.with_effect(TransportDelay())
+    start = found.to_coordinates(np.array([*found.builder.axis.nominal, 0.4]))
+    return with_coloured_noise(fit(found, MEASURED, start, PLAIN, iterations), MEASURED, 0)
+
+
+def test_errors_are_those_of_the_simulation() -> None:
+    nominal = BASE.prior_means[None]
+    simulated = BASE.simulate(BASE.to_values(nominal)[0])
+    expected = sum(np.sum(((y - s) / SIGMA) ** 2) for y, s in zip(MEASURED, simulated, strict=True))
+    assert square_errors(BASE, MEASURED, PLAIN, nominal)[0] == pytest.approx(expected)
+
+
+def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
+    """From an unfinished delay of 0.4 samples to that of 1.6; the same seed gives the same."""
+    begun = explained_at(0)
+    (found,) = restarts().near(begun)
+    assert found.log_evidence > begun.log_evidence + 100
+    assert found.fit.values[-1] == pytest.approx(1.6, abs=0.05)
+    (again,) = restarts().near(begun)
+    np.testing.assert_array_equal(again.fit.coordinates, found.fit.coordinates)
+
+
+def test_nothing_to_restart_without_an_effect() -> None:
+    base = with_coloured_noise(fit(BASE, MEASURED, BASE.prior_means, PLAIN, 2), MEASURED, 0)
+    assert restarts().near(base) == []
+
+
+def test_elsewhere_keeps_the_effect_and_draws_the_limits() -> None:
+    """Three fits a host, none worse than where it began by far, of the same effects."""
+    host = explained_at(6).fit
+    found = restarts().elsewhere([host, replace(host)])
+    assert len(found) == 6
+    assert all(f.hypothesis.labels == ("transport_delay",) for f in found)
+    assert min(f.cost for f in found) < 1.05 * host.cost
