@@ -47,10 +47,11 @@ def largest_correlation(case: Path, out: Path, seed: int, **options: str) -> Non
     base = refit(given, [r.u for r in train], [r.y for r in train])
     residual = np.concatenate([r.y - base.simulate(r.u) for r in train])
     moves = np.concatenate([tangents(base, r.u) for r in train])
+    basis, _ = np.linalg.qr(moves / np.maximum(np.linalg.norm(moves, axis=0), 1e-12))
     span = max(float(np.ptp(base.simulate(r.u))) for r in train)
     shares: dict[str, tuple[float, int]] = {}
     for number, (label, columns) in enumerate(stacked([r.u for r in train], base, span)):
-        share = explained(columns, moves, residual)
+        share = explained(columns, basis, residual)
         if share > shares.get(label, (0.0, 0))[0]:
             shares[label] = (share, number)
     best = max(shares, key=lambda label: shares[label][0])
@@ -71,9 +72,11 @@ def largest_correlation(case: Path, out: Path, seed: int, **options: str) -> Non
     write_text_atomically(out / VERDICT, json.dumps(content) + "\n")
 
 
-def explained(columns: FloatArray, moves: FloatArray, residual: FloatArray) -> float:
-    """Share of the residual's square that the columns explain beyond the tangents; shapes (samples, ...)."""
-    basis, _ = np.linalg.qr(moves / np.maximum(np.linalg.norm(moves, axis=0), 1e-12))
+def explained(columns: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
+    """Share of the residual's square that the columns explain beyond the tangents; shapes (samples, ...).
+
+    `basis` is an orthonormal one of the tangents.
+    """
     left = residual - basis @ (basis.T @ residual)
     free = columns - basis @ (basis.T @ columns)
     norms = np.linalg.norm(free, axis=0)
