@@ -24,7 +24,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Record, Units
 
-QUICK = SamplerSettings(ensembles=2, walkers=64, max_steps=200, target_ess=400)
+QUICK = SamplerSettings(ensembles=2, walkers=64, max_steps=800, target_ess=400)
 
 
 def robust_target(model: HammersteinWiener, records: list[Record], partial: list[float]) -> LogPosterior:
