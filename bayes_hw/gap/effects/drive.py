@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
-
-WAVE_PARAMETERS = 3
 
 
 class KinematicBacklash(Effect):
@@ -89,16 +85,7 @@ class TorqueRipple(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self._write(S.RIPPLE, values, settings)
-
-    def _write(self, first: int, values: FloatArray, settings: FloatArray) -> None:
-        """Write the wave of `values` into `settings` from row `first` on."""
-        settings[first], settings[first + 1] = np.hypot(values[0], values[1]), values[2]
-        settings[first + 2] = np.arctan2(values[1], values[0])
-        if len(values) > WAVE_PARAMETERS:
-            settings[first + 3] = np.hypot(values[3], values[4])
-            settings[first + 4] = np.arctan2(values[4], values[3])
-            settings[first + 5] = values[5]
+        self.write_wave(S.RIPPLE, values, settings)
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
@@ -122,7 +109,7 @@ class LoadRipple(TorqueRipple):
     test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3)
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self._write(S.LOAD_RIPPLE, values, settings)
+        self.write_wave(S.LOAD_RIPPLE, values, settings)
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * scale.stiffness[1]
@@ -142,7 +129,7 @@ class MeshRipple(LoadRipple):
     door: ClassVar[Door] = "gear_torque"
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self._write(S.MESH_RIPPLE, values, settings)
+        self.write_wave(S.MESH_RIPPLE, values, settings)
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(MeshRippleWithOvertone(), (*values, *NO_OVERTONE))]

@@ -69,9 +69,7 @@ class SaturationDrift(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.LIMIT_DEPTH] = np.hypot(values[0], values[1])
-        settings[S.LIMIT_PHASE] = np.arctan2(values[1], values[0])
-        settings[S.LIMIT_PERIOD] = values[2]
+        self.write_wave(S.LIMIT_DEPTH, values, settings)
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
@@ -36,8 +34,7 @@ class EncoderEccentricity(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.ECCENTRICITY], settings[S.ECCENTRICITY_PERIOD] = np.hypot(values[0], values[1]), values[2]
-        settings[S.ECCENTRICITY_PHASE] = np.arctan2(values[1], values[0])
+        self.write_wave(S.ECCENTRICITY, values, settings)
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
@@ -58,21 +55,15 @@ class ReadingEccentricity(EncoderEccentricity):
     form: ClassVar[str] = "of the reading"
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        settings[S.READING_ERROR], settings[S.READING_PERIOD] = np.hypot(values[0], values[1]), values[2]
-        settings[S.READING_PHASE] = np.arctan2(values[1], values[0])
+        self.write_wave(S.READING_ERROR, values, settings)
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(OvalReading(), (*values, 0.0, 0.0))]
 
 
-class OvalEncoder(EncoderEccentricity):
-    """The error of a disc that is also oval: A sin(x + phase) + A2 sin(2 x + phase2), x = 2 pi w / period.
+class _Oval(EncoderEccentricity):
+    """What the errors of oval discs share: a second harmonic."""
 
-    Zero where the record starts (doi 10.1088/0957-0233/21/7/075302). Not to be believed where the travel is
-    less than half a period.
-    """
-
-    form: ClassVar[str] = "oval"
     test_values: ClassVar[tuple[float, ...]] = (0.01, 0.005, 0.8, 0.004, -0.002)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
@@ -81,27 +72,27 @@ class OvalEncoder(EncoderEccentricity):
         more = [signed(f"encoder_eccentricity.{name}", unit, 20 * scale.sigma) for name in names]
         return (*super().parameters(scale), *more)
 
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        super().apply(values, settings, scale)
-        settings[S.ECCENTRICITY_SECOND] = np.hypot(values[3], values[4])
-        settings[S.ECCENTRICITY_SECOND_PHASE] = np.arctan2(values[4], values[3])
-
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return []
 
 
-class OvalReading(OvalEncoder):
+class OvalEncoder(_Oval):
+    """The error of a disc that is also oval: A sin(x + phase) + A2 sin(2 x + phase2), x = 2 pi w / period.
+
+    Zero where the record starts (doi 10.1088/0957-0233/21/7/075302). Not to be believed where the travel is
+    less than half a period.
+    """
+
+    form: ClassVar[str] = "oval"
+
+
+class OvalReading(_Oval, ReadingEccentricity):
     """The same error behind the dead zone, A sin(x + phase) + A2 sin(2 x + phase2).
 
     Not to be believed where the travel is less than half a period.
     """
 
     form: ClassVar[str] = "oval, of the reading"
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        ReadingEccentricity.apply(self, values, settings, scale)  # type: ignore[arg-type]
-        settings[S.READING_SECOND] = np.hypot(values[3], values[4])
-        settings[S.READING_SECOND_PHASE] = np.arctan2(values[4], values[3])
 
 
 class GainAsymmetry(Effect):
