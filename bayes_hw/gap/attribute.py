@@ -7,7 +7,7 @@ misfit, a noise model fitted at once absorbs the effect, and the fit ends in a w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import combinations
 
@@ -22,8 +22,8 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leaves_structure
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
-from bayes_hw.gap.restarts import Restarts, square_errors
-from bayes_hw.gap.screen import Candidate, Screen, distinct
+from bayes_hw.gap.restarts import Restarts, drawn_about, nearest
+from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct, most_promising
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
@@ -152,7 +152,7 @@ class Attributor:
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""
-        return Refinement(self.nominal, self.measured, self.plain, self.stochastic, self.each).of(
+        return Refinement(self._at_nominal, self.measured, self.plain, self.stochastic, self.each).of(
             explanations
         )
 
@@ -164,10 +164,9 @@ class Attributor:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
         starts: list[tuple[Fit, list[Candidate]]] = []
         periodic = [e for e in self.effects if isinstance(e, PeriodicEffect) and not e.only_saturated]
-        for origin in (self.nominal, base):
-            finely = partial(Screen(origin, self._whitener(origin)).candidates, finely=True)
-            scanned = self.each(finely, periodic)
-            starts += [(origin, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
+        for screen in (self._at_nominal, Screen(base, self.plain.widened(base.rmse))):
+            scanned = self.each(partial(screen.candidates, finely=True), periodic)
+            starts += [(screen.base, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
         return self._in_two_rounds(starts, FURTHER_KEPT)
 
     def _paired(self, pairs: Sequence[Fit]) -> list[Explanation]:
@@ -200,11 +199,9 @@ class Attributor:
     @cached_property
     def _draws(self) -> FloatArray:
         """Starts about the nominal model, what is roughly known of it drawn; the best first."""
-        means, spreads = self.base.prior_means, self.base.builder.start_spreads
-        draws = np.repeat(means[None], BASE_DRAWS, axis=0)
-        rng = np.random.default_rng(self.seed)
-        draws[:, : len(spreads)] += rng.normal(size=(BASE_DRAWS, len(spreads))) * spreads
-        return np.asarray(draws[np.argsort(square_errors(self.base, self.measured, self.plain, draws))])
+        spreads, rng = self.base.builder.start_spreads, np.random.default_rng(self.seed)
+        draws = drawn_about(self.base.prior_means, spreads, BASE_DRAWS, rng)
+        return nearest(self.base, self.measured, self.plain, draws)
 
     def single_fits(self, base: Fit, tried_from_nominal: int = TRIED_FROM_NOMINAL) -> list[Fit]:
         """The best plain fit of the most promising effects, every form its own, best first.
@@ -213,15 +210,13 @@ class Attributor:
         can have moved to where the effect no longer helps.
         """
         starts: list[tuple[Fit, list[Candidate]]] = []
-        for origin, tried in ((self.nominal, tried_from_nominal), (base, TRIED_FROM_BASE)):
-            screen = Screen(origin, self._whitener(origin))
-            ranked = sorted((c for c in self.each(screen.candidates, self.effects) if c), key=_most_promising)
+        at_base = Screen(base, self.plain.widened(base.rmse))
+        for screen, tried in ((self._at_nominal, tried_from_nominal), (at_base, TRIED_FROM_BASE)):
+            origin = screen.base
+            ranked = sorted((c for c in self.each(screen.candidates, self.effects) if c), key=most_promising)
             for forms in ranked[:tried]:
                 starts += [(origin, [candidate]) for candidate in distinct(forms)]
         return self._in_two_rounds(starts, SINGLES_FINISHED)
-
-    def _whitener(self, host: Fit) -> Plain:
-        return replace(self.plain, sigma=max(host.rmse, self.plain.sigma))
 
     def _in_two_rounds(self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int) -> list[Fit]:
         """A few iterations of every joint fit, then more of the best `finished`; best first."""
@@ -256,7 +251,7 @@ class Attributor:
         effects are screened there too for what they promise beside each of `firsts`.
         """
         starts: list[tuple[Fit, list[Candidate]]] = []
-        origin = Screen(self.nominal, self._whitener(self.nominal))
+        origin = self._at_nominal
         own = [(f, candidate_of(f)) for f in singles[:JOINT_EFFECTS]]
         responses = self.each(lambda one: origin.response(one[1]), own)
         promised = []
@@ -267,7 +262,7 @@ class Attributor:
         promised.sort(key=lambda pair: -pair[0])
         starts += [(self.nominal, pair) for _, pair in promised[joint[0] : joint[1]]]
         for first in firsts:
-            screen = Screen(first, self._whitener(first))
+            screen = Screen(first, self.plain.widened(first.rmse))
 
             def beside(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
                 candidate = candidate_of(other)
@@ -283,8 +278,7 @@ class Attributor:
                 own_effect = candidate_of(first)
                 bare = origin.beside(origin.response(own_effect))
                 others = [e for e in self.effects if e.label != own_effect.effect.label]
-                found = [c for c in self.each(bare.candidates, others) if c]
-                for candidates in _best_forms(found)[:LABELS_BESIDE]:
+                for candidates in best_forms(self.each(bare.candidates, others))[:LABELS_BESIDE]:
                     starts += [(self.nominal, [own_effect, c]) for c in distinct(candidates)]
         return self._in_two_rounds(starts, PAIRS_KEPT)
 
@@ -299,6 +293,11 @@ class Attributor:
         own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
         start = np.concatenate([pair.coordinates[: self.base.base_count], own])
         return with_coloured_noise(fit(hypothesis, self.measured, start, self.plain), self.measured)
+
+    @cached_property
+    def _at_nominal(self) -> Screen:
+        """The screen of the nominal model, once its glitches are masked."""
+        return Screen(self.nominal, self.plain.widened(self.nominal.rmse))
 
     @cached_property
     def nominal(self) -> Fit:
@@ -326,18 +325,6 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
         if key not in best or f.cost < best[key].cost:
             best[key] = f
     return sorted(best.values(), key=lambda f: f.cost)
-
-
-def _most_promising(candidates: Sequence[Candidate]) -> float:
-    return -candidates[0].reduction
-
-
-def _best_forms(found: Sequence[list[Candidate]]) -> list[list[Candidate]]:
-    """The candidates of the most promising form of every label, best first."""
-    best: dict[str, list[Candidate]] = {}
-    for candidates in sorted(found, key=_most_promising):
-        best.setdefault(candidates[0].effect.label, candidates)
-    return list(best.values())
 
 
 def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:

@@ -126,9 +126,8 @@ class DisplayDensity:
         self.likelihood = likelihood
         self.count = len(best.coordinates)
         self.centre = np.concatenate([best.coordinates, likelihood.start])
-        covariance = np.linalg.inv(best.precision())
         self.factor = np.zeros((len(self.centre), len(self.centre)))
-        self.factor[: self.count, : self.count] = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+        self.factor[: self.count, : self.count] = np.linalg.cholesky(best.covariance())
         self.factor[self.count :, self.count :] = np.diag(likelihood.spreads)
 
     def coordinates(self, points: FloatArray) -> FloatArray:
@@ -139,7 +138,7 @@ class DisplayDensity:
         """Log-density (n,) at standard points (n, dimension), up to a constant."""
         where = self.coordinates(points)
         response, noise = where[:, : self.count], where[:, self.count :]
-        totals = -0.5 * np.sum(self.hypothesis.prior_deviations(response) ** 2, axis=1)
+        totals = self.hypothesis.log_prior(response)
         simulated = self.hypothesis.simulate_batch(self.hypothesis.to_values(response))
         totals += self.likelihood(simulated, noise)
         return np.where(np.isfinite(totals), totals, -np.inf)

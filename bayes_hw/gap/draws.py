@@ -60,7 +60,7 @@ class PosteriorDensity:
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Log-density (points,) at coordinates (points, parameters), up to a constant."""
-        totals = -0.5 * np.sum(self.hypothesis.prior_deviations(points) ** 2, axis=1)
+        totals = self.hypothesis.log_prior(points)
         for record, y in enumerate(self.hypothesis.simulate_batch(self.hypothesis.to_values(points))):
             white = self.whitener.whiten(self.measured[record][:, None] - y, record)
             totals -= 0.5 * np.sum(white**2, axis=0)
@@ -87,8 +87,7 @@ def posterior_draws(
     to_values = best.hypothesis.to_values
     likelihood = display_likelihood(explanation)
     if likelihood is None:
-        covariance = np.linalg.inv(best.precision())
-        covariance = 0.5 * (covariance + covariance.T)
+        covariance = best.covariance()
         if explanation.chaotic:
             apart = np.array([best.coordinates - rival for rival in rivals]).reshape(-1, len(covariance))
             covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))

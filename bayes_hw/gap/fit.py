@@ -63,6 +63,11 @@ class Fit:
             total = total + white.T @ white
         return total
 
+    def covariance(self) -> FloatArray:
+        """Inverse of the precision, symmetric to the bit."""
+        inverse = np.linalg.inv(self.precision())
+        return np.asarray(0.5 * (inverse + inverse.T))
+
     def log_evidence(self) -> float:
         """Laplace approximation of the log of the marginal likelihood, noise parameters by their count.
 
@@ -113,7 +118,7 @@ def fit(
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
 
     def evaluate(points: FloatArray) -> list[_Point]:
-        pulls = 0.5 * np.sum(hypothesis.prior_deviations(points) ** 2, axis=1)
+        pulls = -hypothesis.log_prior(points)
         simulated = hypothesis.simulate_batch(hypothesis.to_values(points))
         white = [
             whitener.whiten(y[:, None] - s, record)

@@ -113,8 +113,7 @@ class Hypothesis:
         of command: behind an integrator the data fix that far better than the gain, which follows the modes,
         and in the gain's own coordinate the posterior is a curved ridge.
         """
-        rows = zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
-        values = np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
+        values = self._with_speed_for_gain(coordinates)
         row = self.builder.gain_row
         if row is not None:
             values[..., row] /= self._speed_per_gain(values)
@@ -129,6 +128,11 @@ class Hypothesis:
         rows = zip(self.parameters, np.moveaxis(values, -1, 0), strict=True)
         return np.stack([p.transform.to_coordinate(v) for p, v in rows], axis=-1)
 
+    def _with_speed_for_gain(self, coordinates: FloatArray) -> FloatArray:
+        """Parameter values, in the place of the gain the speed that it gives, relative to the nominal's."""
+        rows = zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
+        return np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
+
     def _speed_per_gain(self, values: FloatArray) -> FloatArray:
         base = values[..., : self.base_count]
         flat = self.builder.speed_per_gain(base.reshape(-1, self.base_count))
@@ -141,16 +145,14 @@ class Hypothesis:
         """
         row = self.builder.gain_row
         if row is not None:
-            values = np.stack(
-                [
-                    p.transform.to_value(c)
-                    for p, c in zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
-                ],
-                axis=-1,
-            )
+            speed_per_gain = self._speed_per_gain(self._with_speed_for_gain(coordinates))
             coordinates = coordinates.copy()
-            coordinates[..., row] -= np.log(np.abs(self._speed_per_gain(values)))
+            coordinates[..., row] -= np.log(np.abs(speed_per_gain))
         return (coordinates - self.prior_means) / self.prior_sds
+
+    def log_prior(self, coordinates: FloatArray) -> FloatArray:
+        """Logarithm of the prior density (...,) at coordinates (..., parameters), up to a constant."""
+        return np.asarray(-0.5 * np.sum(self.prior_deviations(coordinates) ** 2, axis=-1))
 
     def prior_jacobian(self, coordinates: FloatArray) -> FloatArray:
         """Derivatives (deviations, parameters) of `prior_deviations` at `coordinates` (parameters,)."""

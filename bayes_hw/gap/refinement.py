@@ -27,10 +27,10 @@ FIRST_ITERATIONS = 5
 class Refinement:
     """Refits explanations of `measured` with the forms that `Effect.refined` names in the place of an effect.
 
-    `nominal` is the base model with its modes as given; forms are screened for starts against it.
+    `screen` is that of the base model with its modes as given; forms are screened for starts against it.
     """
 
-    nominal: Fit
+    screen: Screen
     measured: Sequence[FloatArray]
     plain: Plain
     stochastic: StochasticSearch
@@ -38,7 +38,7 @@ class Refinement:
 
     def of(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Every explanation with each effect in turn in each richer form; none for other simulators."""
-        if not isinstance(self.nominal.hypothesis.builder, ChainBuilder):
+        if not isinstance(self.screen.base.hypothesis.builder, ChainBuilder):
             return []
         tasks = [
             (explanation, row, form, start)
@@ -66,20 +66,17 @@ class Refinement:
         self, explanation: Explanation, form: Effect, start: tuple[float, ...]
     ) -> list[tuple[float, ...]]:
         """The given start, and for an effect alone the best of the form's own."""
-        own = form.starts(self.nominal.hypothesis.scale)
+        own = form.starts(self.screen.base.hypothesis.scale)
         if explanation.stochastic is not None or len(explanation.fit.hypothesis.effects) > 1 or not len(own):
             return [start]
-        screen = Screen(
-            self.nominal, Plain(max(self.nominal.rmse, self.plain.sigma), masked=self.plain.masked)
-        )
-        ranked = sorted(screen.tried(form, own), key=lambda candidate: -candidate.reduction)
+        ranked = sorted(self.screen.tried(form, own), key=lambda candidate: -candidate.reduction)
         return [start, *(candidate.values for candidate in ranked[:SCREENED_STARTS])]
 
     def _start(
         self, host: Fit, row: int, form: Effect, start: tuple[float, ...]
     ) -> tuple[Hypothesis, FloatArray]:
         """The hypothesis of `host` with `form` in the place of effect `row`, and where to start."""
-        hypothesis = self.nominal.hypothesis
+        hypothesis = self.screen.base.hypothesis
         values = [host.values[: hypothesis.base_count]]
         for i, (effect, own) in enumerate(_effects_of(host)):
             hypothesis = hypothesis.with_effect(form if i == row else effect)

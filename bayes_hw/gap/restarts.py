@@ -25,6 +25,13 @@ ITERATIONS = 14
 ITERATIONS_NEAR = 10
 
 
+def drawn_about(centre: FloatArray, spreads: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+    """Coordinates (count, parameters): `centre` (parameters,), its first ones spread by `spreads`."""
+    draws = np.repeat(centre[None], count, axis=0)
+    draws[:, : len(spreads)] += rng.normal(size=(count, len(spreads))) * spreads
+    return draws
+
+
 def square_errors(
     hypothesis: Hypothesis, measured: Sequence[FloatArray], plain: Plain, coordinates: FloatArray
 ) -> FloatArray:
@@ -35,6 +42,13 @@ def square_errors(
         for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
     )
     return np.asarray(sum(np.sum(w**2, axis=0) for w in white))
+
+
+def nearest(
+    hypothesis: Hypothesis, measured: Sequence[FloatArray], plain: Plain, draws: FloatArray
+) -> FloatArray:
+    """Coordinates (n, parameters) in order of their error."""
+    return np.asarray(draws[np.argsort(square_errors(hypothesis, measured, plain, draws))])
 
 
 @dataclass(frozen=True)
@@ -61,25 +75,18 @@ class Restarts:
         host, noise = best.fit, best.stochastic
         if not host.hypothesis.effects or (noise is not None and noise.display is not None):
             return []
-        draws = np.random.default_rng(self.seed + 2).normal(size=(DRAWS, len(host.coordinates)))
-        draws = host.coordinates + NEAR_SPREAD * host.hypothesis.prior_sds * draws
-        nearest = list(self._best(host.hypothesis, draws)[:NEAR_STARTS])
+        spreads, rng = NEAR_SPREAD * host.hypothesis.prior_sds, np.random.default_rng(self.seed + 2)
+        draws = drawn_about(host.coordinates, spreads, DRAWS, rng)
+        starts = list(nearest(host.hypothesis, self.measured, self.plain, draws)[:NEAR_STARTS])
         if noise is not None:
-            return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), nearest)
+            return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
         fits = self.each(
-            lambda start: fit(host.hypothesis, self.measured, start, self.plain, ITERATIONS_NEAR), nearest
+            lambda start: fit(host.hypothesis, self.measured, start, self.plain, ITERATIONS_NEAR), starts
         )
         return [with_coloured_noise(min(fits, key=lambda f: f.cost), self.measured)]
 
     def _about(self, host: Fit) -> FloatArray:
         count, spreads = self.base.base_count, self.base.builder.start_spreads
         own = np.concatenate([self.base.prior_means, host.coordinates[count:]])
-        draws = np.repeat(own[None], DRAWS, axis=0)
-        rng = np.random.default_rng(self.seed + 1)
-        draws[:, : len(spreads)] += rng.normal(size=(DRAWS, len(spreads))) * spreads
-        return self._best(host.hypothesis, draws)[:STARTS]
-
-    def _best(self, hypothesis: Hypothesis, draws: FloatArray) -> FloatArray:
-        """The draws (n, parameters) in order of their error."""
-        errors = square_errors(hypothesis, self.measured, self.plain, draws)
-        return np.asarray(draws[np.argsort(errors)])
+        draws = drawn_about(own, spreads, DRAWS, np.random.default_rng(self.seed + 1))
+        return nearest(host.hypothesis, self.measured, self.plain, draws)[:STARTS]

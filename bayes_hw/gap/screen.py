@@ -48,6 +48,19 @@ class Candidate:
     reduction: float
 
 
+def most_promising(candidates: Sequence[Candidate]) -> float:
+    """Key that sorts the candidates of effects, best first each, by what they promise."""
+    return -candidates[0].reduction
+
+
+def best_forms(found: Sequence[list[Candidate]]) -> list[list[Candidate]]:
+    """The candidates of the most promising form of every label, best first."""
+    best: dict[str, list[Candidate]] = {}
+    for candidates in sorted((c for c in found if c), key=most_promising):
+        best.setdefault(candidates[0].effect.label, candidates)
+    return list(best.values())
+
+
 def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The best of `candidates` of one effect, best first, as many as it tries, none near a better one."""
     kept: list[Candidate] = []

@@ -55,20 +55,21 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         first = float(np.exp(np.clip(p[3], lowest, highest)))
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
-    spectrum = mean_spectrum(fit.residuals, rate)
-    compliance = _load_compliance(path, spectrum.frequencies) / static
-
-    def power(f: FloatArray, p: FloatArray) -> FloatArray:
-        first, second = corners(p)
-        slow = np.exp(2 * p[2]) * rate / (np.pi * first) / ((1 + (f / first) ** 2) * (1 + (f / second) ** 2))
-        return _encoder(f, p, rate) + slow * compliance
-
     def noise(p: FloatArray) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
         return torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
 
-    high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
     if start is None:
+        spectrum = mean_spectrum(fit.residuals, rate)
+        compliance = _load_compliance(path, spectrum.frequencies) / static
+
+        def power(f: FloatArray, p: FloatArray) -> FloatArray:
+            first, second = corners(p)
+            slow = np.exp(2 * p[2]) * rate / (np.pi * first)
+            slow = slow / ((1 + (f / first) ** 2) * (1 + (f / second) ** 2))
+            return _encoder(f, p, rate) + slow * compliance
+
+        high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
         starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
         start = fit_spectrum(spectrum, power, starts)
     p, sds, whitener = _fitted(fit, noise, start)

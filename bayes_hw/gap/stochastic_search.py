@@ -16,7 +16,7 @@ from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochast
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.screen import Candidate, Screen
+from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.stochastic import (
     StochasticFit,
@@ -118,12 +118,8 @@ class StochasticSearch:
         if stochastic is None or stochastic.display is not None:
             return []
         screen = Screen(host, stochastic.whitener)
-        best: dict[str, Candidate] = {}
-        found = [c[0] for c in self.each(screen.candidates, effects) if c]
-        for candidate in sorted(found, key=lambda candidate: -candidate.reduction):
-            if candidate.effect.label not in explanation.labels:
-                best.setdefault(candidate.effect.label, candidate)
-        ranked = list(best.values())
+        forms = best_forms(self.each(screen.candidates, effects))
+        ranked = [c[0] for c in forms if c[0].effect.label not in explanation.labels]
 
         def begun(rank: int) -> Fit:
             candidate = ranked[rank]

@@ -7,7 +7,7 @@ simulated output; `log_likelihood` is that of the residuals it was fitted to.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -53,6 +53,10 @@ class Plain:
     log_likelihood: float = float("nan")
     parameter_count: int = 1
     masked: tuple[BoolArray, ...] = ()
+
+    def widened(self, sigma: float) -> Plain:
+        """The same with `sigma` where that is larger."""
+        return replace(self, sigma=max(sigma, self.sigma))
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         white = columns / self.sigma

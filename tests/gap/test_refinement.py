@@ -12,6 +12,7 @@ from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import fit
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
+from bayes_hw.gap.screen import Screen
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
@@ -23,7 +24,8 @@ def refined(measured: list[np.ndarray], start: Explanation) -> list[Explanation]
     nominal = fit(hypothesis(AXIS, INPUTS), measured, start.fit.hypothesis.prior_means[:8], PLAIN, 0)
     each = Each(1)
     search = StochasticSearch(measured, frozenset(), SIGMA, each)
-    return Refinement(nominal, measured, PLAIN, search, each).of([start])
+    screen = Screen(nominal, PLAIN.widened(nominal.rmse))
+    return Refinement(screen, measured, PLAIN, search, each).of([start])
 
 
 def test_an_overtone_is_found_from_its_fundamental() -> None:
