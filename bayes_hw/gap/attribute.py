@@ -45,6 +45,9 @@ TRIED_WHERE_NOTHING_IS_LEFT = 3
 SINGLES_FINISHED = 8
 FEWEST_GLITCHES = 3
 
+ROUNDED_LATER = 3
+"""Effects found after the first ones that are held against a rounding encoder too."""
+
 HIDING = 2
 NEAR = 100.0
 """Log-evidence within which a second stochastic effect is held against every effect too."""
@@ -110,7 +113,7 @@ class Attributor:
         coloured = self.each(lambda f: with_coloured_noise(f, self.measured), singles[:SINGLES_KEPT])
         found += coloured
         self.tell("stochastic effects")
-        hosts = coloured if self.stochastic.lattice or self._unfinished(found) else []
+        hosts = list(coloured) if self.stochastic.lattice or self._unfinished(found) else []
         found += self.stochastic.beside(base, hosts, singles if hosts else [])
         if structure and self._unfinished(found):
             self.tell("forms of more parameters")
@@ -143,6 +146,8 @@ class Attributor:
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self.each(self._without_one, self._parts(best))
         found += self._restarts.near(min(found, key=_worst_first))
+        if self.stochastic.lattice:
+            found += self.stochastic.beside(base, _later(found, hosts)[:ROUNDED_LATER], [])
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
         everything = sorted(known, key=_worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
@@ -325,6 +330,15 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
         if key not in best or f.cost < best[key].cost:
             best[key] = f
     return sorted(best.values(), key=lambda f: f.cost)
+
+
+def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[Explanation]:
+    """The best single response of every name that was found after `first`, best first."""
+    best: dict[str, Explanation] = {}
+    for e in sorted(found, key=_worst_first):
+        if e.stochastic is None and len(e.labels) == 1 and e.name not in {known.name for known in first}:
+            best.setdefault(e.name, e)
+    return list(best.values())
 
 
 def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:

@@ -15,7 +15,7 @@ from bayes_hw.gap.stochastic import Display, StochasticFit, autoregression
 NOISE_ROUNDS = 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Explanation:
     """`fit` of the response effects under the noise of `stochastic`, or autoregressive noise where None."""
 

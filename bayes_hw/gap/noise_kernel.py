@@ -1,4 +1,4 @@
-"""Compiled filters of the noise that is not stationary: clock jitter and held samples."""
+"""Compiled filters of the noise that is not stationary: clock jitter, held samples, noise with a state."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ LOG_2PI = np.log(2 * np.pi)
 
 SETTLED = 1e-7
 """Relative change of the state's variance in a sample below which the gain is kept."""
+
+SETTLED_AGAIN = 1e-4
+"""The same once the output has changed: it will change again."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -81,11 +84,13 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_filter(columns, transition, output, increment, initial, white):  # type: ignore[no-untyped-def]
+def state_filter(columns, transition, output, seen, doubt, increment, initial, white, expected):  # type: ignore[no-untyped-def]
     """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
 
-    x(k+1) = transition x(k) + a(k) with var a = increment (n, n), e(k) = output x(k), x(0) of variance
-    `initial`. `columns` (samples, m) are filtered into `white`, unit innovations where they are such noise.
+    x(k+1) = transition x(k) + a(k) with var a = increment (n, n), x(0) of variance `initial`;
+    e(k) = output x(k) where `seen` (samples,), elsewhere its last term alone, and noise of variance `doubt`
+    (samples,). `columns` (samples, m) are filtered into `white`, unit innovations where they are such noise;
+    `expected` (samples, m) is what the samples before let expect of output x(k) without its last term.
     The gain is kept once it no longer changes.
     """
     samples, m = columns.shape
@@ -93,16 +98,24 @@ def state_filter(columns, transition, output, increment, initial, white):  # typ
     variance = initial.copy()
     state = np.zeros((n, m))
     gain = np.zeros(n)
-    settled = False
+    shown = output.copy()
+    settled, limit = False, SETTLED
     total, root, log_total = 1.0, 1.0, 0.0
     log_determinant = 0.0
     carried = np.zeros((n, n))
     following = np.zeros((n, n))
     corrected = np.zeros(n)
     for k in range(samples):
+        if k > 0 and seen[k] != seen[k - 1]:
+            settled, limit = False, SETTLED_AGAIN
+        if doubt[k] > 0 or (k > 0 and doubt[k - 1] > 0):
+            settled, limit = False, SETTLED_AGAIN
+        if k == 0 or seen[k] != seen[k - 1]:
+            for i in range(n - 1):
+                shown[i] = output[i] if seen[k] else 0.0
         if not settled:
-            column = variance @ output
-            total = max(output @ column, 1e-300)
+            column = variance @ shown
+            total = max(shown @ column + doubt[k], 1e-300)
             root, log_total = np.sqrt(total), np.log(total)
             change = 0.0
             for i in range(n):
@@ -119,12 +132,16 @@ def state_filter(columns, transition, output, increment, initial, white):  # typ
                     scale = np.sqrt(abs(following[i, i] * following[j, j])) + 1e-300
                     moved = max(moved, abs(following[i, j] - variance[i, j]) / scale)
                     variance[i, j] = 0.5 * (following[i, j] + following[j, i])
-            settled = moved < SETTLED and k > n
+            settled = moved < limit and k > n
         log_determinant += log_total
         for c in range(m):
             innovation = columns[k, c]
+            disturbance = 0.0
             for i in range(n):
-                innovation -= output[i] * state[i, c]
+                innovation -= shown[i] * state[i, c]
+            for i in range(n - 1):
+                disturbance += output[i] * state[i, c]
+            expected[k, c] = disturbance
             white[k, c] = innovation / root
             for i in range(n):
                 corrected[i] = state[i, c] + gain[i] * innovation

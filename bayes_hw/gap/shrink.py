@@ -22,6 +22,9 @@ SIGNIFICANT = 3.0
 
 DRAWS_SIMULATED = 64
 
+DIGITS = 3
+"""Of a closed fraction: its interval is rounded outward to the digits that anyone reads."""
+
 RESAMPLED = 400
 LEAST_REDUCIBLE = 0.01
 """Of the squared error before: the noise is not taken for more than the rest."""
@@ -153,8 +156,14 @@ def closure(
         float(np.sqrt(square_after)),
         noise_sigma,
         float(np.median(fractions)),
-        (float(np.quantile(lowest, LOWER_TAIL)), 1.0 if hidden else float(np.max(fractions))),
+        rounded_outward(np.quantile(lowest, LOWER_TAIL), 1.0 if hidden else np.max(fractions)),
     )
+
+
+def rounded_outward(low: float, high: float) -> tuple[float, float]:
+    """The narrowest interval with ends of DIGITS decimal digits that holds [low, high]."""
+    steps = 10.0**DIGITS
+    return float(np.floor(low * steps) / steps), float(np.ceil(high * steps) / steps)
 
 
 def _positive_normal(mean: float, sd: float, rng: np.random.Generator) -> float:
@@ -201,7 +210,7 @@ def measured_closure(
         float(np.sqrt(square_after)),
         noise_sigma,
         float(np.clip(closed, low, high)),
-        (float(low), float(high)),
+        rounded_outward(low, high),
     )
 
 

@@ -9,13 +9,16 @@ The spectrum of the residuals gives the start (Whittle's likelihood), the Kalman
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import Chain, TorquePath
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.spectra import (
@@ -24,12 +27,17 @@ from bayes_hw.gap.spectra import (
     fit_spectrum,
     mean_spectrum,
 )
-from bayes_hw.gap.state_noise import StateNoise, torque_noise, walking_noise
+from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
+from bayes_hw.model.blocks import DeadZone
 
 STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
 CURVATURE_STEP = 0.05
+
+SWAYS = 3
+WORTH_A_SWAY = 1.0
+"""Log-likelihood that knowing where the wind carries the axis into the dead zone must gain."""
 
 HOPELESS = 5.0
 """Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
@@ -40,8 +48,8 @@ Model: TypeAlias = Callable[[FloatArray], StateNoise]
 def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
     """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
 
-    The second corner is the size of the structure, which small gusts do not move (aerodynamic admittance).
-    From `start` (5,) where given, else from the spectrum.
+    Inside the dead zone it does not show. The second corner is the size of the structure, which small gusts
+    do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum.
     """
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
     chain = fit.hypothesis.chain(fit.values)
@@ -55,9 +63,15 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         first = float(np.exp(np.clip(p[3], lowest, highest)))
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
-    def noise(p: FloatArray) -> StateNoise:
+    motion, dead_zone = _motion(fit)
+
+    def noise(p: FloatArray, sway: Sequence[FloatArray] | None = None) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
-        return torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
+        plain = torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
+        swayed = [np.zeros_like(w) for w in motion] if sway is None else sway
+        return replace(
+            plain, views=tuple(_view(w, d, dead_zone) for w, d in zip(motion, swayed, strict=True))
+        )
 
     if start is None:
         spectrum = mean_spectrum(fit.residuals, rate)
@@ -73,6 +87,12 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
         start = fit_spectrum(spectrum, power, starts)
     p, sds, whitener = _fitted(fit, noise, start)
+    for _ in range(SWAYS):
+        sway = [whitener.expected(e, record) for record, e in enumerate(fit.residuals)]
+        again = _fitted(fit, partial(noise, sway=sway), p)
+        if again[2].log_likelihood < whitener.log_likelihood + WORTH_A_SWAY:
+            break
+        p, sds, whitener = again
     first, second = corners(p)
     return _found(
         "wind",
@@ -86,6 +106,24 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
             "wind.second_corner_hz": (second, (second - first) * float(sds[4]), "Hz"),
         },
     )
+
+
+def _motion(fit: Fit) -> tuple[list[FloatArray], float]:
+    """w (samples,), a record each, and the dead zone, inside which the encoder sees no motion."""
+    hypothesis, values = fit.hypothesis, fit.values
+    dead_zone = hypothesis.settings(values, hypothesis.chain(values))[S.DEAD_ZONE]
+    return [w for w, _ in hypothesis.simulate_signals(values)], float(dead_zone)
+
+
+def _view(w: FloatArray, sway: FloatArray, dead_zone: float) -> View:
+    """What the encoder sees of a disturbance that is expected to add `sway` (samples,) to w (samples,).
+
+    Where it carries the axis into the dead zone or out of it, only a part of it shows.
+    """
+    seen = np.abs(w + sway) > dead_zone
+    shown = DeadZone(dead_zone)
+    part = shown(w + sway) - shown(w) - seen * sway
+    return View(seen, np.where(np.abs(part) > 1e-12 * dead_zone, part**2, 0.0))
 
 
 def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:

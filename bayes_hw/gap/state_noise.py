@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag, expm
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.chain import TorquePath
 from bayes_hw.gap.noise_kernel import state_filter
 from bayes_hw.gap.whitener import LOG_2PI
@@ -21,11 +22,19 @@ ENCODER_PARAMETERS = 2
 """Of the encoder's noise; those of the effect are counted with it."""
 
 
+class View(NamedTuple):
+    """Where a disturbance shows (samples,), and the variance (samples,) of what is not known of how."""
+
+    seen: BoolArray
+    doubt: FloatArray
+
+
 @dataclass(frozen=True)
 class StateNoise:
     """x(k+1) = transition x(k) + a(k), noise(k) = output x(k); x(0) of variance `initial`; n states.
 
-    `sigma` is the standard deviation of the encoder's own noise, output units.
+    The last state is the encoder's own noise of standard deviation `sigma`, output units; where a `view` of
+    the record says that the disturbance does not show, it shows alone.
     """
 
     transition: FloatArray
@@ -35,22 +44,37 @@ class StateNoise:
     sigma: float
     log_likelihood: float = float("nan")
     parameter_count: int = ENCODER_PARAMETERS
+    views: tuple[View, ...] | None = None
 
-    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
-        return self._filtered(columns)[0]
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        return self._filtered(columns, record)[0]
 
-    def _filtered(self, columns: FloatArray) -> tuple[FloatArray, float]:
-        white = np.empty(columns.shape)
+    def expected(self, residual: FloatArray, record: int) -> FloatArray:
+        """The disturbance (samples,) that the residuals (samples,) before each sample let expect."""
+        return self._filtered(residual[:, None], record)[2][:, 0]
+
+    def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray]:
+        white, expected = np.empty(columns.shape), np.empty(columns.shape)
+        everywhere = View(np.ones(len(columns), dtype=np.bool_), np.zeros(len(columns)))
+        view = everywhere if self.views is None else self.views[record]
         log_determinant = state_filter(
-            np.ascontiguousarray(columns), self.transition, self.output, self.increment, self.initial, white
+            np.ascontiguousarray(columns),
+            self.transition,
+            self.output,
+            view.seen,
+            view.doubt,
+            self.increment,
+            self.initial,
+            white,
+            expected,
         )
-        return white, float(log_determinant)
+        return white, float(log_determinant), expected
 
     def fitted_to(self, residuals: Sequence[FloatArray]) -> StateNoise:
         """The same with its log-likelihood of `residuals`, an array (samples,) a record."""
         total = 0.0
-        for e in residuals:
-            white, log_determinant = self._filtered(e[:, None])
+        for record, e in enumerate(residuals):
+            white, log_determinant, _ = self._filtered(e[:, None], record)
             total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
         return replace(self, log_likelihood=total)
 

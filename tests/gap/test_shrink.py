@@ -16,6 +16,7 @@ from bayes_hw.gap.shrink import (
     hides_motion,
     measured_closure,
     moves_unseen,
+    rounded_outward,
     without_glitches,
 )
 
@@ -122,6 +123,19 @@ def test_intervals_cover() -> None:
         true = 1 - (estimate - theta) ** 2 / theta**2
         hits.append(found.closed_hdi94[0] <= true <= found.closed_hdi94[1])
     assert np.mean(hits) >= 0.88
+
+
+@pytest.mark.parametrize(
+    ("interval", "rounded"),
+    [
+        ((0.99974, 0.99997), (0.999, 1.0)),
+        ((0.7, 0.9), (0.7, 0.9)),
+        ((-0.0123, -0.0004), (-0.013, 0.0)),
+        ((1.0, 1.0), (1.0, 1.0)),
+    ],
+)
+def test_ends_are_rounded_outward(interval: tuple[float, float], rounded: tuple[float, float]) -> None:
+    assert rounded_outward(*interval) == rounded
 
 
 def test_as_in_the_verdict() -> None:

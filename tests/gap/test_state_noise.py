@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drive_axis import LOAD_TORQUE, MOTOR_TORQUE, RATE, TRAIN, W
@@ -9,7 +11,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.stats import multivariate_normal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.state_noise import StateNoise, torque_noise, walking_noise
+from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 
 N = 60
 SIGMA, CORRELATION = 0.4, 0.6
@@ -32,6 +34,28 @@ def check(noise: StateNoise, covariance: FloatArray) -> None:
 def test_a_random_walk_from_zero() -> None:
     steps = np.minimum.outer(np.arange(N), np.arange(N)) * 0.05**2
     check(walking_noise(SIGMA, CORRELATION, 0.05), encoder_covariance() + steps)
+
+
+def test_a_walk_that_does_not_always_show() -> None:
+    """Hidden for two stretches, and of doubtful size at their ends."""
+    seen = np.ones(N, dtype=np.bool_)
+    seen[10:20] = seen[33:36] = False
+    doubt = np.zeros(N)
+    doubt[[10, 20, 33]] = 0.3, 0.2, 0.05
+    walk = np.minimum.outer(np.arange(N), np.arange(N)) * 0.05**2
+    shown = np.outer(seen, seen) * walk
+    noise = replace(walking_noise(SIGMA, CORRELATION, 0.05), views=(View(seen, doubt),) * 2)
+    check(noise, encoder_covariance() + shown + np.diag(doubt))
+
+
+def test_what_is_expected_of_a_walk() -> None:
+    """The mean of the walk given the residuals before, by the joint normal distribution."""
+    noise = walking_noise(SIGMA, CORRELATION, 0.3)
+    walk = np.minimum.outer(np.arange(N), np.arange(N)) * 0.3**2
+    covariance = walk + encoder_covariance()
+    e = np.random.default_rng(6).multivariate_normal(np.zeros(N), covariance)
+    expected = [0.0, *(walk[k, :k] @ np.linalg.solve(covariance[:k, :k], e[:k]) for k in range(1, N))]
+    np.testing.assert_allclose(noise.expected(e, 0), expected, atol=1e-6)
 
 
 def test_a_torque_through_the_drive_train() -> None:

@@ -106,11 +106,13 @@ class CubicStiffness(Effect):
     needs_drive_train: ClassVar[bool] = True
     block: ClassVar[Block] = "linear"
     test_values: ClassVar[tuple[float, ...]] = (5e4,)
+    starts_tried: ClassVar[int] = 2
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (signed("cubic_stiffness.cubic", f"1/{scale.units.output}^2", 30 * self._usual(scale)),)
 
     def _usual(self, scale: AxisScale) -> float:
+        """The coefficient that doubles the torque at the torsion of steady sweeps, off resonance."""
         torsion = scale.output_speed / np.sqrt(sum(scale.stiffness))
         return float(1 / torsion**2)
 
@@ -118,7 +120,7 @@ class CubicStiffness(Effect):
         settings[S.CUBIC] = values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [(factor * self._usual(scale),) for factor in (-0.02, 0.01, 0.1, 1.0, 5.0, 20.0)]
+        return [(factor * self._usual(scale),) for factor in (-0.02, 1e-4, 1e-3, 0.01, 0.1, 1.0, 10.0)]
 
 
 class SofteningStiffness(CubicStiffness):
@@ -132,11 +134,11 @@ class SofteningStiffness(CubicStiffness):
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (
-            positive("cubic_stiffness.softening", f"1/{scale.units.output}^2", 0.3 * self._usual(scale), 2.0),
+            positive("cubic_stiffness.softening", f"1/{scale.units.output}^2", 0.1 * self._usual(scale), 3.0),
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.CUBIC], settings[S.SOFTENING] = -values[0], values[0]
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return [(factor * self._usual(scale),) for factor in (0.02, 0.1, 0.5, 2.0, 10.0)]
+        return [(factor * self._usual(scale),) for factor in (1e-4, 1e-3, 0.02, 0.1, 0.5, 2.0, 10.0)]
