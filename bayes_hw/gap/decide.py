@@ -31,8 +31,9 @@ class Calibration:
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for
     an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
     `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
-    explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats) and
-    `left_size` (units of the noise, joined by `left_share` of the gap) the leftover at which "other" is
+    explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; under
+    slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by `left_share` of the gap)
+    the leftover at which "other" is
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
     change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
@@ -47,6 +48,7 @@ class Calibration:
     slow_pair_size: float
     slow_pair_share: float
     left_surprise: float
+    slow_left_surprise: float
     left_size: float
     left_share: float
     loose_share: float
@@ -163,14 +165,20 @@ def _drifts(explanation: Explanation) -> bool:
     return explanation.stochastic is not None and explanation.stochastic.size is not None
 
 
-def probability_of_other(left: Sequence[Leftover], expected: float, calibration: Calibration) -> float:
-    """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma)."""
+def probability_of_other(
+    left: Sequence[Leftover], expected: float, calibration: Calibration, drifts: bool = False
+) -> float:
+    """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma).
+
+    Slow noise, where the explanation `drifts`, takes up most of a wrong response: less then counts.
+    """
     odds = -np.inf
+    even = calibration.slow_left_surprise if drifts else calibration.left_surprise
     size = np.hypot(calibration.left_size, expected)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
-        by_surprise = calibration.left_sharpness * np.log(item.surprise / calibration.left_surprise)
+        by_surprise = calibration.left_sharpness * np.log(item.surprise / even)
         by_size = 2 * calibration.left_sharpness * np.log(item.size / size)
         odds = max(odds, min(by_surprise, by_size))
     return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
@@ -198,7 +206,9 @@ def decide(
 
     `expected` is what the explanation may leave (`expected_left`).
     """
-    other = min(probability_of_other(left, expected, calibration), calibration.other_ceiling)
+    other = min(
+        probability_of_other(left, expected, calibration, _drifts(explanation)), calibration.other_ceiling
+    )
     centre = scores[explanation.labels] - calibration.handicap(explanation.labels)
     weights = {}
     rounded = "encoder_quantization" in explanation.labels

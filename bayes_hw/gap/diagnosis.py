@@ -14,6 +14,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
+from bayes_hw.gap.base_average import averaged_base
 from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
@@ -109,7 +110,9 @@ def diagnose(
             attribution, decision = with_plain_estimates(attribution, decision, measured)
         final = attribution.base if decision.answer == ("other",) else decision.explanation
         progress.say("how far")
-        return _finished(case, attribution, decision, final, inputs, scores, rng, begin)
+        return _finished(
+            case, attribution, decision, final, inputs, scores, calibration.sigma_log_sd, rng, begin
+        )
 
 
 def _posed(
@@ -146,6 +149,7 @@ def _finished(
     final: Explanation,
     inputs: Sequence[FloatArray],
     scores: dict[tuple[str, ...], float],
+    noise_log_sd: float,
     rng: np.random.Generator,
     begin: float,
 ) -> Diagnosis:
@@ -191,17 +195,19 @@ def _finished(
     half = 1.8808 * np.sqrt(wide**2 + spread**2)
     names = [p.name for p in hypothesis.parameters]
     units = [p.unit for p in hypothesis.parameters]
-    estimates = {n: Estimate.of(draws[:, i], units[i]) for i, n in enumerate(names)}
     count = hypothesis.base_count
-    own = {n: estimates[n] for n in names[count:]}
+    own = {n: Estimate.of(draws[:, i], units[i]) for i, n in enumerate(names) if i >= count}
     if final.stochastic is not None:
         for name, (value, error, unit) in final.stochastic.parameters.items():
             own[name] = Estimate(value, error, (value - 1.8808 * error, value + 1.8808 * error), unit)
-    base_estimates = {n: estimates[n] for n in names[:count]}
     drawn_sigma = posterior.sigma
     if drawn_sigma is None:
         drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))
-    base_estimates["noise.sigma"] = Estimate.of(drawn_sigma, case.model.units.output)
+    known = np.column_stack([draws[:, :count], drawn_sigma])
+    within = known if final is decision.explanation else None
+    averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, noise_log_sd, rng)
+    base_names, base_units = [*names[:count], "noise.sigma"], [*units[:count], case.model.units.output]
+    base_estimates = {name: Estimate.of(averaged[:, i], base_units[i]) for i, name in enumerate(base_names)}
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
     confusable = confusable_pairs(decision.answer, scores)
     verdict = Verdict(

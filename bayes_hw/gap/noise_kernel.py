@@ -96,7 +96,7 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     samples, m = columns.shape
     n = len(output)
     variance = initial.copy()
-    state = np.zeros((n, m))
+    state = np.zeros((m, n))
     gain = np.zeros(n)
     shown = output.copy()
     settled, limit = False, SETTLED
@@ -104,7 +104,8 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     log_determinant = 0.0
     carried = np.zeros((n, n))
     following = np.zeros((n, n))
-    corrected = np.zeros(n)
+    row, spread = np.zeros(n), np.zeros(n)
+    columnwise = np.ascontiguousarray(transition.T)
     for k in range(samples):
         if k > 0 and seen[k] != seen[k - 1]:
             settled, limit = False, SETTLED_AGAIN
@@ -117,37 +118,46 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
             column = variance @ shown
             total = max(shown @ column + doubt[k], 1e-300)
             root, log_total = np.sqrt(total), np.log(total)
-            change = 0.0
             for i in range(n):
-                new = column[i] / total
-                change = max(change, abs(new - gain[i]))
-                gain[i] = new
+                gain[i] = column[i] / total
             for i in range(n):
                 for j in range(n):
                     carried[i, j] = variance[i, j] - gain[i] * column[j]
-            following = transition @ carried @ transition.T + increment
+            for i in range(n):
+                row[:] = 0.0
+                for a in range(n):
+                    weight = transition[i, a]
+                    if weight != 0.0:
+                        for b in range(n):
+                            row[b] += weight * carried[a, b]
+                for j in range(i + 1):
+                    value = increment[i, j]
+                    for b in range(n):
+                        value += row[b] * transition[j, b]
+                    following[i, j] = value
+                spread[i] = np.sqrt(abs(following[i, i])) + 1e-150
             moved = 0.0
             for i in range(n):
-                for j in range(n):
-                    scale = np.sqrt(abs(following[i, i] * following[j, j])) + 1e-300
-                    moved = max(moved, abs(following[i, j] - variance[i, j]) / scale)
-                    variance[i, j] = 0.5 * (following[i, j] + following[j, i])
+                for j in range(i + 1):
+                    moved = max(moved, abs(following[i, j] - variance[i, j]) / (spread[i] * spread[j]))
+                    variance[i, j] = following[i, j]
+                    variance[j, i] = following[i, j]
             settled = moved < limit and k > n
         log_determinant += log_total
         for c in range(m):
-            innovation = columns[k, c]
             disturbance = 0.0
-            for i in range(n):
-                innovation -= shown[i] * state[i, c]
             for i in range(n - 1):
-                disturbance += output[i] * state[i, c]
+                disturbance += output[i] * state[c, i]
             expected[k, c] = disturbance
+            innovation = columns[k, c] - output[n - 1] * state[c, n - 1]
+            if seen[k]:
+                innovation -= disturbance
             white[k, c] = innovation / root
+            row[:] = 0.0
+            for j in range(n):
+                corrected = state[c, j] + gain[j] * innovation
+                for i in range(n):
+                    row[i] += columnwise[j, i] * corrected
             for i in range(n):
-                corrected[i] = state[i, c] + gain[i] * innovation
-            for i in range(n):
-                value = 0.0
-                for j in range(n):
-                    value += transition[i, j] * corrected[j]
-                state[i, c] = value
+                state[c, i] = row[i]
     return log_determinant

@@ -35,10 +35,6 @@ STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
 CURVATURE_STEP = 0.05
 
-SWAYS = 3
-WORTH_A_SWAY = 1.0
-"""Log-likelihood that knowing where the wind carries the axis into the dead zone must gain."""
-
 HOPELESS = 5.0
 """Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
 
@@ -85,14 +81,11 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
 
         high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
         starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
-        start = fit_spectrum(spectrum, power, starts)
-    p, sds, whitener = _fitted(fit, noise, start)
-    for _ in range(SWAYS):
-        sway = [whitener.expected(e, record) for record, e in enumerate(fit.residuals)]
-        again = _fitted(fit, partial(noise, sway=sway), p)
-        if again[2].log_likelihood < whitener.log_likelihood + WORTH_A_SWAY:
-            break
-        p, sds, whitener = again
+        start, _, still = _fitted(fit, noise, fit_spectrum(spectrum, power, starts))
+    else:
+        still = noise(start).fitted_to(fit.residuals)
+    sway = [still.expected(e, record) for record, e in enumerate(fit.residuals)]
+    p, sds, whitener = _fitted(fit, partial(noise, sway=sway), start)
     first, second = corners(p)
     return _found(
         "wind",

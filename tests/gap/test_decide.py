@@ -23,7 +23,7 @@ from bayes_hw.gap.leftover import Leftover
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
     temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, slow_pair_share=0.1,
-    left_surprise=40.0, left_size=0.3, left_share=0.05, loose_share=0.3, left_sharpness=2.0,
+    left_surprise=40.0, slow_left_surprise=15.0, left_size=0.3, left_share=0.05, loose_share=0.3, left_sharpness=2.0,
     floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999, other_ceiling=0.999)  # fmt: skip
 
 
@@ -140,6 +140,12 @@ def test_other_needs_gain_and_size() -> None:
     assert other(40.0, 0.5, expected=0.4) == pytest.approx(0.5)
     assert other(-1.0, 0.9) == pytest.approx(0, abs=1e-10)
     assert probability_of_other([], 0.0, CONSTANTS) == pytest.approx(0, abs=1e-10)
+
+
+def test_less_counts_as_left_under_slow_noise() -> None:
+    left = [Leftover("function at input", CONSTANTS.slow_left_surprise, 3.0)]
+    assert probability_of_other(left, 0.0, CONSTANTS, drifts=True) == pytest.approx(0.5)
+    assert probability_of_other(left, 0.0, CONSTANTS) < 0.25
 
 
 def test_other_takes_the_place_of_a_name() -> None:

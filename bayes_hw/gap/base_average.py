@@ -1,0 +1,96 @@
+"""Base parameters averaged over what may be wrong with the model, each explanation by its probability.
+
+Within the chosen explanation they are its posterior. Were another right, or none, they would be elsewhere
+(Bayesian model averaging: Hoeting et al. 1999, doi 10.1214/ss/1009212519).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.decide import OTHER, Decision, best_of_sets
+from bayes_hw.gap.explanation import Explanation
+
+DRAWS = 2048
+LEAST_DRAWS = 10
+
+FAILED = 8
+"""Best sets of effects whose scatter tells how far off the base parameters of a failed explanation are."""
+
+FARTHER = 2.0
+"""Of the truth from the best of them, in units of theirs.
+
+On simulated cases answered "other" (seeds 1500 and 1600) 94 % intervals held 84 % of the true values with 1,
+93 % with 2.
+"""
+
+
+def averaged_base(
+    attribution: Attribution,
+    decision: Decision,
+    chosen: FloatArray | None,
+    nominal_sigma: float,
+    nominal_log_sd: float,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Draws (draws, base parameters + 1) of the base parameters and, last, the encoder's noise.
+
+    `chosen` (n, base parameters + 1) are posterior draws within the decision's explanation, if any were made;
+    of other explanations their normal approximations are drawn. The encoder's
+    noise is known as `nominal_sigma` with a standard deviation of its logarithm of `nominal_log_sd`.
+    """
+    best = best_of_sets(attribution)
+    best[decision.explanation.labels] = decision.explanation
+    parts = []
+    for labels, probability in decision.sets.items():
+        count = round(probability * DRAWS)
+        if labels == decision.explanation.labels and chosen is not None:
+            parts.append(chosen[rng.integers(len(chosen), size=max(count, 1))])
+        elif count >= LEAST_DRAWS:
+            parts.append(_laplace_draws(best[labels], count, rng))
+    count = round(decision.probability[OTHER] * DRAWS)
+    if count >= LEAST_DRAWS:
+        ranked = sorted(best.values(), key=lambda e: -e.log_evidence)
+        failed = [*ranked[:FAILED], attribution.base]
+        base = _scattered(decision.explanation, failed, count, rng)
+        sigma = _doubtful_noise(decision.explanation, nominal_sigma, nominal_log_sd, count, rng)
+        parts.append(np.column_stack([base, sigma]))
+    return np.concatenate(parts)
+
+
+def _laplace_draws(explanation: Explanation, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draws (count, base parameters + 1) of the normal approximation of an explanation's posterior."""
+    fit = explanation.fit
+    drawn = rng.multivariate_normal(fit.coordinates, fit.covariance(), count, method="eigh")
+    base = fit.hypothesis.to_values(drawn)[:, : fit.hypothesis.base_count]
+    samples = sum(len(e) for e in fit.residuals)
+    sigma = explanation.encoder_sigma * (1 + rng.standard_normal(count) / np.sqrt(2 * samples))
+    return np.column_stack([base, sigma])
+
+
+def _scattered(
+    best: Explanation, failed: Sequence[Explanation], count: int, rng: np.random.Generator
+) -> FloatArray:
+    """Base parameters (count, base parameters) about those of `best`, as far off as `failed` ones lie."""
+    hypothesis = failed[-1].fit.hypothesis
+    rows = slice(hypothesis.base_count)
+    apart = np.array([e.fit.coordinates[rows] - best.fit.coordinates[rows] for e in failed])
+    spread = FARTHER**2 * apart.T @ apart / len(failed) + best.fit.covariance()[rows, rows]
+    drawn = rng.multivariate_normal(best.fit.coordinates[rows], spread, count, method="eigh")
+    return np.asarray(hypothesis.to_values(drawn))
+
+
+def _doubtful_noise(
+    best: Explanation, nominal_sigma: float, nominal_log_sd: float, count: int, rng: np.random.Generator
+) -> FloatArray:
+    """The encoder's noise (count,), between what is known of it and what `best` leaves, or that alone."""
+    centre, half = np.log(best.encoder_sigma), 0.0
+    if nominal_sigma > 0:
+        half = 0.5 * (centre - np.log(nominal_sigma))
+        centre -= half
+    spread = max(abs(half), nominal_log_sd)
+    return np.asarray(np.exp(centre + spread * rng.standard_normal(count)))

@@ -1,0 +1,69 @@
+"""Base parameters averaged over explanations: whose draws they are, how many, and how wide."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.base_average import DRAWS, averaged_base
+
+SD = np.array([0.1, 0.2])
+NOISE = 0.05
+
+
+def explanation(labels: tuple[str, ...], at: tuple[float, float], log_evidence: float) -> Any:
+    """Two base parameters at `at` with standard deviations SD, in coordinates that are the values."""
+    fit = SimpleNamespace(
+        coordinates=np.array(at),
+        covariance=lambda: np.diag(SD**2),
+        hypothesis=SimpleNamespace(base_count=2, to_values=lambda coordinates: coordinates),
+        residuals=[np.zeros(1000)],
+    )
+    return SimpleNamespace(labels=labels, fit=fit, log_evidence=log_evidence, encoder_sigma=NOISE)
+
+
+BASE = explanation((), (0.0, 0.0), 0.0)
+FRICTION = explanation(("friction",), (4.0, 4.0), 50.0)
+BACKLASH = explanation(("backlash",), (-4.0, 8.0), 49.0)
+CHOSEN = np.array([[4.0, 4.0, NOISE]])
+
+
+def averaged(
+    sets: dict[tuple[str, ...], float], other: float, chosen: FloatArray | None = CHOSEN
+) -> FloatArray:
+    attribution: Any = SimpleNamespace(explanations=(FRICTION, BACKLASH, BASE), base=BASE)
+    decision: Any = SimpleNamespace(explanation=FRICTION, sets=sets, probability={"other": other})
+    return averaged_base(attribution, decision, chosen, 0.04, 0.25, np.random.default_rng(1))
+
+
+def test_a_sure_answer_keeps_its_posterior() -> None:
+    found = averaged({("friction",): 1.0, ("backlash",): 1e-6}, 0.0)
+    assert found.shape == (DRAWS, 3) and np.all(found == CHOSEN)
+
+
+def test_explanations_count_by_their_probability() -> None:
+    found = averaged({("friction",): 0.75, ("backlash",): 0.25}, 0.0)
+    second = found[found[:, 0] != 4.0]
+    assert len(second) == pytest.approx(0.25 * DRAWS, abs=1)
+    np.testing.assert_allclose(second[:, :2].mean(axis=0), [-4, 8], atol=0.05)
+    np.testing.assert_allclose(second[:, :2].std(axis=0), SD, rtol=0.15)
+    np.testing.assert_allclose(second[:, 2].std(), NOISE / np.sqrt(2000), rtol=0.15)
+
+
+def test_where_none_explains_the_gap_they_are_as_far_off_as_the_failed_ones() -> None:
+    """Twice the root mean square distance (4.6 and 3.3) from the best; the noise between two statements."""
+    found = averaged({("friction",): 0.0}, 1.0)
+    np.testing.assert_allclose(found[1:, :2].mean(axis=0), [4, 4], atol=0.8)
+    apart = np.sqrt(np.array([8.0**2 + 2 * 4.0**2, 4.0**2 + 2 * 4.0**2]) / 4)
+    np.testing.assert_allclose(found[1:, :2].std(axis=0), 2 * apart, rtol=0.05)
+    assert np.median(found[:, 2]) == pytest.approx(np.sqrt(0.04 * NOISE), rel=0.03)
+    assert np.std(np.log(found[:, 2])) == pytest.approx(0.25, rel=0.06)
+
+
+def test_without_posterior_draws_the_normal_approximation_is_drawn() -> None:
+    found = averaged({("friction",): 1.0}, 0.0, chosen=None)
+    np.testing.assert_allclose(found[:, :2].std(axis=0), SD, rtol=0.1)
