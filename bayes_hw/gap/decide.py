@@ -31,9 +31,9 @@ class Calibration:
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for
     an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
     `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
-    explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; under
-    slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by `left_share` of the gap)
-    the leftover at which "other" is
+    explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; of
+    functions under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
+    `left_share` of the gap) are the leftover at which "other" is
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
     change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
@@ -170,14 +170,16 @@ def probability_of_other(
 ) -> float:
     """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma).
 
-    Slow noise, where the explanation `drifts`, takes up most of a wrong response: less then counts.
+    Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
+    command or motion would explain, less then counts.
     """
     odds = -np.inf
-    even = calibration.slow_left_surprise if drifts else calibration.left_surprise
     size = np.hypot(calibration.left_size, expected)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
+        hidden = drifts and item.kind.startswith("function")
+        even = calibration.slow_left_surprise if hidden else calibration.left_surprise
         by_surprise = calibration.left_sharpness * np.log(item.surprise / even)
         by_size = 2 * calibration.left_sharpness * np.log(item.size / size)
         odds = max(odds, min(by_surprise, by_size))

@@ -33,6 +33,9 @@ from bayes_hw.model.blocks import DeadZone
 
 STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
+REFINING_EVALUATIONS = 30
+"""From parameters that were fitted to nearly the same residuals."""
+
 CURVATURE_STEP = 0.05
 
 HOPELESS = 5.0
@@ -81,7 +84,7 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
 
         high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
         starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
-        start, _, still = _fitted(fit, noise, fit_spectrum(spectrum, power, starts))
+        start, _, still = _fitted(fit, noise, fit_spectrum(spectrum, power, starts), EXACT_EVALUATIONS)
     else:
         still = noise(start).fitted_to(fit.residuals)
     sway = [still.expected(e, record) for record, e in enumerate(fit.residuals)]
@@ -192,7 +195,9 @@ def _load_compliance(path: TorquePath, f: FloatArray) -> FloatArray:
     return np.abs(total) ** 2
 
 
-def _fitted(fit: Fit, noise: Model, start: FloatArray) -> tuple[FloatArray, FloatArray, StateNoise]:
+def _fitted(
+    fit: Fit, noise: Model, start: FloatArray, evaluations: int = REFINING_EVALUATIONS
+) -> tuple[FloatArray, FloatArray, StateNoise]:
     """Parameters of most likelihood near `start`, their standard deviations, and the noise at them."""
 
     def cost(p: FloatArray) -> float:
@@ -206,7 +211,7 @@ def _fitted(fit: Fit, noise: Model, start: FloatArray) -> tuple[FloatArray, Floa
         cost,
         start,
         method="Nelder-Mead",
-        options={"maxfev": EXACT_EVALUATIONS, "fatol": 0.1, "xatol": 1e-3},
+        options={"maxfev": evaluations, "fatol": 0.1, "xatol": 1e-3},
     )
     best = np.asarray(found.x if found.fun < lowest else start)
     lowest = min(float(found.fun), lowest)

@@ -18,6 +18,7 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.slow_noise import random_walk, wind
+from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import (
     StochasticFit,
     autoregression,
@@ -27,9 +28,11 @@ from bayes_hw.gap.stochastic import (
     outliers,
     quantization,
 )
+from bayes_hw.gap.whitener import Whitener
 
 HOSTS = 2
 SINGLES_WITH_NOISE = 12
+FITTED_WITH_NOISE = 4
 SCREENED_UNDER_NOISE = 8
 FINISHED_UNDER_NOISE = 4
 ITERATIONS_AT_FIRST = 3
@@ -100,6 +103,8 @@ class StochasticSearch:
                 helpful.append(kind)
         for kind in helpful:
             others = [f for f in singles if not any(f is host for host in hosts)][:SINGLES_WITH_NOISE]
+            alike = [found for (k, _), found in zip(tasks, first, strict=True) if k is kind and found]
+            others = _likeliest(others, max(alike, key=lambda found: found.log_likelihood).whitener)
             tried = list(zip(self.each(kind, others), others, strict=True))
             promising = [(found, f) for found, f in tried if found and found.label not in f.hypothesis.labels]
             promising.sort(key=lambda pair: -pair[0].log_likelihood)
@@ -174,6 +179,13 @@ class StochasticSearch:
                 break
             best = trial
         return best
+
+
+def _likeliest(fits: Sequence[Fit], noise: Whitener) -> list[Fit]:
+    """Those of `fits` whose residuals slow `noise` of another fit suits best; all, for other noise."""
+    if not isinstance(noise, StateNoise):
+        return list(fits)
+    return sorted(fits, key=lambda f: -noise.fitted_to(f.residuals).log_likelihood)[:FITTED_WITH_NOISE]
 
 
 def _again(kind: Kind, found: StochasticFit, host: Fit) -> StochasticFit | None:
