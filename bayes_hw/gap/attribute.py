@@ -61,6 +61,10 @@ REFINED_PAIRS = 2
 
 RESTARTED = 3
 
+CLOSE_PART = 200.0
+"""Log-evidence by which one effect alone may fall short of two and yet be fitted again: a second effect may
+only make up for a fit that stopped half way."""
+
 FURTHER_FIRST_EFFECTS = 5
 FURTHER_PARTNERS = 6
 FURTHER_JOINT_STARTS = 18
@@ -145,7 +149,8 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self.each(self._without_one, self._parts(best))
-        found += self._restarts.near(min(found, key=_worst_first))
+        for explanation in _with_parts(found):
+            found += self._restarts.near(explanation)
         if self.stochastic.lattice:
             found += self.stochastic.beside(base, _later(found, hosts)[:ROUNDED_LATER], [])
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
@@ -330,6 +335,15 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
         if key not in best or f.cost < best[key].cost:
             best[key] = f
     return sorted(best.values(), key=lambda f: f.cost)
+
+
+def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
+    """The best explanation, and where it is of two effects the best of each alone that comes close."""
+    ranked = sorted(found, key=_worst_first)
+    best = ranked[0]
+    close = [e for e in ranked if e.log_evidence > best.log_evidence - CLOSE_PART]
+    parts = [next((e for e in close if e.labels == (label,)), None) for label in best.labels]
+    return [best, *(e for e in parts if e is not None and e is not best)]
 
 
 def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[Explanation]:

@@ -16,9 +16,19 @@ from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
 DRAWS = 48
-NEAR_STARTS = 5
+FAR_STARTS = 2
 NEAR_SPREAD = 0.3
 """Prior standard deviations about the best fit from which it is fitted again."""
+
+CLOSE_STARTS = 4
+CLOSE_DRAWS = 96
+CLOSE_SPREAD = (3.0, 60.0)
+"""Standard deviations of the estimate about the best fit: short periods make a rugged likelihood."""
+
+GENERATIONS = 5
+PATIENCE = 2
+WORTH_ANOTHER = 10.0
+"""Log-likelihood that one in PATIENCE generations must gain for another to follow."""
 
 STARTS = 3
 ITERATIONS = 14
@@ -68,22 +78,44 @@ class Restarts:
         return self.each(lambda s: fit(s[0], self.measured, s[1], self.plain, ITERATIONS), starts)
 
     def near(self, best: Explanation) -> list[Explanation]:
-        """The response of `best` fitted again from places near its own.
+        """The response of `best` fitted again from places near its own, and from near the best of those.
 
         None where it has no effect, or a display, whose likelihood is another.
         """
         host, noise = best.fit, best.stochastic
         if not host.hypothesis.effects or (noise is not None and noise.display is not None):
             return []
-        spreads, rng = NEAR_SPREAD * host.hypothesis.prior_sds, np.random.default_rng(self.seed + 2)
-        draws = drawn_about(host.coordinates, spreads, DRAWS, rng)
-        starts = list(nearest(host.hypothesis, self.measured, self.plain, draws)[:NEAR_STARTS])
+        rng = np.random.default_rng(self.seed + 2)
+        spreads = NEAR_SPREAD * host.hypothesis.prior_sds
+        far = self._ranked(host, drawn_about(host.coordinates, spreads, DRAWS, rng))[:FAR_STARTS]
+        starts = [*far, *self._close(host, rng)]
         if noise is not None:
             return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
-        fits = self.each(
-            lambda start: fit(host.hypothesis, self.measured, start, self.plain, ITERATIONS_NEAR), starts
+        plain = fit(host.hypothesis, self.measured, host.coordinates, self.plain, ITERATIONS_NEAR)
+        failed = 0
+        for _ in range(GENERATIONS):
+            found = min(self._fitted(host.hypothesis, starts), key=lambda f: f.cost)
+            failed = 0 if found.cost < plain.cost - WORTH_ANOTHER else failed + 1
+            plain = min(plain, found, key=lambda f: f.cost)
+            if failed == PATIENCE:
+                break
+            starts = self._close(plain, rng)
+        return [with_coloured_noise(plain, self.measured)]
+
+    def _close(self, host: Fit, rng: np.random.Generator) -> list[FloatArray]:
+        """Starts some standard deviations of the estimate from a fit, the best of many."""
+        low, high = np.log(CLOSE_SPREAD)
+        factors = np.exp(rng.uniform(low, high, CLOSE_DRAWS))[:, None]
+        centred = rng.multivariate_normal(0 * host.coordinates, host.covariance(), CLOSE_DRAWS, method="eigh")
+        return list(self._ranked(host, host.coordinates + factors * centred)[:CLOSE_STARTS])
+
+    def _ranked(self, host: Fit, draws: FloatArray) -> FloatArray:
+        return nearest(host.hypothesis, self.measured, self.plain, draws)
+
+    def _fitted(self, hypothesis: Hypothesis, starts: Sequence[FloatArray]) -> list[Fit]:
+        return self.each(
+            lambda start: fit(hypothesis, self.measured, start, self.plain, ITERATIONS_NEAR), starts
         )
-        return [with_coloured_noise(min(fits, key=lambda f: f.cost), self.measured)]
 
     def _about(self, host: Fit) -> FloatArray:
         count, spreads = self.base.base_count, self.base.builder.start_spreads
