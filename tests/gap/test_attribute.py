@@ -1,0 +1,51 @@
+"""The search for an explanation: finds the effect that is there, both of two, and rounding beside one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, simulated_with
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.attribute import Attribution, Attributor
+from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
+
+INPUTS = [command(700, 1), command(700, 2)]
+BASE = hypothesis(AXIS, INPUTS)
+EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry())
+
+
+def noisy(clean: Sequence[FloatArray]) -> list[FloatArray]:
+    return [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
+
+
+def attribution(measured: Sequence[FloatArray], stochastic: frozenset[str] = frozenset()) -> Attribution:
+    return Attributor(BASE, measured, EFFECTS, stochastic, np.random.default_rng(5)).run()
+
+
+def test_the_effect_that_is_there_is_the_best() -> None:
+    """A delay of 1.6 samples; the same seed gives the same evidences."""
+    measured = noisy(simulated_with(TransportDelay(), (1.6,), INPUTS))
+    found = attribution(measured)
+    assert found.best.labels == ("transport_delay",)
+    assert found.best.log_evidence > found.base.log_evidence + 50
+    again = attribution(measured)
+    assert [e.log_evidence for e in again.explanations] == [e.log_evidence for e in found.explanations]
+
+
+def test_where_nothing_is_missing_nothing_gains_much() -> None:
+    found = attribution(noisy(BASE.simulate(BASE.to_values(BASE.prior_means))))
+    assert found.best.log_evidence < found.base.log_evidence + 5
+
+
+def test_rounding_is_held_against_the_response_beside_it() -> None:
+    """Readings in steps of eight times the noise of an axis with a delay: both are in one explanation."""
+    step = 8 * SIGMA
+    measured = [step * np.round(y / step) for y in noisy(simulated_with(TransportDelay(), (1.6,), INPUTS))]
+    found = attribution(measured, frozenset({"encoder_quantization"}))
+    rounded = [e for e in found.explanations if "encoder_quantization" in e.labels]
+    best = max(rounded, key=lambda e: e.log_evidence)
+    assert best.labels == ("encoder_quantization", "transport_delay")
+    assert abs(best.fit.values[-1] - 1.6) < 0.1
