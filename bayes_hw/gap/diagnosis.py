@@ -274,11 +274,15 @@ def _notes(attribution: Attribution) -> list[str]:
 
 
 def diagnose_case(
-    folder: Path, out: Path, seed: int, *, jobs: int | None = None, without: frozenset[str] = frozenset()
+    folder: Path, out: Path, seed: int, *, jobs: int | None = None, without: str = ""
 ) -> Diagnosis:
-    """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`."""
+    """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`.
+
+    `without` names labels to strike from the catalogue, joined by commas.
+    """
     case = Case.read(folder)
-    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=without)
+    struck = frozenset(without.split(",")) - {""}
+    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=struck)
     write_results(diagnosis, out)
     return diagnosis
 
