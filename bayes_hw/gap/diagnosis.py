@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -273,16 +272,15 @@ def _notes(attribution: Attribution) -> list[str]:
     return []
 
 
-def diagnose_case(
-    folder: Path, out: Path, seed: int, *, jobs: int | None = None, without: str = ""
-) -> Diagnosis:
+def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> Diagnosis:
     """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`.
 
-    `without` names labels to strike from the catalogue, joined by commas.
+    `without` names labels to strike from the catalogue, joined by commas. One thread, since where many cases
+    are diagnosed a process works on each.
     """
     case = Case.read(folder)
     struck = frozenset(without.split(",")) - {""}
-    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=struck)
+    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs, without=struck)
     write_results(diagnosis, out)
     return diagnosis
 
