@@ -63,14 +63,12 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
     motion, dead_zone = _motion(fit)
+    at_rest = [_view(w, np.zeros_like(w), dead_zone) for w in motion]
 
-    def noise(p: FloatArray, sway: Sequence[FloatArray] | None = None) -> StateNoise:
+    def noise(p: FloatArray, views: Sequence[View] = at_rest) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
         plain = torque_noise(float(np.exp(p[0])), _correlation(p[1]), torque, corners(p), path, rate)
-        swayed = [np.zeros_like(w) for w in motion] if sway is None else sway
-        return replace(
-            plain, views=tuple(_view(w, d, dead_zone) for w, d in zip(motion, swayed, strict=True))
-        )
+        return replace(plain, views=tuple(views))
 
     if start is None:
         spectrum = mean_spectrum(fit.residuals, rate)
@@ -87,8 +85,11 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         start, _, still = _fitted(fit, noise, fit_spectrum(spectrum, power, starts), EXACT_EVALUATIONS)
     else:
         still = noise(start).fitted_to(fit.residuals)
-    sway = [still.expected(e, record) for record, e in enumerate(fit.residuals)]
-    p, sds, whitener = _fitted(fit, partial(noise, sway=sway), start)
+    swaying = [
+        _view(w, still.expected(e, record), dead_zone)
+        for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
+    ]
+    p, sds, whitener = _fitted(fit, partial(noise, views=swaying), start)
     first, second = corners(p)
     return _found(
         "wind",

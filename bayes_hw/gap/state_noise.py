@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, expm
+from scipy.linalg import expm
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.chain import TorquePath
@@ -89,12 +89,21 @@ def _with_encoder(
 ) -> StateNoise:
     """A disturbance with first-order encoder noise of marginal `sigma` beside it."""
     return StateNoise(
-        block_diag(transition, np.array([[correlation]])),
-        np.concatenate([output, [1.0]]),
-        block_diag(increment, np.array([[sigma**2 * (1 - correlation**2)]])),
-        block_diag(initial, np.array([[sigma**2]])),
+        _with_one_more(transition, correlation),
+        np.append(output, 1.0),
+        _with_one_more(increment, sigma**2 * (1 - correlation**2)),
+        _with_one_more(initial, sigma**2),
         sigma,
     )
+
+
+def _with_one_more(matrix: FloatArray, last: float) -> FloatArray:
+    """The square matrix with `last` below its diagonal (scipy's block_diag takes longer than the rest)."""
+    count = len(matrix)
+    larger = np.zeros((count + 1, count + 1))
+    larger[:count, :count] = matrix
+    larger[count, count] = last
+    return larger
 
 
 def walking_noise(sigma: float, correlation: float, step_sd: float) -> StateNoise:
