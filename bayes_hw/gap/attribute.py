@@ -60,6 +60,8 @@ REFINED_PAIRS = 2
 """Explanations whose effects are tried in forms of more parameters."""
 
 RESTARTED = 3
+LEADERS = 2
+"""Labels of which the best fit is begun again near where it ended, before a second effect is sought."""
 
 CLOSE_PART = 200.0
 """Log-evidence by which one effect alone may fall short of two and yet be fitted again: a second effect may
@@ -132,6 +134,8 @@ class Attributor:
             leading = [e.fit for e in sorted([*coloured, *more], key=_worst_first)][:RESTARTED]
             again = _best_of_each(self._restarts.elsewhere(leading))
             more += self.each(lambda f: with_coloured_noise(f, self.measured), again)
+            for leader in _leaders([*coloured, *more])[:LEADERS]:
+                more += self._restarts.near(leader)
             found += more
             coloured += more
         if structure and self._unfinished(found):
@@ -344,6 +348,14 @@ def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
     close = [e for e in ranked if e.log_evidence > best.log_evidence - CLOSE_PART]
     parts = [next((e for e in close if e.labels == (label,)), None) for label in best.labels]
     return [best, *(e for e in parts if e is not None and e is not best)]
+
+
+def _leaders(singles: Sequence[Explanation]) -> list[Explanation]:
+    """The best of every label, best first."""
+    best: dict[tuple[str, ...], Explanation] = {}
+    for e in sorted(singles, key=_worst_first):
+        best.setdefault(e.labels, e)
+    return list(best.values())
 
 
 def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[Explanation]:

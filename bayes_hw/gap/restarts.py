@@ -20,12 +20,16 @@ FAR_STARTS = 2
 NEAR_SPREAD = 0.3
 """Prior standard deviations about the best fit from which it is fitted again."""
 
-CLOSE_STARTS = 4
+OWN_STARTS = 2
+OWN_SPREAD = (0.01, 0.3)
+"""The same for draws in which the effects' own parameters move alone."""
+
+CLOSE_STARTS = 3
 CLOSE_DRAWS = 96
 CLOSE_SPREAD = (3.0, 60.0)
 """Standard deviations of the estimate about the best fit: short periods make a rugged likelihood."""
 
-GENERATIONS = 5
+GENERATIONS = 10
 PATIENCE = 2
 WORTH_ANOTHER = 10.0
 """Log-likelihood that one in PATIENCE generations must gain for another to follow."""
@@ -88,7 +92,7 @@ class Restarts:
         rng = np.random.default_rng(self.seed + 2)
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds
         far = self._ranked(host, drawn_about(host.coordinates, spreads, DRAWS, rng))[:FAR_STARTS]
-        starts = [*far, *self._close(host, rng)]
+        starts = [*far, *self._own(host, rng), *self._close(host, rng)]
         if noise is not None:
             return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
         plain = fit(host.hypothesis, self.measured, host.coordinates, self.plain, ITERATIONS_NEAR)
@@ -101,6 +105,14 @@ class Restarts:
                 break
             starts = self._close(plain, rng)
         return [with_coloured_noise(plain, self.measured)]
+
+    def _own(self, host: Fit, rng: np.random.Generator) -> list[FloatArray]:
+        """Starts with the effects' parameters elsewhere and the base as fitted, the best of many."""
+        moves = rng.normal(size=(DRAWS, len(host.coordinates))) * host.hypothesis.prior_sds
+        moves[:, : self.base.base_count] = 0.0
+        low, high = np.log(OWN_SPREAD)
+        moves *= np.exp(rng.uniform(low, high, DRAWS))[:, None]
+        return list(self._ranked(host, host.coordinates + moves)[:OWN_STARTS])
 
     def _close(self, host: Fit, rng: np.random.Generator) -> list[FloatArray]:
         """Starts some standard deviations of the estimate from a fit, the best of many."""
