@@ -153,6 +153,7 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self.each(self._without_one, self._parts(best))
+        found += self._without_noise(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
         if self.stochastic.lattice:
@@ -295,6 +296,14 @@ class Attributor:
                 for candidates in best_forms(self.each(bare.candidates, others))[:LABELS_BESIDE]:
                     starts += [(self.nominal, [own_effect, c]) for c in distinct(candidates)]
         return self._in_two_rounds(starts, PAIRS_KEPT)
+
+    def _without_noise(self, best: Explanation) -> list[Explanation]:
+        """The response of `best` without its noise, which can have led the fit to where it needs none."""
+        if not best.fit.hypothesis.effects or best.stochastic is None or best.stochastic.display is not None:
+            return []
+        response = best.fit
+        plain = fit(response.hypothesis, self.measured, response.coordinates, self.plain, MORE_ITERATIONS)
+        return [with_coloured_noise(plain, self.measured)]
 
     def _parts(self, pairs: Sequence[Explanation]) -> list[tuple[Fit, int]]:
         """Every pair with the number of the effect to keep."""

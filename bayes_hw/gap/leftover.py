@@ -16,14 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2, gamma
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
-from bayes_hw.gap.whitener import bridge, fit_autoregression, no_glitches
+from bayes_hw.gap.state_noise import StateNoise
+from bayes_hw.gap.whitener import Whitener, bridge, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
 STEP_MARGIN = 10
+FEWEST_MEANS = 50
 LARGEST_USUAL_CHANGE = 14.0
 """Half the square of the largest change, in robust standard deviations, that wandering noise reaches."""
 
@@ -59,8 +61,10 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     sigma = max(explanation.encoder_sigma, 1e-300)
     stochastic = explanation.stochastic
     rounded = stochastic is not None and stochastic.label == "encoder_quantization"
-    found = [_line(residuals, white)] if rounded else [_line(residuals, white), _step(residuals)]
     fit = explanation.fit
+    found = [_line(residuals, white)]
+    if not rounded:
+        found.append(_step(residuals, _hidden(residuals, fit.whitener)))
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, inputs)
     found += [
@@ -136,20 +140,31 @@ def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> t
     return "spectrum", _tail(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
 
 
-def _step(residuals: Sequence[FloatArray]) -> tuple[str, float, float]:
+def _hidden(residuals: Sequence[FloatArray], whitener: Whitener) -> list[BoolArray]:
+    """Where the dead zone hides a disturbance (samples,), a record each: going there the residuals jump."""
+    if not isinstance(whitener, StateNoise) or whitener.views is None:
+        return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
+    return [~view.seen | (view.doubt > 0) for view in whitener.views]
+
+
+def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple[str, float, float]:
     """One sudden, lasting step a record: the largest change of the local mean against its usual changes.
 
-    Noise that wanders has many changes of like size; a step is one far larger than all the rest.
+    Noise that wanders has many changes of like size; a step is one far larger than all the rest. Means over
+    samples that are `hidden` do not count.
     """
     surprise, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
-    for e in residuals:
-        sums = np.concatenate([[0.0], np.cumsum(e)])
+    for e, gaps in zip(residuals, hidden, strict=True):
+        sums, before = (np.concatenate([[0.0], np.cumsum(x)]) for x in (e, gaps))
         middle = np.arange(STEP_MARGIN, len(e) - STEP_MARGIN)
+        middle = middle[before[middle + STEP_MARGIN] == before[middle - STEP_MARGIN]]
+        if len(middle) < FEWEST_MEANS:
+            continue
         change = (sums[middle + STEP_MARGIN] - 2 * sums[middle] + sums[middle - STEP_MARGIN]) / STEP_MARGIN
         usual = 1.4826 * float(np.median(np.abs(change - np.median(change))))
         at = int(np.argmax(np.abs(change)))
         surprise += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
-        share = (at + STEP_MARGIN) / len(e)
+        share = float(middle[at]) / len(e)
         taken += len(e) * share * (1 - share) * float(change[at]) ** 2
     return "step", surprise, taken / samples
 

@@ -37,6 +37,8 @@ REFINING_EVALUATIONS = 30
 """From parameters that were fitted to nearly the same residuals."""
 
 CURVATURE_STEP = 0.05
+FIRST_STEP = 0.4
+"""Of the logarithms of sizes and corners, in which a search for the most likely ones begins."""
 
 HOPELESS = 5.0
 """Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
@@ -212,7 +214,12 @@ def _fitted(
         cost,
         start,
         method="Nelder-Mead",
-        options={"maxfev": evaluations, "fatol": 0.1, "xatol": 1e-3},
+        options={
+            "maxfev": evaluations,
+            "fatol": 0.1,
+            "xatol": 1e-3,
+            "initial_simplex": np.vstack([start, start + FIRST_STEP * np.eye(len(start))]),
+        },
     )
     best = np.asarray(found.x if found.fun < lowest else start)
     lowest = min(float(found.fun), lowest)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, held, white
-from fitted import SAMPLES, with_residuals
+from fitted import AXIS, SAMPLES, base, with_residuals
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.slow_noise import random_walk, wind
@@ -35,12 +35,20 @@ def gusts(corner: float, second: float, torque_sd: float) -> list[FloatArray]:
     return found
 
 
+def seen(added: list[FloatArray]) -> list[FloatArray]:
+    """What an encoder behind the dead zone sees of what is added to w, with its noise."""
+    found = base()
+    motion = found.simulate_signals(found.builder.axis.nominal)
+    show = AXIS.dead_zone
+    return [show(w + g) - show(w) + e for (w, _), g, e in zip(motion, added, noise(), strict=True)]
+
+
 @pytest.mark.parametrize(("corner", "second"), [(0.2, 6.0), (0.2, 0.8)])
 def test_wind(corner: float, second: float) -> None:
     """Its standard deviation as the axis shows it to 30 %, both corners to a factor of two."""
     a, b, c = TRAIN.state_space()
     static = float(np.abs((c[[W]] @ np.linalg.solve(2j * np.pi * 1e-3 * np.eye(7) - a, b))[0, LOAD_TORQUE]))
-    fit = with_residuals([e + g for e, g in zip(noise(), gusts(corner, second, 3.0), strict=True)])
+    fit = with_residuals(seen(gusts(corner, second, 3.0)))
     found = wind(fit)
     assert found is not None and found.label == "wind"
     assert found.parameters["wind.sd"][0] == pytest.approx(3.0 * static, rel=0.3)
@@ -53,7 +61,7 @@ def test_wind(corner: float, second: float) -> None:
 
 def test_wind_whitens_wind() -> None:
     """Innovations are white and of unit variance under the fitted wind, not under first-order noise."""
-    fit = with_residuals([e + g for e, g in zip(noise(), gusts(0.2, 0.8, 3.0), strict=True)])
+    fit = with_residuals(seen(gusts(0.2, 0.8, 3.0)))
     found = wind(fit)
     assert found is not None
     for whitener, is_white in ((found.whitener, True), (autoregression(fit), False)):
