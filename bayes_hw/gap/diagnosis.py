@@ -18,7 +18,7 @@ from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import Calibration, Decision, choose, decide, expected_left
+from bayes_hw.gap.decide import OTHER, Calibration, Decision, choose, decide, expected_left
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
@@ -28,6 +28,7 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
+from bayes_hw.gap.repeats import repeats
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,
@@ -107,7 +108,7 @@ def diagnose(
         decision = decide(best, scores, left, expected, labels, calibration)
         if not nominal > 0:
             attribution, decision = with_plain_estimates(attribution, decision, measured)
-        final = attribution.base if decision.answer == ("other",) else decision.explanation
+        final = attribution.base if decision.answer == (OTHER,) else decision.explanation
         progress.say("how far")
         return _finished(
             case, attribution, decision, final, inputs, scores, calibration.sigma_log_sd, rng, begin
@@ -220,7 +221,7 @@ def _finished(
         base_estimates,
         next_experiment(decision.answer, confusable),
         time.perf_counter() - begin,
-        _notes(attribution),
+        _notes(case, attribution, decision),
         white_choice(attribution),
     )
     return Diagnosis(
@@ -264,12 +265,28 @@ def _marginal_variance(explanation: Explanation) -> float:
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
 
 
-def _notes(attribution: Attribution) -> list[str]:
+def _notes(case: Case | SimulatorCase, attribution: Attribution, decision: Decision) -> list[str]:
+    """What a reader should know beside the verdict."""
+    notes = []
     costs = np.array(attribution.base_costs)
     near = np.sum(costs < costs[0] * 1.02 + 2)
     if near == 1 and len(costs) > 1:
-        return ["only one start of the base model reached its best fit; another minimum may lie elsewhere"]
-    return []
+        notes.append(
+            "only one start of the base model reached its best fit; another minimum may lie elsewhere"
+        )
+    repeated = repeats(case.train)
+    if repeated is not None:
+        notes.append(
+            f"{', '.join(repeated.names)} had the same command: {repeated.floor:.3g} "
+            f"{case.model.units.output} rms does not repeat, of an error of {attribution.base.fit.rmse:.3g} "
+            "of the simulator"
+        )
+    if decision.answer == (OTHER,):
+        notes.append(
+            "no model here holds: base parameters are given about the best explanation that failed, as far "
+            "off as those lie apart"
+        )
+    return notes
 
 
 def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> Diagnosis:

@@ -298,14 +298,18 @@ def _base_table(diagnosis: Diagnosis) -> Table:
         if added
         else ""
     )
+    if diagnosis.verdict.answer == OTHER:
+        way = "about the best explanation that failed, as far off as those lie apart: no model here holds"
+    else:
+        way = f"{'jointly with the effects of the answer' if added else 'without effects'}, averaged over "
+        way += "other explanations by their probability"
     header = ("base parameter", "as given", "fitted alone", "estimated", "94 % HDI")
     shifts = base_shifts(diagnosis)
     return Table(
         (*header, "pushed (sd)") if added else header,
         tuple(_base_row(shift, added) for shift in shifts),
         "Parameters of the base model: as given in the model file, fitted to the training records without "
-        "any effect, and estimated "
-        f"{'jointly with the effects of the answer' if added else 'without effects'}." + pushed,
+        f"any effect, and estimated {way}.{pushed}",
         (1, 2, 3, 4, 5) if added else (1, 2, 3, 4),
     )
 
