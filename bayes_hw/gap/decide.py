@@ -1,9 +1,9 @@
 """From evidences to an answer: which effects are said to be present, and how probable each is.
 
 Evidences of models that are all a little wrong polarise, so they are tempered. The temperature and the
-thresholds (`calibration.json`) were set by hand, with an eye on known cases, never on the case at hand. On 123
-simulated cases (seeds 1500, 1600 and 1901) the temperature is that of the best log score of the marginal
-probabilities, and no other constant, changed alone, betters that score by more than 4 %.
+thresholds (`calibration.json`) were set by hand, with an eye on known cases, never on the case at hand. On
+123 simulated cases (seeds 1500, 1600 and 1901) the temperature is that of the best log score of the
+marginal probabilities, and no other constant, changed alone, betters that score by more than 4 %.
 """
 
 from __future__ import annotations
