@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.fit import FARTHEST, Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.stochastic_search import StochasticSearch
@@ -122,7 +122,11 @@ class Restarts:
         return list(self._ranked(host, host.coordinates + factors * centred)[:CLOSE_STARTS])
 
     def _ranked(self, host: Fit, draws: FloatArray) -> FloatArray:
-        return nearest(host.hypothesis, self.measured, self.plain, draws)
+        """Draws in order of their error, none farther from the prior mean than a fit may move."""
+        hypothesis = host.hypothesis
+        reach = FARTHEST * hypothesis.prior_sds
+        within = np.clip(draws, hypothesis.prior_means - reach, hypothesis.prior_means + reach)
+        return nearest(hypothesis, self.measured, self.plain, within)
 
     def _fitted(self, hypothesis: Hypothesis, starts: Sequence[FloatArray]) -> list[Fit]:
         return self.each(

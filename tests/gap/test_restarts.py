@@ -9,9 +9,11 @@ import pytest
 from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, simulated_with
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.catalogue import TransportDelay
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import fit
+from bayes_hw.gap.fit import FARTHEST, fit
+from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.restarts import Restarts, square_errors
 from bayes_hw.gap.stochastic_search import StochasticSearch
@@ -51,6 +53,23 @@ def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
     assert found.fit.values[-1] == pytest.approx(1.6, abs=0.05)
     (again,) = restarts().near(begun)
     np.testing.assert_array_equal(again.fit.coordinates, found.fit.coordinates)
+
+
+def test_no_restart_is_farther_off_than_a_fit_may_move(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However poorly a parameter is determined: a user's simulator is not asked for the absurd."""
+    host = explained_at(4)
+    monkeypatch.setattr(type(host.fit), "covariance", lambda fit: 1e6 * np.eye(len(fit.coordinates)))
+    asked: list[float] = []
+    simulate = type(BASE).simulate_batch
+
+    def watched(self: Hypothesis, values: FloatArray, *given: object) -> list[FloatArray]:
+        away = np.abs(self.to_coordinates(values) - self.prior_means) / self.prior_sds
+        asked.append(float(away[:, self.base_count :].max()))
+        return simulate(self, values, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(type(BASE), "simulate_batch", watched)
+    restarts().near(host)
+    assert FARTHEST - 1 < max(asked) < FARTHEST + 0.1
 
 
 def test_nothing_to_restart_without_an_effect() -> None:
