@@ -51,8 +51,7 @@ def main() -> None:
     settings = list(SETTINGS)[:1] if study.quick else list(SETTINGS)
     checks = {}
     for number, name in enumerate(settings):
-        each = EACH if number == 0 else EACH_ELSEWHERE
-        each = 1 if study.quick else max(1, round(study.share * each))
+        each = study.part_of(EACH if number == 0 else EACH_ELSEWHERE)
         checks[name] = evidence_of(study, name, number, labels, each)
     rng = np.random.default_rng(study.seed)
     first = checks[settings[0]]

@@ -47,7 +47,7 @@ def evidence_of(study: Study, number: int, label: str, options: Mapping[str, str
     """The finished check of the cases of one label."""
     return check_blind(
         study.out / "work" / label,
-        1 if study.quick else max(1, round(study.share * EACH)),
+        study.part_of(EACH),
         REPORT_SEEDS.start + 700 + 20 * study.seed + number,
         "easy",
         labels=[[label]],

@@ -52,6 +52,10 @@ class Study:
     report: Report | None = None
     results_written: bool = False
 
+    def part_of(self, cases: int) -> int:
+        """How many of so many cases --share asks for, at least one; one where quick."""
+        return 1 if self.quick else max(1, round(self.share * cases))
+
     def executor(self) -> Executor:
         """Where the replicates of the study run."""
         return make_executor(self.jobs, self.scheduler)

@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
-from bayes_hw.gap.explanation import Explanation, with_coloured_noise
+from bayes_hw.gap.explanation import Explanation, best_of_each, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -352,28 +352,23 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
 
 def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
     """The best explanation, and where it is of two effects the best of each alone that comes close."""
-    ranked = sorted(found, key=_worst_first)
-    best = ranked[0]
-    close = [e for e in ranked if e.log_evidence > best.log_evidence - CLOSE_PART]
-    parts = [next((e for e in close if e.labels == (label,)), None) for label in best.labels]
+    best = min(found, key=_worst_first)
+    close = (e for e in found if e.log_evidence > best.log_evidence - CLOSE_PART)
+    by_labels = best_of_each(close, lambda e: e.labels)
+    parts = [by_labels.get((label,)) for label in best.labels]
     return [best, *(e for e in parts if e is not None and e is not best)]
 
 
 def _leaders(singles: Sequence[Explanation]) -> list[Explanation]:
     """The best of every label, best first."""
-    best: dict[tuple[str, ...], Explanation] = {}
-    for e in sorted(singles, key=_worst_first):
-        best.setdefault(e.labels, e)
-    return list(best.values())
+    return list(best_of_each(singles, lambda e: e.labels).values())
 
 
 def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[Explanation]:
     """The best single response of every name that was found after `first`, best first."""
-    best: dict[str, Explanation] = {}
-    for e in sorted(found, key=_worst_first):
-        if e.stochastic is None and len(e.labels) == 1 and e.name not in {known.name for known in first}:
-            best.setdefault(e.name, e)
-    return list(best.values())
+    known = {e.name for e in first}
+    later = (e for e in found if e.stochastic is None and len(e.labels) == 1 and e.name not in known)
+    return list(best_of_each(later, lambda e: e.name).values())
 
 
 def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:

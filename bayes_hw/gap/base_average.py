@@ -40,8 +40,8 @@ def averaged_base(
     """Draws (draws, base parameters + 1) of the base parameters and, last, the encoder's noise.
 
     `chosen` (n, base parameters + 1) are posterior draws within the decision's explanation, if any were made;
-    of other explanations their normal approximations are drawn. The encoder's
-    noise is known as `nominal_sigma` with a standard deviation of its logarithm of `nominal_log_sd`.
+    of other explanations their normal approximations are drawn. The encoder's noise is known as
+    `nominal_sigma` with a standard deviation of its logarithm of `nominal_log_sd`.
     """
     best = best_of_sets(attribution)
     best[decision.explanation.labels] = decision.explanation

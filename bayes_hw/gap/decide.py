@@ -16,7 +16,7 @@ from importlib.resources import files
 import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.explanation import Explanation, best_of_each
 from bayes_hw.gap.leftover import Leftover
 
 NONE, OTHER = "none", "other"
@@ -83,12 +83,7 @@ class Decision:
 
 def best_of_sets(attribution: Attribution) -> dict[tuple[str, ...], Explanation]:
     """The best explanation of every set of labels."""
-    best: dict[tuple[str, ...], Explanation] = {}
-    for explanation in attribution.explanations:
-        known = best.get(explanation.labels)
-        if known is None or explanation.log_evidence > known.log_evidence:
-            best[explanation.labels] = explanation
-    return best
+    return best_of_each(attribution.explanations, lambda e: e.labels)
 
 
 def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.stochastic import Display, StochasticFit, autoregression
 
 NOISE_ROUNDS = 2
+
+Kind = TypeVar("Kind", bound=Hashable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,16 @@ class Explanation:
     def innovations(self) -> list[FloatArray]:
         """Whitened residuals of every record: white and of unit variance where the explanation holds."""
         return [self.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(self.fit.residuals)]
+
+
+def best_of_each(
+    explanations: Iterable[Explanation], key: Callable[[Explanation], Kind]
+) -> dict[Kind, Explanation]:
+    """The explanation of most evidence for every value of `key`, best first."""
+    best: dict[Kind, Explanation] = {}
+    for explanation in sorted(explanations, key=lambda e: -e.log_evidence):
+        best.setdefault(key(explanation), explanation)
+    return best
 
 
 def with_coloured_noise(start: Fit, measured: Sequence[FloatArray], iterations: int = 12) -> Explanation:

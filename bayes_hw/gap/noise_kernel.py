@@ -107,11 +107,10 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     row, spread = np.zeros(n), np.zeros(n)
     columnwise = np.ascontiguousarray(transition.T)
     for k in range(samples):
-        if k > 0 and seen[k] != seen[k - 1]:
+        changed = k == 0 or seen[k] != seen[k - 1]
+        if doubt[k] > 0 or (k > 0 and (changed or doubt[k - 1] > 0)):
             settled, limit = False, SETTLED_AGAIN
-        if doubt[k] > 0 or (k > 0 and doubt[k - 1] > 0):
-            settled, limit = False, SETTLED_AGAIN
-        if k == 0 or seen[k] != seen[k - 1]:
+        if changed:
             for i in range(n - 1):
                 shown[i] = output[i] if seen[k] else 0.0
         if not settled:

@@ -28,6 +28,11 @@ class View(NamedTuple):
     seen: BoolArray
     doubt: FloatArray
 
+    @classmethod
+    def everywhere(cls, samples: int) -> View:
+        """Of a disturbance that always shows."""
+        return cls(np.ones(samples, dtype=np.bool_), np.zeros(samples))
+
 
 @dataclass(frozen=True)
 class StateNoise:
@@ -55,8 +60,7 @@ class StateNoise:
 
     def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray]:
         white, expected = np.empty(columns.shape), np.empty(columns.shape)
-        everywhere = View(np.ones(len(columns), dtype=np.bool_), np.zeros(len(columns)))
-        view = everywhere if self.views is None else self.views[record]
+        view = View.everywhere(len(columns)) if self.views is None else self.views[record]
         log_determinant = state_filter(
             np.ascontiguousarray(columns),
             self.transition,
