@@ -86,7 +86,8 @@ class LogPosterior:
         delay = self.axis.model.linear.delay_samples
         total = np.zeros(values.shape[1])
         for number, record in enumerate(self.records):
-            form = self.axis.modal_form(values[:n_axis], number)
+            if number == 0 or self.axis.start_positions is not None:
+                form = self.axis.modal_form(values[:n_axis], number)
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
             if self.student_t:
                 degrees = values[-1]

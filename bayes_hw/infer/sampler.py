@@ -22,6 +22,8 @@ from bayes_hw.progress import Progress
 MIN_STEPS = 50
 LOOK_AGAIN = 0.5
 """Convergence is looked at again when the chain has grown by this share."""
+DRAWS_COUNT_AT_MOST = 2.0
+"""Effective samples that a draw can count for: one, but for the error of the estimate."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,9 @@ def sample(
         with progress.task("sampling", settings.max_steps) as task:
             while True:
                 steps = len(blocks) * settings.block
-                if steps >= settings.max_steps or _is_look(steps, settings.block):
+                draws = steps * settings.ensembles * settings.walkers_for(len(mode))
+                within_reach = DRAWS_COUNT_AT_MOST * draws >= settings.target_ess
+                if steps >= settings.max_steps or (within_reach and _is_look(steps, settings.block)):
                     chain, acceptance = _joined(blocks)
                     convergence = assess(chain, names, acceptance)
                     smallest = min(convergence.ess_bulk.min(), convergence.ess_tail.min())

@@ -10,8 +10,8 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
     y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
     e(k)     = y_measured(k) - y(k)
 
-A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, two
-real poles or two pole pairs after the other with coefficients and states in registers; each block is reduced
+A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, four
+real poles or two pole pairs at once with coefficients and states in registers; each block is reduced
 at once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated
 signals. The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where
 v or w of the block stand, with its state kept between blocks as those of the modes are.
@@ -42,6 +42,8 @@ from bayes_hw.model.modal import ModalForm
 
 BLOCK = 64
 """Samples of a block: its three signals fit the first-level cache beside the coefficients."""
+GAP = 16
+"""Rows between two signals: half a page, so that no load waits for a store whose address ends alike."""
 
 LOWER, UPPER, C1, HALF_WIDTH, C2, C3, DIRECT = range(7)
 POLE, RESIDUE = range(2)
@@ -130,6 +132,14 @@ def _filled_up(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _three_signals(order):  # type: ignore[no-untyped-def]
+    """Blocks of v, w and a third signal, this one with `order` rows before it, apart by GAP rows."""
+    rows = aligned_rows(3 * BLOCK + 2 * GAP + order)
+    second, third = BLOCK + GAP, 2 * (BLOCK + GAP)
+    return rows[:BLOCK], rows[second : second + BLOCK], rows[third:]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[no-untyped-def]
     """Advance one group from sample `start` to `stop`, filling rows of the blocks v and w."""
     count = stop - start
@@ -140,18 +150,25 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
         command = minimum(maximum(c1 * broadcast(u[start + row]), lower), upper)
         store(v, row, command)
         store(w, row, direct * command)
-    for i in range(0, n_real - 1, 2):
-        p, r = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
-        q, t = load(real, POLE * n_real + i + 1), load(real, RESIDUE * n_real + i + 1)
-        first, second = load(x, i), load(x, i + 1)
+    fours = n_real - n_real % 4
+    for i in range(0, fours, 4):
+        p0, r0 = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
+        p1, r1 = load(real, POLE * n_real + i + 1), load(real, RESIDUE * n_real + i + 1)
+        p2, r2 = load(real, POLE * n_real + i + 2), load(real, RESIDUE * n_real + i + 2)
+        p3, r3 = load(real, POLE * n_real + i + 3), load(real, RESIDUE * n_real + i + 3)
+        x0, x1, x2, x3 = load(x, i), load(x, i + 1), load(x, i + 2), load(x, i + 3)
         for row in range(count):
             command = load(v, row)
-            store(w, row, load(w, row) + r * first + t * second)
-            first = command + p * first
-            second = command + q * second
-        store(x, i, first)
-        store(x, i + 1, second)
-    for i in range(n_real - n_real % 2, n_real):
+            store(w, row, (load(w, row) + r0 * x0 + r1 * x1) + (r2 * x2 + r3 * x3))
+            x0 = command + p0 * x0
+            x1 = command + p1 * x1
+            x2 = command + p2 * x2
+            x3 = command + p3 * x3
+        store(x, i, x0)
+        store(x, i + 1, x1)
+        store(x, i + 2, x2)
+        store(x, i + 3, x3)
+    for i in range(fours, n_real):
         p, r = load(real, POLE * n_real + i), load(real, RESIDUE * n_real + i)
         state = load(x, i)
         for row in range(count):
@@ -196,7 +213,7 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
     x, s, total = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(3 * order + 1)
-    v, w, e = aligned_rows(BLOCK), aligned_rows(BLOCK), aligned_rows(order + BLOCK)
+    v, w, e = _three_signals(order)
     new = e[order:]
     zero = broadcast(0.0)
     for group in range(groups):
@@ -221,10 +238,13 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
                 squares = squares + residual * residual
             store(total, 0, squares)
             for lag in range(1, order + 1):
-                products = load(total, lag)
-                for row in range(order, order + count):
-                    products = products + load(e, row) * load(e, row - lag)
-                store(total, lag, products)
+                even, odd = load(total, lag), zero
+                for row in range(order, order + count - 1, 2):
+                    even = even + load(e, row) * load(e, row - lag)
+                    odd = odd + load(e, row + 1) * load(e, row + 1 - lag)
+                if count % 2:
+                    even = even + load(e, order + count - 1) * load(e, order + count - 1 - lag)
+                store(total, lag, even + odd)
             for k in range(start, min(stop, order)):
                 store(total, order + 1 + k, load(new, k - start))
             for row in range(order):
@@ -241,7 +261,7 @@ def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # 
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
     x, s = aligned_rows(n_real), aligned_rows(2 * n_pairs)
-    v, w, y = aligned_rows(BLOCK), aligned_rows(BLOCK), aligned_rows(BLOCK)
+    v, w, y = _three_signals(0)
     zero = broadcast(0.0)
     for group in range(groups):
         gather(static, group, one_static)
