@@ -28,6 +28,7 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
+from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.repeats import repeats
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
@@ -111,7 +112,16 @@ def diagnose(
         final = attribution.base if decision.answer == (OTHER,) else decision.explanation
         progress.say("how far")
         return _finished(
-            case, attribution, decision, final, inputs, scores, calibration.sigma_log_sd, rng, begin
+            case,
+            attribution,
+            decision,
+            final,
+            inputs,
+            scores,
+            calibration.sigma_log_sd,
+            rng,
+            begin,
+            Each(jobs),
         )
 
 
@@ -152,11 +162,12 @@ def _finished(
     noise_log_sd: float,
     rng: np.random.Generator,
     begin: float,
+    each: Each,
 ) -> Diagnosis:
     hypothesis = final.fit.hypothesis
     same = [e for e in attribution.explanations if e.name == final.name and e is not final]
     rivals = [e.fit.coordinates for e in same[:RIVAL_FITS]]
-    posterior = posterior_draws(final, rng, SECONDS_FOR_DRAWS, rivals)
+    posterior = posterior_draws(final, rng, SECONDS_FOR_DRAWS, rivals, each)
     draws = posterior.values
     sigma = final.encoder_sigma
     correlation = _first_autocorrelation(final)

@@ -15,6 +15,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.display_likelihood import DisplayDensity, display_likelihood
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.parallel import Each
 from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
 from bayes_hw.infer.moves import IndependenceMove
 from bayes_hw.infer.pilot import acceptance_from_weights
@@ -67,11 +68,23 @@ class PosteriorDensity:
         return np.where(np.isfinite(totals), totals, -np.inf)
 
 
+@dataclass(frozen=True)
+class _Shared:
+    """A density whose points are shared among threads."""
+
+    density: Density
+    each: Each
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        return np.concatenate(self.each(self.density, np.array_split(points, self.each.jobs)))
+
+
 def posterior_draws(
     explanation: Explanation,
     rng: np.random.Generator,
     seconds: float,
     rivals: Sequence[FloatArray] = (),
+    each: Each | None = None,
 ) -> Draws:
     """Draws of the posterior of an explanation.
 
@@ -81,8 +94,9 @@ def posterior_draws(
     evolution. A chaotic response has no smooth likelihood: its draws are those of a normal distribution about
     the best fit that is as wide as the other fits of the same effects, at coordinates `rivals`, lie apart.
     A simulator so slow that this takes more than `seconds` gives the resampled draws alone; within
-    them the same seed gives the same draws.
+    them the same seed gives the same draws. `each` shares the simulations of a step among its threads.
     """
+    each = each or Each()
     best = explanation.fit
     to_values = best.hypothesis.to_values
     likelihood = display_likelihood(explanation)
@@ -93,10 +107,11 @@ def posterior_draws(
             covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))
             coordinates = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)
             return Draws(coordinates, to_values(coordinates))
-        coordinates = _sampled(PosteriorDensity(explanation), best.coordinates, covariance, rng, seconds)
+        posterior = _Shared(PosteriorDensity(explanation), each)
+        coordinates = _sampled(posterior, best.coordinates, covariance, rng, seconds)
         return Draws(coordinates, to_values(coordinates))
     density = DisplayDensity(explanation, likelihood)
-    points = _sampled(density, *density.mode(), rng, seconds)
+    points = _sampled(_Shared(density, each), *density.mode(), rng, seconds)
     coordinates = density.coordinates(points)
     response, noise = coordinates[:, : density.count], coordinates[:, density.count :]
     return Draws(response, to_values(response), likelihood.sigma(noise))
