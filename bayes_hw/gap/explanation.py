@@ -15,6 +15,9 @@ from bayes_hw.gap.stochastic import Display, StochasticFit, autoregression
 
 NOISE_ROUNDS = 2
 
+LIKE_CHAOS = ("wind", "sensor_drift")
+"""Stochastic effects by which the noise beside a chaotic effect stands for motion that cannot be followed."""
+
 Kind = TypeVar("Kind", bound=Hashable)
 
 
@@ -30,18 +33,28 @@ class Explanation:
     def labels(self) -> tuple[str, ...]:
         """Labels of the effects, sorted, none twice."""
         found = set(self.fit.hypothesis.labels)
-        if self.stochastic is not None:
-            found.add(self.stochastic.label)
+        if self.cause_of_noise is not None:
+            found.add(self.cause_of_noise.label)
         return tuple(sorted(found))
 
     @property
     def name(self) -> str:
         """Labels with their forms."""
         names = [effect.name for effect in self.fit.hypothesis.effects]
-        if self.stochastic is not None:
-            form = f" ({self.stochastic.form})" if self.stochastic.form else ""
-            names.append(self.stochastic.label + form)
+        cause = self.cause_of_noise
+        if cause is not None:
+            names.append(cause.label + (f" ({cause.form})" if cause.form else ""))
         return " + ".join(names) or "base"
+
+    @property
+    def cause_of_noise(self) -> StochasticFit | None:
+        """The stochastic effect, unless its noise is `lost_motion`."""
+        return None if self.lost_motion else self.stochastic
+
+    @property
+    def lost_motion(self) -> bool:
+        """Whether slow noise stands for motion of a chaotic effect that no simulation can follow."""
+        return self.chaotic and self.stochastic is not None and self.stochastic.label in LIKE_CHAOS
 
     @property
     def encoder_sigma(self) -> float:

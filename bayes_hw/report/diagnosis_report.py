@@ -101,7 +101,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
         return Badge("nothing to close", "good", "the error held out is the noise, as far as can be told")
     if verdict.answer == OTHER:
         return Badge("nothing closed", "bad", "the model stays as it was")
-    if diagnosis.decision.explanation.stochastic is not None and gap.closed < HALF:
+    if diagnosis.decision.explanation.cause_of_noise is not None and gap.closed < HALF:
         return Badge("not to be tracked", "warn", "the effect is random; the band is what improves")
     state = "good" if low >= MOST else "warn" if gap.closed >= HALF else "bad"
     return Badge(

@@ -80,12 +80,12 @@ def where_section(diagnosis: Diagnosis) -> Section:
             name,
         ),
     ]
-    if explanation.stochastic is not None:
+    if explanation.cause_of_noise is not None:
         blocks.append(
             Callout(
                 "info",
                 "Before and after look alike",
-                f"{explanation.stochastic.label} is stochastic: it changes what is expected of the "
+                f"{explanation.cause_of_noise.label} is stochastic: it changes what is expected of the "
                 "residuals, and leaves the residuals themselves.",
             )
         )
@@ -230,14 +230,14 @@ def _unclosed(diagnosis: Diagnosis) -> list[Block]:
                 "No entry of the catalogue explains the gap, so before and after are the same model.",
             )
         ]
-    if explanation.stochastic is None:
+    if explanation.cause_of_noise is None:
         return []
     gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
     return [
         Callout(
             "info",
             "No simulator can track a stochastic effect",
-            f"{explanation.stochastic.label} is random: its course on another record is not known "
+            f"{explanation.cause_of_noise.label} is random: its course on another record is not known "
             "beforehand. What is gained is a better description of the error, and with it of the band: "
             f"log-evidence {format_number(gain)} over the re-estimated model with coloured noise.",
         )

@@ -23,7 +23,14 @@ def explanation(labels: tuple[str, ...], at: tuple[float, float], log_evidence: 
         hypothesis=SimpleNamespace(base_count=2, to_values=lambda coordinates: coordinates),
         residuals=[np.zeros(1000)],
     )
-    return SimpleNamespace(labels=labels, fit=fit, log_evidence=log_evidence, encoder_sigma=NOISE)
+    return SimpleNamespace(
+        labels=labels,
+        fit=fit,
+        log_evidence=log_evidence,
+        encoder_sigma=NOISE,
+        chaotic=False,
+        lost_motion=False,
+    )
 
 
 BASE = explanation((), (0.0, 0.0), 0.0)

@@ -15,6 +15,7 @@ from bayes_hw.gap.decide import (
     choose,
     decide,
     expected_left,
+    is_far_ahead,
     probability_of_other,
     score,
 )
@@ -37,6 +38,7 @@ class Stub:
     encoder_sigma: float = 1.0
     stochastic: Any = None
     chaotic: bool = False
+    lost_motion: bool = False
 
     @property
     def fit(self) -> Any:
@@ -72,6 +74,29 @@ def test_the_best_form_stands_for_its_label() -> None:
     assert {key: value.log_evidence for key, value in best.items()} == {
         (): 0, ("friction",): 30, ("wind",): 5,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(("evidence", "counted"), [(350.0, 350.0), (345.0, 300.0)])
+def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
+    evidence: float, counted: float
+) -> None:
+    lost = Stub(("backlash",), evidence, chaotic=True, lost_motion=True)
+    stubs = [Stub((), 0), Stub(("backlash",), 300, chaotic=True), lost, Stub(("friction",), 199)]
+    best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
+    assert best["backlash",].log_evidence == counted
+    assert is_far_ahead(stubs) == (counted == evidence)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("chaotic", "far_ahead", "answer"), [
+    (True, True, ("backlash",)), (True, False, ("other",)), (False, True, ("other",)),
+])  # fmt: skip
+def test_what_chaos_far_ahead_leaves_is_no_other_cause(
+    chaotic: bool, far_ahead: bool, answer: tuple[str, ...]
+) -> None:
+    best, left = Stub(("backlash",), 300, chaotic=chaotic), [Leftover("step", 1000.0, 3.0)]
+    scores = {(): 0.0, ("backlash",): 300.0}
+    decision = decide(best, scores, left, 0.0, LABELS, CONSTANTS, far_ahead)  # type: ignore[arg-type]
+    assert decision.answer == answer
 
 
 @pytest.mark.parametrize(("gain", "answer"), [(9.0, ()), (11.0, ("friction",))])
