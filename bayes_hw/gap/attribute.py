@@ -138,7 +138,7 @@ class Attributor:
                 more += self._restarts.near(leader)
             found += more
             coloured += more
-        if structure and self._unfinished(found):
+        if structure and (self._unfinished(found) or _may_hide_a_cause(found)):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
             pairs = self.pair_fits(firsts[:FIRST_EFFECTS], singles, PARTNERS_TRIED, (0, JOINT_STARTS))
@@ -360,6 +360,13 @@ def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
     by_labels = best_of_each(close, lambda e: e.labels)
     parts = [by_labels.get((label,)) for label in best.labels]
     return [best, *(e for e in parts if e is not None and e is not best)]
+
+
+def _may_hide_a_cause(found: Sequence[Explanation]) -> bool:
+    """Whether the best explanation is an effect beside slow noise, which takes up any second slow effect."""
+    best = min(found, key=_worst_first)
+    slow = best.cause_of_noise is not None and best.cause_of_noise.size is not None
+    return slow and bool(best.fit.hypothesis.effects)
 
 
 def _leaders(singles: Sequence[Explanation]) -> list[Explanation]:
