@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
-from bayes_hw.gap.explanation import Explanation, best_of_each, with_coloured_noise
+from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -138,7 +138,8 @@ class Attributor:
                 more += self._restarts.near(leader)
             found += more
             coloured += more
-        if structure and (self._unfinished(found) or _may_hide_a_cause(found)):
+        predictable = structure and not is_far_ahead(found)
+        if predictable and (self._unfinished(found) or _may_hide_a_cause(found)):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
             pairs = self.pair_fits(firsts[:FIRST_EFFECTS], singles, PARTNERS_TRIED, (0, JOINT_STARTS))

@@ -16,14 +16,10 @@ from importlib.resources import files
 import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.explanation import Explanation, best_of_each
+from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.leftover import Leftover
 
 NONE, OTHER = "none", "other"
-
-CHAOS_MARGIN = 150.0
-"""Log-evidence by which chaotic motion must be ahead of all that can be predicted before what it leaves is
-laid to its being chaotic. On 431 simulated cases it was that far ahead in 20, all of them backlash."""
 
 
 @dataclass(frozen=True)
@@ -90,15 +86,6 @@ def best_of_sets(attribution: Attribution) -> dict[tuple[str, ...], Explanation]
     ahead = is_far_ahead(attribution.explanations)
     counted = (e for e in attribution.explanations if ahead or not e.lost_motion)
     return best_of_each(counted, lambda e: e.labels)
-
-
-def is_far_ahead(explanations: Sequence[Explanation]) -> bool:
-    """Whether a chaotic effect is ahead of every explanation without one by CHAOS_MARGIN."""
-    evidence = {
-        chaotic: max((e.log_evidence for e in explanations if e.chaotic == chaotic), default=-np.inf)
-        for chaotic in (True, False)
-    }
-    return evidence[True] > evidence[False] + CHAOS_MARGIN
 
 
 def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:

@@ -25,14 +25,13 @@ from bayes_hw.gap.decide import (
     choose,
     decide,
     expected_left,
-    is_far_ahead,
 )
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate

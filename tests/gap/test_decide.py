@@ -15,10 +15,10 @@ from bayes_hw.gap.decide import (
     choose,
     decide,
     expected_left,
-    is_far_ahead,
     probability_of_other,
     score,
 )
+from bayes_hw.gap.explanation import is_far_ahead
 from bayes_hw.gap.leftover import Leftover
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
