@@ -49,3 +49,12 @@ def test_rounding_is_held_against_the_response_beside_it() -> None:
     best = max(rounded, key=lambda e: e.log_evidence)
     assert best.labels == ("encoder_quantization", "transport_delay")
     assert abs(best.fit.values[-1] - 1.6) < 0.1
+
+
+def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
+    """An offset of the drive beside a delay: a wandering encoder would take it up, and leave nothing."""
+    both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(CommandBias())
+    measured = noisy(both.simulate(np.concatenate([BASE.builder.axis.nominal, (1.6, 8e-4)])))
+    found = attribution(measured, frozenset({"sensor_drift"}))
+    assert found.best.labels == ("command_bias", "transport_delay")
+    assert any(e.labels == ("sensor_drift", "transport_delay") for e in found.explanations)

@@ -1,13 +1,16 @@
-"""An explanation whose fit has run away explains nothing."""
+"""Explanations: one whose fit has run away explains nothing; noise beside chaotic motion is no cause."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from drive_axis import SIGMA, white
-from fitted import SAMPLES, with_residuals
+from fitted import SAMPLES, base, with_residuals
 
+from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
+from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
 
@@ -20,3 +23,25 @@ def test_a_fit_that_ran_away_has_no_evidence() -> None:
     assert np.isfinite(with_stochastic(found, fit).log_evidence)
     lost = replace(fit, coordinates=np.full_like(fit.coordinates, np.nan))
     assert with_stochastic(found, lost).log_evidence == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("effect", "label", "lost", "labels"),
+    [
+        (DynamicBacklash(), "wind", True, ("backlash",)),
+        (DynamicBacklash(), "sensor_drift", True, ("backlash",)),
+        (DynamicBacklash(), "outliers", False, ("backlash", "outliers")),
+        (KinematicBacklash(), "wind", False, ("backlash", "wind")),
+    ],
+)
+def test_slow_noise_beside_chaotic_motion_is_motion_that_was_lost(
+    effect: Effect, label: str, lost: bool, labels: tuple[str, ...]
+) -> None:
+    fit = with_residuals([white(SAMPLES, SIGMA, 0), white(SAMPLES, SIGMA, 1)])
+    noise = autoregression(fit)
+    found = StochasticFit(label, "", noise, noise.log_likelihood, {})
+    moved = replace(fit, hypothesis=base().with_effect(effect), coordinates=np.append(fit.coordinates, 0.0))
+    explanation = replace(with_stochastic(found, fit), fit=moved)
+    assert explanation.lost_motion == lost
+    assert explanation.labels == labels
+    assert (explanation.cause_of_noise is None) == lost
