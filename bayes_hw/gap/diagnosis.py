@@ -307,12 +307,23 @@ def _notes(case: Case | SimulatorCase, attribution: Attribution, decision: Decis
             f"{case.model.units.output} rms does not repeat, of an error of {attribution.base.fit.rmse:.3g} "
             "of the simulator"
         )
+    if decision.explanation.lost_motion and decision.answer != (OTHER,):
+        notes.append(_of_lost_motion(decision.explanation, case.model.units.output))
     if decision.answer == (OTHER,):
         notes.append(
             "no model here holds: base parameters are given about the best explanation that failed, as far "
             "off as those lie apart"
         )
     return notes
+
+
+def _of_lost_motion(explanation: Explanation, unit: str) -> str:
+    label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.chaotic)
+    lost = np.sqrt(max(explanation.fit.rmse**2 - explanation.encoder_sigma**2, 0.0))
+    return (
+        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be followed, which no "
+        "better numbers would remove; structure in what is left is laid to that"
+    )
 
 
 def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> Diagnosis:
