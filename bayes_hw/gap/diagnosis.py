@@ -321,8 +321,8 @@ def _of_lost_motion(explanation: Explanation, unit: str) -> str:
     label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.chaotic)
     lost = np.sqrt(max(explanation.fit.rmse**2 - explanation.encoder_sigma**2, 0.0))
     return (
-        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be followed, which no "
-        "better numbers would remove; structure in what is left is laid to that"
+        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be followed, "
+        "which no better numbers would remove; structure in what is left is laid to that"
     )
 
 
