@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import combinations
 
 import numpy as np
 
@@ -19,26 +18,19 @@ from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead, wi
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
 from bayes_hw.gap.leftover import leaves_structure
+from bayes_hw.gap.pair_search import PairSearch
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
 from bayes_hw.gap.restarts import Restarts, drawn_about, nearest
-from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct, most_promising
+from bayes_hw.gap.screen import Candidate, Screen, distinct, most_promising
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
 BASE_DRAWS = 80
 BASE_STARTS = 4
 SINGLES_KEPT = 6
-PARTNERS_TRIED = 4
-LABELS_BESIDE = 7
-FIRST_EFFECTS = 2
-PAIRS_KEPT = 5
-JOINT_EFFECTS = 12
-JOINT_STARTS = 6
-PAIRS_PRUNED = 2
-FIRST_ITERATIONS = 4
-MORE_ITERATIONS = 10
 TRIED_FROM_NOMINAL = 14
 TRIED_FROM_BASE = 2
 TRIED_WHERE_NOTHING_IS_LEFT = 3
@@ -66,11 +58,6 @@ LEADERS = 2
 CLOSE_PART = 200.0
 """Log-evidence by which one effect alone may fall short of two and yet be fitted again: a second effect may
 only make up for a fit that stopped half way."""
-
-FURTHER_FIRST_EFFECTS = 5
-FURTHER_PARTNERS = 6
-FURTHER_JOINT_STARTS = 18
-"""Of the second search for pairs, where the first left structure."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +116,10 @@ class Attributor:
         if structure and self._unfinished(found):
             self.tell("short periods and other starts")
             short = self._short_periods(bases[0])
-            singles = _best_of_each([*singles, *short])
+            singles = cheapest_of_each([*singles, *short])
             more = [with_coloured_noise(f, self.measured) for f in short[:FURTHER_KEPT]]
             leading = [e.fit for e in sorted([*coloured, *more], key=_worst_first)][:RESTARTED]
-            again = _best_of_each(self._restarts.elsewhere(leading))
+            again = cheapest_of_each(self._restarts.elsewhere(leading))
             more += self.each(lambda f: with_coloured_noise(f, self.measured), again)
             for leader in _leaders([*coloured, *more])[:LEADERS]:
                 more += self._restarts.near(leader)
@@ -142,18 +129,14 @@ class Attributor:
         if predictable and (self._unfinished(found) or _may_hide_a_cause(found)):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
-            pairs = self.pair_fits(firsts[:FIRST_EFFECTS], singles, PARTNERS_TRIED, (0, JOINT_STARTS))
-            found += self._under_noise(found)
-            found += self._paired(pairs)
+            found += self._under_noise(found) + self._pairs.first(firsts, singles)
             if self._unfinished(found):
                 self.tell("further pairs of effects")
-                further = firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]
-                joint = (JOINT_STARTS, FURTHER_JOINT_STARTS)
-                found += self._paired(self.pair_fits(further, singles, FURTHER_PARTNERS, joint, False))
+                found += self._pairs.further(firsts, singles)
             if self._unfinished(found):
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
-                found += richer + self.each(self._without_one, self._parts(best))
+                found += richer + self._pairs.parts(best)
         found += self._without_noise(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
@@ -179,6 +162,14 @@ class Attributor:
     def _restarts(self) -> Restarts:
         return Restarts(self.base, self.measured, self.plain, self.stochastic, self.each, self.seed)
 
+    @property
+    def _joint(self) -> JointFits:
+        return JointFits(self.measured, self.plain, self.each)
+
+    @property
+    def _pairs(self) -> PairSearch:
+        return PairSearch(self.base, self._at_nominal, self.effects, self._joint)
+
     def _short_periods(self, base: Fit) -> list[Fit]:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
         starts: list[tuple[Fit, list[Candidate]]] = []
@@ -186,12 +177,7 @@ class Attributor:
         for screen in (self._at_nominal, Screen(base, self.plain.widened(base.rmse))):
             scanned = self.each(partial(screen.candidates, finely=True), periodic)
             starts += [(screen.base, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
-        return self._in_two_rounds(starts, FURTHER_KEPT)
-
-    def _paired(self, pairs: Sequence[Fit]) -> list[Explanation]:
-        paired = self.each(lambda f: with_coloured_noise(f, self.measured), pairs[:PAIRS_KEPT])
-        best = sorted(paired, key=_worst_first)[:PAIRS_PRUNED]
-        return paired + self.each(self._without_one, self._parts(best))
+        return self._joint.in_two_rounds(starts, FURTHER_KEPT)
 
     def _under_noise(self, found: Sequence[Explanation]) -> list[Explanation]:
         """Effects fitted under the best stochastic effects, which may hide them."""
@@ -235,71 +221,7 @@ class Attributor:
             ranked = sorted((c for c in self.each(screen.candidates, self.effects) if c), key=most_promising)
             for forms in ranked[:tried]:
                 starts += [(origin, [candidate]) for candidate in distinct(forms)]
-        return self._in_two_rounds(starts, SINGLES_FINISHED)
-
-    def _in_two_rounds(self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int) -> list[Fit]:
-        """A few iterations of every joint fit, then more of the best `finished`; best first."""
-        begun = self.each(lambda pair: self._begun(*pair), starts)
-        first = sorted(begun, key=lambda f: f.cost)
-        done = self.each(
-            lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, MORE_ITERATIONS),
-            first[:finished],
-        )
-        return _best_of_each([*done, *first[finished:]])
-
-    def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
-        hypothesis, values = host.hypothesis, host.values
-        for candidate in candidates:
-            hypothesis = hypothesis.with_effect(candidate.effect)
-            values = np.concatenate([values, candidate.values])
-        start = hypothesis.to_coordinates(values)
-        return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
-
-    def pair_fits(
-        self,
-        firsts: Sequence[Fit],
-        singles: Sequence[Fit],
-        partners: int,
-        joint: tuple[int, int],
-        afresh: bool = True,
-    ) -> list[Fit]:
-        """Joint plain fits of two effects: `partners` beside each of `firsts`, and from the nominal modes.
-
-        From the nominal modes those pairs start whose responses promise most together: the second effect of a
-        greedy choice is lost where the first has bent the base model to stand for both. With `afresh`, all
-        effects are screened there too for what they promise beside each of `firsts`.
-        """
-        starts: list[tuple[Fit, list[Candidate]]] = []
-        origin = self._at_nominal
-        own = [(f, candidate_of(f)) for f in singles[:JOINT_EFFECTS]]
-        responses = self.each(lambda one: origin.response(one[1]), own)
-        promised = []
-        for i, j in combinations(range(len(own)), 2):
-            if own[i][1].effect.label != own[j][1].effect.label:
-                both = np.stack([responses[i], responses[j]], axis=1)
-                promised.append((origin.reduction(both), [own[i][1], own[j][1]]))
-        promised.sort(key=lambda pair: -pair[0])
-        starts += [(self.nominal, pair) for _, pair in promised[joint[0] : joint[1]]]
-        for first in firsts:
-            screen = Screen(first, self.plain.widened(first.rmse))
-
-            def beside(other: Fit, first: Fit = first, screen: Screen = screen) -> list[Candidate]:
-                candidate = candidate_of(other)
-                if candidate.effect.label in first.hypothesis.labels:
-                    return []
-                found = screen.tried(candidate.effect, [candidate.values])
-                if isinstance(candidate.effect, PeriodicEffect):
-                    found += screen.candidates(candidate.effect)
-                return found
-
-            starts += [(first, [c]) for c in _best_candidates(self.each(beside, singles))[:partners]]
-            if afresh:
-                own_effect = candidate_of(first)
-                bare = origin.beside(origin.response(own_effect))
-                others = [e for e in self.effects if e.label != own_effect.effect.label]
-                for candidates in best_forms(self.each(bare.candidates, others))[:LABELS_BESIDE]:
-                    starts += [(self.nominal, [own_effect, c]) for c in distinct(candidates)]
-        return self._in_two_rounds(starts, PAIRS_KEPT)
+        return self._joint.in_two_rounds(starts, SINGLES_FINISHED)
 
     def _without_noise(self, best: Explanation) -> list[Explanation]:
         """The response of `best` without its noise, which can have led the fit to where it needs none."""
@@ -308,18 +230,6 @@ class Attributor:
         response = best.fit
         plain = fit(response.hypothesis, self.measured, response.coordinates, self.plain, MORE_ITERATIONS)
         return [with_coloured_noise(plain, self.measured)]
-
-    def _parts(self, pairs: Sequence[Explanation]) -> list[tuple[Fit, int]]:
-        """Every pair with the number of the effect to keep."""
-        return [(pair.fit, kept) for pair in pairs for kept in range(len(pair.fit.hypothesis.effects))]
-
-    def _without_one(self, part: tuple[Fit, int]) -> Explanation:
-        """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
-        pair, kept = part
-        hypothesis = self.base.with_effect(pair.hypothesis.effects[kept])
-        own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
-        start = np.concatenate([pair.coordinates[: self.base.base_count], own])
-        return with_coloured_noise(fit(hypothesis, self.measured, start, self.plain), self.measured)
 
     @cached_property
     def _at_nominal(self) -> Screen:
@@ -336,22 +246,6 @@ class Attributor:
             starts,
         )
         return min(fits, key=lambda f: f.cost)
-
-
-def candidate_of(single: Fit) -> Candidate:
-    """The effect of a single fit at its estimate."""
-    count = single.hypothesis.base_count
-    return Candidate(single.hypothesis.effects[-1], tuple(single.values[count:]), 0.0)
-
-
-def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
-    """The cheapest fit of every combination of effects, best first."""
-    best: dict[frozenset[str], Fit] = {}
-    for f in fits:
-        key = frozenset(effect.name for effect in f.hypothesis.effects)
-        if key not in best or f.cost < best[key].cost:
-            best[key] = f
-    return sorted(best.values(), key=lambda f: f.cost)
 
 
 def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
@@ -380,12 +274,6 @@ def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[E
     known = {e.name for e in first}
     later = (e for e in found if e.stochastic is None and len(e.labels) == 1 and e.name not in known)
     return list(best_of_each(later, lambda e: e.name).values())
-
-
-def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:
-    """The most promising candidate of every effect that has any, best first."""
-    best = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]
-    return sorted(best, key=lambda c: -c.reduction)
 
 
 def _worst_first(explanation: Explanation) -> float:

@@ -1,0 +1,120 @@
+"""Two effects at once: which pairs to fit jointly, and what each of the two explains alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.explanation import Explanation, with_coloured_noise
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.joint_fits import JointFits, candidate_of
+from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct
+
+FIRST_EFFECTS = 2
+PARTNERS_TRIED = 4
+LABELS_BESIDE = 7
+JOINT_EFFECTS = 12
+JOINT_STARTS = 6
+PAIRS_KEPT = 5
+PAIRS_PRUNED = 2
+
+FURTHER_FIRST_EFFECTS = 5
+FURTHER_PARTNERS = 6
+FURTHER_JOINT_STARTS = 18
+"""Of the second search, where the first left structure."""
+
+
+@dataclass(frozen=True)
+class PairSearch:
+    """Pairs of `effects` beside `base`, screened from `origin`, the base model with its modes as given.
+
+    Joint fits begin there too: the second effect of a greedy choice is lost where the first has bent the base
+    model to stand for both.
+    """
+
+    base: Hypothesis
+    origin: Screen
+    effects: Sequence[Effect]
+    joint: JointFits
+
+    def first(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
+        """The most promising pairs of `singles`, and the best of `firsts` with partners from all effects."""
+        starts = self._promising(singles)[:JOINT_STARTS]
+        for host in firsts[:FIRST_EFFECTS]:
+            starts += self._beside(host, singles, PARTNERS_TRIED) + self._afresh(host)
+        return self._explained(starts)
+
+    def further(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
+        """Less promising pairs, and more of `firsts` with more partners."""
+        starts = self._promising(singles)[JOINT_STARTS:FURTHER_JOINT_STARTS]
+        for host in firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]:
+            starts += self._beside(host, singles, FURTHER_PARTNERS)
+        return self._explained(starts)
+
+    def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
+        """Every effect of every pair alone."""
+        parts = [(pair.fit, kept) for pair in pairs for kept in range(len(pair.fit.hypothesis.effects))]
+        return self.joint.each(self._without_one, parts)
+
+    def _promising(self, singles: Sequence[Fit]) -> list[tuple[Fit, list[Candidate]]]:
+        """Pairs whose responses promise most together, from the nominal modes, best first."""
+        own = [candidate_of(single) for single in singles[:JOINT_EFFECTS]]
+        responses = self.joint.each(self.origin.response, own)
+        promised = []
+        for i, j in combinations(range(len(own)), 2):
+            if own[i].effect.label != own[j].effect.label:
+                both = np.stack([responses[i], responses[j]], axis=1)
+                promised.append((self.origin.reduction(both), [own[i], own[j]]))
+        promised.sort(key=lambda pair: -pair[0])
+        return [(self.origin.base, pair) for _, pair in promised]
+
+    def _beside(self, host: Fit, singles: Sequence[Fit], partners: int) -> list[tuple[Fit, list[Candidate]]]:
+        """The `partners` of most promise beside `host`, from its own estimate."""
+        screen = Screen(host, self.joint.plain.widened(host.rmse))
+
+        def beside(other: Fit) -> list[Candidate]:
+            candidate = candidate_of(other)
+            if candidate.effect.label in host.hypothesis.labels:
+                return []
+            found = screen.tried(candidate.effect, [candidate.values])
+            if isinstance(candidate.effect, PeriodicEffect):
+                found += screen.candidates(candidate.effect)
+            return found
+
+        best = _best_candidates(self.joint.each(beside, singles))[:partners]
+        return [(host, [candidate]) for candidate in best]
+
+    def _afresh(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
+        """All effects screened for what they promise beside that of `host`, from the nominal modes."""
+        own = candidate_of(host)
+        bare = self.origin.beside(self.origin.response(own))
+        others = [e for e in self.effects if e.label != own.effect.label]
+        forms = best_forms(self.joint.each(bare.candidates, others))[:LABELS_BESIDE]
+        return [(self.origin.base, [own, c]) for candidates in forms for c in distinct(candidates)]
+
+    def _explained(self, starts: Sequence[tuple[Fit, list[Candidate]]]) -> list[Explanation]:
+        """The best pairs under coloured noise, and the parts of the very best."""
+        pairs = self.joint.in_two_rounds(starts, PAIRS_KEPT)
+        paired = self.joint.each(lambda f: with_coloured_noise(f, self.joint.measured), pairs[:PAIRS_KEPT])
+        best = sorted(paired, key=lambda e: -e.log_evidence)[:PAIRS_PRUNED]
+        return paired + self.parts(best)
+
+    def _without_one(self, part: tuple[Fit, int]) -> Explanation:
+        """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
+        pair, kept = part
+        measured, plain = self.joint.measured, self.joint.plain
+        hypothesis = self.base.with_effect(pair.hypothesis.effects[kept])
+        own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
+        start = np.concatenate([pair.coordinates[: self.base.base_count], own])
+        return with_coloured_noise(fit(hypothesis, measured, start, plain), measured)
+
+
+def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:
+    """The most promising candidate of every effect that has any, best first."""
+    best = [max(candidates, key=lambda c: c.reduction) for candidates in found if candidates]
+    return sorted(best, key=lambda c: -c.reduction)

@@ -1,0 +1,66 @@
+"""Joint fits: of candidates begun far off, the right one ends at the truth and comes first."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, of_records
+
+from bayes_hw.gap.effects.input import CommandBias
+from bayes_hw.gap.effects.linear import TransportDelay
+from bayes_hw.gap.effects.sensor import GainAsymmetry
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
+from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.screen import Candidate
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(700, 1), command(700, 2)]
+BASE = hypothesis(AXIS, INPUTS)
+DELAY = 1.6
+
+
+@pytest.fixture(scope="module")
+def fits() -> tuple[JointFits, list[Fit]]:
+    """Fits to an axis with a delay, one a candidate: delays from two starts, a bias, an asymmetry."""
+    truth = np.concatenate([BASE.builder.axis.nominal, [DELAY]])
+    clean = hypothesis(AXIS, INPUTS, TransportDelay()).simulate(truth)
+    measured = [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
+    joint = JointFits(measured, Plain(SIGMA), Each(1))
+    host = of_records(measured, BASE)
+    candidates = [
+        Candidate(TransportDelay(), (0.7,), 0.0),
+        Candidate(TransportDelay(), (2.5,), 0.0),
+        Candidate(CommandBias(), (1e-4,), 0.0),
+        Candidate(GainAsymmetry(), (1.01,), 0.0),
+    ]
+    return joint, joint.in_two_rounds([(host, [candidate]) for candidate in candidates], 3)
+
+
+def test_the_effect_that_is_there_comes_first_at_its_true_size(fits: tuple[JointFits, list[Fit]]) -> None:
+    _, found = fits
+    candidate = candidate_of(found[0])
+    assert candidate.effect.label == "transport_delay"
+    assert abs(candidate.values[0] - DELAY) < 0.02
+    assert found[0].rmse < 1.02 * SIGMA < found[1].rmse
+
+
+def test_every_combination_stands_once_best_first(fits: tuple[JointFits, list[Fit]]) -> None:
+    _, found = fits
+    assert sorted(f.hypothesis.labels[0] for f in found) == [
+        "command_bias",
+        "gain_asymmetry",
+        "transport_delay",
+    ]
+    assert [f.cost for f in found] == sorted(f.cost for f in found)
+    assert cheapest_of_each([*found, *found]) == found
+
+
+def test_several_candidates_are_fitted_together(fits: tuple[JointFits, list[Fit]]) -> None:
+    joint, found = fits
+    host = of_records(list(joint.measured), BASE)
+    both = [Candidate(TransportDelay(), (1.0,), 0.0), Candidate(CommandBias(), (1e-4,), 0.0)]
+    (pair,) = joint.in_two_rounds([(host, both)], 1)
+    assert pair.hypothesis.labels == ("transport_delay", "command_bias")
+    assert pair.rmse <= found[0].rmse * 1.0001

@@ -1,0 +1,57 @@
+"""The search for two effects: both are found, each part stands for itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, of_records
+
+from bayes_hw.gap.effects.input import CommandBias
+from bayes_hw.gap.effects.linear import TransportDelay
+from bayes_hw.gap.effects.sensor import GainAsymmetry
+from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.joint_fits import JointFits
+from bayes_hw.gap.pair_search import PairSearch
+from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(700, 1), command(700, 2)]
+BASE = hypothesis(AXIS, INPUTS)
+EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry())
+TRUTH = (1.6, 8e-4)
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[PairSearch, list[Explanation]]:
+    both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(CommandBias())
+    clean = both.simulate(np.concatenate([BASE.builder.axis.nominal, TRUTH]))
+    measured = [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
+    joint = JointFits(measured, Plain(SIGMA), Each(1))
+    host = of_records(measured, BASE)
+    origin = Screen(host, joint.plain.widened(host.rmse))
+    starts = [(host, forms[:1]) for effect in EFFECTS if (forms := origin.candidates(effect))]
+    singles = joint.in_two_rounds(starts, len(starts))
+    search = PairSearch(BASE, origin, EFFECTS, joint)
+    return search, search.first(singles, singles)
+
+
+def test_both_effects_are_found_at_their_sizes(found: tuple[PairSearch, list[Explanation]]) -> None:
+    best = max(found[1], key=lambda e: e.log_evidence)
+    assert best.labels == ("command_bias", "transport_delay")
+    own = dict(zip(best.fit.hypothesis.labels, best.fit.values[BASE.base_count :], strict=True))
+    assert abs(own["transport_delay"] - TRUTH[0]) < 0.05
+    assert abs(own["command_bias"] - TRUTH[1]) < 2e-4
+
+
+def test_a_pair_is_ahead_of_its_parts(found: tuple[PairSearch, list[Explanation]]) -> None:
+    search, explanations = found
+    best = max(explanations, key=lambda e: e.log_evidence)
+    parts = search.parts([best])
+    assert {part.labels for part in parts} == {("command_bias",), ("transport_delay",)}
+    assert all(part.log_evidence < best.log_evidence - 20 for part in parts)
+
+
+def test_no_label_stands_beside_itself(found: tuple[PairSearch, list[Explanation]]) -> None:
+    assert all(len(set(e.fit.hypothesis.labels)) == len(e.fit.hypothesis.labels) for e in found[1])
