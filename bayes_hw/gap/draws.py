@@ -76,7 +76,8 @@ class _Shared:
     each: Each
 
     def __call__(self, points: FloatArray) -> FloatArray:
-        return np.concatenate(self.each(self.density, np.array_split(points, self.each.jobs)))
+        parts = np.array_split(points, min(self.each.jobs, len(points)))
+        return np.concatenate(self.each(self.density, parts))
 
 
 def posterior_draws(

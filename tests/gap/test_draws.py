@@ -11,6 +11,7 @@ from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.catalogue import TransportDelay
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.fit import fit
+from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.whitener import Plain
 
 INPUTS = [command(600, 1)]
@@ -45,3 +46,12 @@ def test_same_seed_same_draws(explanation: Explanation) -> None:
     )
     np.testing.assert_array_equal(one, two)
     assert not np.array_equal(one, other)
+
+
+def test_draws_do_not_depend_on_how_many_threads_share_them(explanation: Explanation) -> None:
+    """Not even where there are more threads than points."""
+    one, many = (
+        posterior_draws(explanation, np.random.default_rng(3), 20.0, each=Each(jobs)).coordinates
+        for jobs in (1, 40)
+    )
+    np.testing.assert_array_equal(one, many)
