@@ -140,9 +140,8 @@ class Attributor:
         found += self._without_noise(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
-        chaotic = [e for e in _with_parts(found) if e.chaotic and e.stochastic is None]
-        if chaotic:
-            found += self.stochastic.beside(base, chaotic, [])
+        for chaotic in [e for e in _with_parts(found) if e.chaotic and e.stochastic is None]:
+            found += self.stochastic.beside(chaotic, [], [])
         if self.stochastic.lattice:
             found += self.stochastic.beside(base, _later(found, hosts)[:ROUNDED_LATER], [])
         known = [e for e in found if np.isfinite(e.log_evidence) or e is base]

@@ -18,14 +18,7 @@ from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import (
-    OTHER,
-    Calibration,
-    Decision,
-    choose,
-    decide,
-    expected_left,
-)
+from bayes_hw.gap.decide import OTHER, Calibration, Decision, choose, decide, expected_left
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for

@@ -80,7 +80,7 @@ class StochasticSearch:
     def beside(
         self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]
     ) -> list[Explanation]:
-        """Every stochastic effect alone and beside the best of `coloured`, single effects.
+        """Every stochastic effect beside `base` and beside the best of `coloured`, single effects.
 
         One that helps much anywhere is held against every plain fit of `singles`, since it may hide which of
         them is right.

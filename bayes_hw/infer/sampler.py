@@ -90,12 +90,12 @@ def sample(
     if straightening is not None:
         choices.append(choices[0].straightened(straightening))
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)
+    walkers = settings.walkers_for(len(mode))
     stored = checkpoint.load() if checkpoint is not None and resume else None
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
         if stored is None:
             if checkpoint is not None:
                 checkpoint.clear()
-            walkers = settings.walkers_for(len(mode))
             plan, states = run_pilot(choices, walkers, pilot_rng, ensemble_rngs, pool, progress)
             blocks: list[Block] = []
             if checkpoint is not None:
@@ -107,7 +107,7 @@ def sample(
         with progress.task("sampling", settings.max_steps) as task:
             while True:
                 steps = len(blocks) * settings.block
-                draws = steps * settings.ensembles * settings.walkers_for(len(mode))
+                draws = steps * settings.ensembles * walkers
                 within_reach = DRAWS_COUNT_AT_MOST * draws >= settings.target_ess
                 if steps >= settings.max_steps or (within_reach and _is_look(steps, settings.block)):
                     chain, acceptance = _joined(blocks)
@@ -120,6 +120,8 @@ def sample(
                     enough = convergence.converged and smallest >= settings.target_ess
                     if enough or steps >= settings.max_steps:
                         break
+                elif not within_reach:
+                    task.reach(steps)
                 block, states = _block(chosen.densities, mapping, states, moves, settings.block, pool)
                 blocks.append(block)
                 if checkpoint is not None:

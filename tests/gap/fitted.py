@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from drive_axis import SIGMA, command, drive_axis, hypothesis
+from drive_axis import SIGMA, command, drive_axis, hypothesis, white
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
@@ -43,6 +44,11 @@ def explained(residuals: list[FloatArray]) -> Explanation:
     fit = with_residuals(residuals)
     coloured = replace(fit, whitener=autoregression(fit))
     return Explanation(coloured, None, coloured.log_evidence())
+
+
+def noisy(clean: Sequence[FloatArray]) -> list[FloatArray]:
+    """Records (samples,) with white noise, each its own."""
+    return [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
 
 
 def simulated_with(effect: Effect, values: tuple[float, ...], inputs: list[FloatArray]) -> list[FloatArray]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from drive_axis import SIGMA, command, hypothesis, white
-from fitted import AXIS, simulated_with
+from drive_axis import SIGMA, command, hypothesis
+from fitted import AXIS, noisy, simulated_with
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution, Attributor
@@ -15,10 +15,6 @@ from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, Transport
 INPUTS = [command(700, 1), command(700, 2)]
 BASE = hypothesis(AXIS, INPUTS)
 EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry())
-
-
-def noisy(clean: Sequence[FloatArray]) -> list[FloatArray]:
-    return [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
 
 
 def attribution(measured: Sequence[FloatArray], stochastic: frozenset[str] = frozenset()) -> Attribution:

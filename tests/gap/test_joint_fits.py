@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive_axis import SIGMA, command, hypothesis, white
-from fitted import AXIS, of_records
+from drive_axis import SIGMA, command, hypothesis
+from fitted import AXIS, noisy, of_records
 
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
@@ -26,7 +26,7 @@ def fits() -> tuple[JointFits, list[Fit]]:
     """Fits to an axis with a delay, one a candidate: delays from two starts, a bias, an asymmetry."""
     truth = np.concatenate([BASE.builder.axis.nominal, [DELAY]])
     clean = hypothesis(AXIS, INPUTS, TransportDelay()).simulate(truth)
-    measured = [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
+    measured = noisy(clean)
     joint = JointFits(measured, Plain(SIGMA), Each(1))
     host = of_records(measured, BASE)
     candidates = [

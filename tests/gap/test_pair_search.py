@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive_axis import SIGMA, command, hypothesis, white
-from fitted import AXIS, of_records
+from drive_axis import SIGMA, command, hypothesis
+from fitted import AXIS, noisy, of_records
 
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
@@ -27,7 +27,7 @@ TRUTH = (1.6, 8e-4)
 def found() -> tuple[PairSearch, list[Explanation]]:
     both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(CommandBias())
     clean = both.simulate(np.concatenate([BASE.builder.axis.nominal, TRUTH]))
-    measured = [y + white(len(y), SIGMA, 7 + i) for i, y in enumerate(clean)]
+    measured = noisy(clean)
     joint = JointFits(measured, Plain(SIGMA), Each(1))
     host = of_records(measured, BASE)
     origin = Screen(host, joint.plain.widened(host.rmse))
