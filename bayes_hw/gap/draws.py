@@ -152,7 +152,7 @@ def _fitted(
         if not np.isfinite(log_weights.max()):
             break
         weights = np.exp(log_weights - log_weights.max())
-        acceptance = acceptance_from_weights(weights)
+        acceptance = acceptance_from_weights(weights, np.full(len(x), 1 / len(x)))
         if acceptance > best_acceptance:
             best, best_acceptance = proposal, acceptance
             kept = x[rng.choice(len(x), 8 * WALKERS, p=weights / weights.sum())]

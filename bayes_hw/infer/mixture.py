@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg, special
@@ -14,6 +14,8 @@ DEGREES_OF_FREEDOM = 8.0
 FITTED_DEGREES = 16.0
 FITTED_INFLATION = 1.1
 """Of one component fitted to weighted draws: nearer to a normal density, a little wider than they are."""
+TAILS = ((FITTED_DEGREES, FITTED_INFLATION), (32.0, 1.05), (200.0, 1.05))
+"""Degrees of freedom and inflation to choose from by the draws that it was fitted to, the heaviest first."""
 MINOR_INFLATION = 2.5
 """Of further components: few draws tell their shape, and a wide one costs little."""
 FIT_TOLERANCE = 1e-6
@@ -108,6 +110,41 @@ class StudentTMixture:
         """Log-density (points,) at x (points, dimension)."""
         parts = self.component_log_densities(x)
         return parts[0] if len(parts) == 1 else np.asarray(special.logsumexp(parts, axis=0))
+
+    def opposite(
+        self, x: FloatArray, correlation: float, random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray]:
+        """Draws (points, dimension) beside the means from x (points, dimension), and the log-density at x.
+
+        With x the draws are in detailed balance with the mixture: a component j is drawn with its probability
+        at x, there z = (x - mean_j) / factor_j is normal of a variance s drawn given z (a t distribution is a
+        scale mixture of normals), and z' = c z + sqrt(1 - c^2) sqrt(s) e with e standard normal keeps that
+        normal distribution for every `correlation` c from -1 to 1: overrelaxation where it is negative
+        (Adler, doi 10.1103/PhysRevD.23.2901), an independent draw of the component where it is zero.
+        """
+        count, d = x.shape
+        log_parts = self.component_log_densities(x)
+        log_density = log_parts[0] if len(log_parts) == 1 else special.logsumexp(log_parts, axis=0)
+        up_to = np.cumsum(np.exp(log_parts - log_density), axis=0)
+        component = np.sum(random.random_sample(count) * up_to[-1] > up_to[:-1], axis=0)
+        chi_square = random.chisquare(self.degrees_of_freedom + d, size=count)
+        normal = np.sqrt(1 - correlation**2) * random.standard_normal((count, d))
+        drawn = np.empty_like(normal)
+        for j, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
+            own = np.flatnonzero(component == j)
+            bend = self.bend if j == 0 else None
+            straight = x[own] if bend is None else bend.apply(x[own], -1.0)
+            whitener = linalg.solve_triangular(factor, np.eye(d), lower=True)
+            z = (straight - mean) @ whitener.T
+            variance = (self.degrees_of_freedom + np.einsum("ni,ni->n", z, z)) / chi_square[own]
+            z = correlation * z + np.sqrt(variance)[:, None] * normal[own]
+            straight = mean + z @ factor.T
+            drawn[own] = straight if bend is None else bend.apply(straight)
+        return drawn, np.asarray(log_density)
+
+    def with_tails(self, degrees_of_freedom: float, widening: float) -> StudentTMixture:
+        """The same with other degrees of freedom, its scale matrices `widening` times as large."""
+        return replace(self, degrees_of_freedom=degrees_of_freedom, factors=self.factors * np.sqrt(widening))
 
     def sample(self, count: int, random: np.random.RandomState | np.random.Generator) -> FloatArray:
         """`count` draws, shape (count, dimension)."""

@@ -12,6 +12,10 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.mixture import StudentTMixture
 
 DEFAULT_STRETCH = 2.38
+OPPOSITE_CORRELATION = -0.5
+OPPOSITE_SHARE = 0.9
+OPPOSITE_SHARE_OF_SEVERAL = 0.3
+"""Of the proposals from a density of one component, or of several between which they hardly ever go."""
 
 
 class IndependenceMove(MHMove):  # type: ignore[misc]
@@ -29,6 +33,25 @@ class IndependenceMove(MHMove):  # type: ignore[misc]
     def _propose(self, x: FloatArray, random: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
         proposed = self.proposal.sample(len(x), random)
         return proposed, self.proposal.log_density(x) - self.proposal.log_density(proposed)
+
+
+class OppositeMove(MHMove):  # type: ignore[misc]
+    """Metropolis-Hastings with proposals on the other side of the proposal density's centre.
+
+    x' is drawn from x in detailed balance with the density q (`StudentTMixture.opposite`), so it is accepted
+    as an independence proposal is, with min(1, p(x') q(x) / (p(x) q(x'))). Successive draws are then
+    negatively correlated, which makes means more precise than independent draws would. It hardly ever goes
+    from one component to another: use it beside independence proposals.
+    """
+
+    def __init__(self, proposal: StudentTMixture, correlation: float = OPPOSITE_CORRELATION) -> None:
+        self.proposal = proposal
+        self.correlation = correlation
+        super().__init__(self._propose, ndim=proposal.dimension)
+
+    def _propose(self, x: FloatArray, random: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
+        proposed, log_density = self.proposal.opposite(x, self.correlation, random)
+        return proposed, log_density - self.proposal.log_density(proposed)
 
 
 class DifferentialEvolutionMove(Move):  # type: ignore[misc]
@@ -70,12 +93,22 @@ class DifferentialEvolutionMove(Move):  # type: ignore[misc]
         return x + gamma * (others[first] - others[second])
 
 
-def weighted_moves(proposal: StudentTMixture, independence_weight: float) -> list[tuple[Move, float]]:
-    """Independence proposals with the given weight; differential evolution, a tenth of it with full-length
-    jumps between modes, for the rest."""
+def weighted_moves(
+    proposal: StudentTMixture, independence_weight: float, *, opposite: bool = False
+) -> list[tuple[Move, float]]:
+    """Proposals from a density with the given weight; differential evolution, a tenth of it with full-length
+    jumps between modes, for the rest.
+
+    With `opposite` most of the former are drawn on the side opposite to the walker: not while walkers forget
+    their starts, since from far out they would go as far on the other side.
+    """
     local = 1 - independence_weight
+    share = 0.0
+    if opposite:
+        share = OPPOSITE_SHARE if len(proposal.weights) == 1 else OPPOSITE_SHARE_OF_SEVERAL
     return [
-        (IndependenceMove(proposal), independence_weight),
+        (IndependenceMove(proposal), (1 - share) * independence_weight),
+        (OppositeMove(proposal), share * independence_weight),
         (DifferentialEvolutionMove(), 0.9 * local),
         (DifferentialEvolutionMove(stretch=1.0), 0.1 * local),
     ]

@@ -15,12 +15,15 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy import special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.checkpoint import Plan
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
 from bayes_hw.infer.mixture import (
+    FITTED_INFLATION,
+    TAILS,
     StudentTMixture,
     defended,
     fit_student_t_mixture,
@@ -51,9 +54,9 @@ ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
 OVERLOOKED = 4.0
 """A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""
-OVERLOOKED_SHARE = 0.01
+OVERLOOKED_SHARE = 0.0007
 """So many overlooked walkers are more than a thin tail; a single one is where it is by FAR_OVERLOOKED."""
-FAR_OVERLOOKED = 8.0
+FAR_OVERLOOKED = 5.0
 
 
 class LogDensity(Protocol):
@@ -159,10 +162,16 @@ def run_pilot(
         ]
         plan = trial.plan
         if plan.expected_acceptance >= ENOUGH:
-            _, settled = _steps(laplace, states, plan, SETTLING_STEPS, pool)
-            if not _overlooked(settled, trial):
-                task.reach(4)
-                return plan, settled
+            candidates = [trial, *trial.heavier]
+            (chain, log_probability), settled = _steps(
+                laplace, states, candidates[-1].plan, SETTLING_STEPS, pool
+            )
+            last = chain[:, SETTLING_STEPS // 2 :].reshape(-1, dimension)
+            log_last = log_probability[:, SETTLING_STEPS // 2 :].ravel()
+            for candidate in candidates:
+                if not _overlooked(last, log_last, candidate):
+                    task.reach(4)
+                    return candidate.plan, settled
         plan = replace(plan, proposal=laplace.proposal(1.2), independence_weight=0.5)
         for done in (2, 3):
             (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
@@ -177,14 +186,17 @@ def run_pilot(
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A plan, and the logarithm of the mean p / q of the draws that it was judged by."""
+    """A plan, the logarithm of the mean p / q of the draws that it was judged by, and where its proposal has
+    light tails, one with heavier tails by which walkers come in from starts far out."""
 
     plan: Plan
     log_mean_weight: float
+    heavier: tuple[_Trial, ...] = ()
 
 
 def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
-    """The better of the last two of a few t proposals, each fitted to the weighted draws of the one before.
+    """The best of the last of a few t proposals, each fitted to the weighted draws of the one before; the
+    very last one, judged by the draws that it was fitted to, also with lighter tails.
 
     The first ones, narrow yet, know too little of the tails to be judged by their own draws.
     """
@@ -193,38 +205,59 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
     trials = []
     for draws, bent in IMPORTANCE_ROUNDS:
         x = proposal.sample(draws * dimension, rng)
-        log_weights = laplace.densities[0](x) - proposal.log_density(x)
-        largest = float(np.max(log_weights))
-        if not np.isfinite(largest):
-            trials.append(_Trial(Plan(proposal, independence_share(0.0), 0.0, laplace.straight), largest))
+        log_density, log_q = laplace.densities[0](x), proposal.log_density(x)
+        log_weights = log_density - log_q
+        trials.append(_judged(proposal, log_weights, np.zeros(len(x)), laplace.straight))
+        if not np.any(np.isfinite(log_weights)):
             break
-        weights = np.exp(log_weights - largest)
-        acceptance = acceptance_from_weights(weights)
-        plan = Plan(proposal, independence_share(acceptance), acceptance, laplace.straight)
-        trials.append(_Trial(plan, largest + float(np.log(np.mean(weights)))))
-        share = weights / weights.sum()
-        if 1 / np.sum(share**2) < LEAST_SIZE * dimension:
+        weights = np.exp(log_weights - np.max(log_weights))
+        weights /= weights.sum()
+        if 1 / np.sum(weights**2) < LEAST_SIZE * dimension:
             break
-        proposal = refitted(proposal, x, share, bent=bent)
+        proposal = refitted(proposal, x, weights, bent=bent)
+    else:
+        fitted = []
+        tails = TAILS if len(proposal.weights) == 1 else TAILS[:1]
+        for degrees_of_freedom, inflation in tails:
+            tried = proposal.with_tails(degrees_of_freedom, inflation / FITTED_INFLATION)
+            log_tried = tried.log_density(x)
+            fitted.append(_judged(tried, log_density - log_tried, log_tried - log_q, laplace.straight))
+        heaviest, *lighter = fitted
+        trials += [heaviest, *(replace(trial, heavier=(heaviest,)) for trial in lighter)]
+        return max(trials[-len(tails) - 1 :], key=lambda trial: trial.plan.expected_acceptance)
     return max(trials[-2:], key=lambda trial: trial.plan.expected_acceptance)
 
 
-def acceptance_from_weights(weights: FloatArray) -> float:
-    """Mean acceptance of independence proposals with importance weights (draws,) of draws from the proposal.
+def _judged(
+    proposal: StudentTMixture, log_weights: FloatArray, log_masses: FloatArray, straight: bool
+) -> _Trial:
+    """A proposal judged by draws that stand for it with `log_masses` (draws,), log p / q `log_weights`."""
+    largest = float(np.max(log_weights))
+    if not np.isfinite(largest):
+        return _Trial(Plan(proposal, independence_share(0.0), 0.0, straight), largest)
+    masses = special.softmax(log_masses)
+    weights = np.exp(log_weights - largest)
+    acceptance = acceptance_from_weights(weights, masses)
+    plan = Plan(proposal, independence_share(acceptance), acceptance, straight)
+    return _Trial(plan, largest + float(np.log(masses @ weights)))
 
-    E min(1, w' / w) with w' at a fresh draw and w at a draw of the target, which is a draw of the proposal
-    with probability proportional to w: sum_ij min(w_i, w_j) / (n sum_i w_i).
+
+def acceptance_from_weights(weights: FloatArray, masses: FloatArray) -> float:
+    """Mean acceptance of independence proposals given w = p / q `weights` (draws,) at draws that stand for
+    the proposal with `masses` (draws,) of sum one: equal ones where they are its own.
+
+    E min(1, w' / w) with w' at a fresh draw and w at a draw of the target, which is a draw i of the proposal
+    with probability proportional to m_i w_i: sum_ij m_i m_j min(w_i, w_j) / sum_i m_i w_i.
     """
-    ordered = np.sort(weights)
-    n = len(ordered)
-    return float(ordered @ (2 * np.arange(n, 0, -1) - 1) / (n * ordered.sum()))
+    order = np.argsort(weights)
+    w, m = weights[order], masses[order]
+    above = m.sum() - np.cumsum(m)
+    return float(np.sum(w * m * (2 * above + m)) / np.sum(w * m))
 
 
-def _overlooked(states: Sequence[EnsembleState], trial: _Trial) -> bool:
-    """Whether walkers that have settled are where the proposals hardly ever go."""
-    coordinates = np.concatenate([state.coordinates for state in states])
-    log_probability = np.concatenate([state.log_probability for state in states])
-    log_weights = log_probability - trial.plan.proposal.log_density(coordinates)
+def _overlooked(points: FloatArray, log_density: FloatArray, trial: _Trial) -> bool:
+    """Whether walkers that have settled go where the proposals hardly ever do."""
+    log_weights = log_density - trial.plan.proposal.log_density(points)
     excess = log_weights - trial.log_mean_weight
     return bool(np.mean(excess > OVERLOOKED) > OVERLOOKED_SHARE or np.any(excess > FAR_OVERLOOKED))
 
@@ -300,6 +333,7 @@ def independence_share(acceptance: float) -> float:
     An independence chain's autocorrelation time is about 2 / acceptance - 1 steps, that of differential
     evolution some 4 steps a dimension: the former pays above a few per cent. Differential evolution keeps
     half as insurance, since where the proposal is too thin, in the far tails, it alone moves the walkers;
-    only where most proposals are accepted, and so no tail is thin, down to a tenth.
+    only where most proposals are accepted, and so no tail is thin, down to a twentieth.
     """
-    return float(np.clip(2.5 * acceptance, 0.1, 0.5) + np.clip(2 * acceptance - 0.6, 0.0, 0.4))
+    mostly = np.clip(2 * acceptance - 0.6, 0.0, 0.4) + np.clip(acceptance - 0.7, 0.0, 0.05)
+    return float(np.clip(2.5 * acceptance, 0.1, 0.5) + mostly)

@@ -102,7 +102,7 @@ def sample(
                 checkpoint.save_plan(plan, states)
         else:
             plan, blocks, states = stored
-        moves = weighted_moves(plan.proposal, plan.independence_weight)
+        moves = weighted_moves(plan.proposal, plan.independence_weight, opposite=True)
         chosen, mapping = (choices[1], straightening) if plan.straight else (choices[0], None)
         with progress.task("sampling", settings.max_steps) as task:
             while True:

@@ -178,7 +178,8 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         Paragraph(
             f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each after the pilot, from "
             f"starts spread over twice the width of the posterior. {independent} "
-            "of the moves were independence proposals from a t mixture refitted to the pilot, the rest "
+            "of the moves were proposals from a t mixture fitted by the pilot, most of them on the side "
+            "opposite to the walker (overrelaxation) and the others independent of it, the rest "
             f"differential evolution; {accepted} of all proposals were accepted. "
             f"{sampling.non_finite} evaluations gave no finite number. {agreeing}"
         )

@@ -146,7 +146,7 @@ class WrongDifferentialEvolution(DEMove):  # type: ignore[misc]
 
 @pytest.mark.parametrize("independence_weight", [0.9, 0.5, 0.1])
 def test_moves_leave_the_joint_distribution(independence_weight: float) -> None:
-    z = z_scores(in_fixed_halves(weighted_moves(proposal(), independence_weight)))
+    z = z_scores(in_fixed_halves(weighted_moves(proposal(), independence_weight, opposite=True)))
     assert np.max(np.abs(z)) < LIMIT, z
 
 

@@ -151,3 +151,43 @@ def test_components_move_to_the_points_nearest_to_them() -> None:
     found = refitted(start, points, np.full(2000, 1 / 2000), bent=False)
     np.testing.assert_allclose(found.weights, [0.9, 0.1], atol=0.01)
     np.testing.assert_allclose(found.means[:, 0], [-10, 10], atol=0.5)
+
+
+@pytest.mark.parametrize("correlation", [-0.9, -0.5, 0.0, 0.7])
+def test_opposite_draws_are_in_detailed_balance(correlation: float) -> None:
+    """From draws of the mixture: the same moments again, the pair's mixed moments symmetric, a correlation of
+    the sign asked for within a component; and the log-density at the start is the mixture's."""
+    start = mixture(degrees=16.0)
+    x = start.sample(200_000, np.random.default_rng(12))
+    y, log_density = start.opposite(x, correlation, np.random.RandomState(13))
+    np.testing.assert_allclose(log_density, start.log_density(x), rtol=1e-12)
+    for power in (1, 2, 3):
+        difference = x**power - y**power
+        error = difference.std(axis=0) / np.sqrt(len(x))
+        assert np.all(np.abs(difference.mean(axis=0)) < 4.5 * error)
+    mixed = x[:, :1] ** 2 * y - y[:, :1] ** 2 * x
+    assert np.all(np.abs(mixed.mean(axis=0)) < 4.5 * mixed.std(axis=0) / np.sqrt(len(x)))
+    left = (x[:, 0] < 0) & (y[:, 0] < 0.5)
+    inside = np.corrcoef(x[left, 1], y[left, 1])[0, 1]
+    assert np.sign(correlation) == np.sign(inside) if correlation else abs(inside) < 0.05
+
+
+def test_opposite_draws_follow_a_bend() -> None:
+    """From draws of a banana to draws of the same banana: what is left of x1 - x0^2 is as narrow."""
+    rng = np.random.default_rng(14)
+    x0 = rng.standard_normal(4000)
+    points = np.column_stack([x0, x0**2 + 0.2 * rng.standard_normal(4000)])
+    bent = refitted(laplace_proposal(np.zeros(2), np.eye(2)), points, np.full(4000, 1 / 4000), bent=True)
+    x = bent.sample(50_000, rng)
+    y, _ = bent.opposite(x, -0.8, np.random.RandomState(15))
+    np.testing.assert_allclose(
+        np.quantile(y, [0.1, 0.5, 0.9], axis=0), np.quantile(x, [0.1, 0.5, 0.9], axis=0), atol=0.05
+    )
+    assert np.std(y[:, 1] - y[:, 0] ** 2) == pytest.approx(np.std(x[:, 1] - x[:, 0] ** 2), rel=0.05)
+
+
+def test_other_tails_keep_means_and_widen_scales() -> None:
+    lighter = mixture().with_tails(200.0, 0.9)
+    np.testing.assert_array_equal(lighter.means, MEANS)
+    np.testing.assert_allclose(lighter.factors @ np.swapaxes(lighter.factors, 1, 2), 0.9 * SCALES)
+    assert lighter.log_density(np.full((1, 2), 50.0)) < mixture().log_density(np.full((1, 2), 50.0))

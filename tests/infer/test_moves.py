@@ -14,7 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
 from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
-from bayes_hw.infer.moves import IndependenceMove, weighted_moves
+from bayes_hw.infer.moves import IndependenceMove, OppositeMove, weighted_moves
 
 WALKERS, BURN_IN, STEPS = 192, 300, 1200
 Moves = Sequence[tuple[Move, float]]
@@ -23,9 +23,12 @@ MoveMaker = Callable[[StudentTMixture, StudentTMixture], Moves]
 MOVES: dict[str, MoveMaker] = {
     "independence, Laplace": lambda laplace, _: [(IndependenceMove(laplace), 1.0)],
     "independence, mixture": lambda _, mixture: [(IndependenceMove(mixture), 1.0)],
+    "opposite, Laplace": lambda laplace, _: [(OppositeMove(laplace), 1.0)],
+    "opposite, mixture": lambda _, mixture: [(OppositeMove(mixture), 1.0)],
+    "opposite, independent and local": lambda laplace, _: weighted_moves(laplace, 0.9, opposite=True),
     "even mix": lambda laplace, _: weighted_moves(laplace, 0.5),
     "mostly differential evolution": lambda _, mixture: weighted_moves(mixture, 0.1),
-    "differential evolution alone": lambda laplace, _: weighted_moves(laplace, 0.5)[1:],
+    "differential evolution alone": lambda laplace, _: weighted_moves(laplace, 0.5)[2:],
 }
 
 
@@ -128,6 +131,10 @@ def test_weights_add_to_one() -> None:
         moves = weighted_moves(proposal, share)
         assert sum(weight for _, weight in moves) == pytest.approx(1)
         assert moves[0][1] == share
+        both = weighted_moves(proposal, share, opposite=True)
+        assert both[0][1] + both[1][1] == pytest.approx(share)
+        assert [weight for _, weight in both[2:]] == [weight for _, weight in moves[2:]]
+        assert moves[1][1] == 0
 
 
 def test_advancing_in_two_parts_is_advancing_at_once() -> None:

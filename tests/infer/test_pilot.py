@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from scipy import special
 from targets import Banana, Gaussian, TwoModes
 
 from bayes_hw.infer.ensemble import advance, start_ensemble
@@ -22,7 +23,8 @@ def test_expected_acceptance_is_that_of_a_chain() -> None:
     off = target.mean + 0.5 * np.sqrt(np.diag(target.covariance))
     proposal = laplace_proposal(off, 2 * target.covariance)
     draws = proposal.sample(20_000, rng)
-    expected = acceptance_from_weights(np.exp(target(draws) - proposal.log_density(draws)))
+    weights = np.exp(target(draws) - proposal.log_density(draws))
+    expected = acceptance_from_weights(weights, np.full(len(draws), 1 / len(draws)))
     state = start_ensemble(target.draw(400, rng), target, seed=2)
     _, _, achieved, _ = advance(state, target, [(IndependenceMove(proposal), 1.0)], 100)
     assert expected == pytest.approx(achieved, abs=0.02)
@@ -30,7 +32,23 @@ def test_expected_acceptance_is_that_of_a_chain() -> None:
 
 @pytest.mark.parametrize("weights", [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
 def test_acceptance_of_equal_and_of_useless_weights(weights: list[float]) -> None:
-    assert acceptance_from_weights(np.array(weights)) == pytest.approx(1.0 if weights[0] else 1 / 3)
+    assert acceptance_from_weights(np.array(weights), np.full(3, 1 / 3)) == pytest.approx(
+        1.0 if weights[0] else 1 / 3
+    )
+
+
+def test_expected_acceptance_from_the_draws_of_another_proposal() -> None:
+    """Draws of a wider proposal, with masses, say of a narrower one what its own draws say."""
+    target, rng = Gaussian(4), np.random.default_rng(8)
+    wide, narrow = (laplace_proposal(target.mean, width * target.covariance) for width in (2.0, 0.5))
+    own, others = narrow.sample(20_000, rng), wide.sample(20_000, rng)
+    weights = np.exp(target(own) - narrow.log_density(own))
+    direct = acceptance_from_weights(weights, np.full(len(own), 1 / len(own)))
+    log_masses = narrow.log_density(others) - wide.log_density(others)
+    weights = np.exp(target(others) - narrow.log_density(others))
+    assert acceptance_from_weights(weights, special.softmax(log_masses)) == pytest.approx(direct, abs=0.015)
+    wrong = acceptance_from_weights(weights, np.full(len(others), 1 / len(others)))
+    assert wrong != pytest.approx(direct, abs=0.03)
 
 
 def test_a_bent_proposal_follows_a_gentle_banana() -> None:
