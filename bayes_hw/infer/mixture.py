@@ -218,6 +218,7 @@ def defended(mixture: StudentTMixture, points: FloatArray) -> StudentTMixture:
         np.concatenate([mixture.means, points.mean(axis=0)[None]]),
         np.concatenate([mixture.factors, factor[None]]),
         mixture.degrees_of_freedom,
+        mixture.bend,
     )
 
 

@@ -161,8 +161,8 @@ def run_pilot(
             for density, ensemble_rng in zip(laplace.densities, ensemble_rngs, strict=True)
         ]
         plan = trial.plan
+        candidates = [trial, *trial.heavier]
         if plan.expected_acceptance >= ENOUGH:
-            candidates = [trial, *trial.heavier]
             (chain, log_probability), settled = _steps(
                 laplace, states, candidates[-1].plan, SETTLING_STEPS, pool
             )
@@ -177,7 +177,7 @@ def run_pilot(
             (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
             recent = chain[:, PILOT_STEPS // 3 :].reshape(-1, dimension)
             log_recent = log_probability[:, PILOT_STEPS // 3 :].ravel()
-            plan = _best_mixture(recent, log_recent, laplace, rng)
+            plan = _best_mixture(recent, log_recent, laplace, candidates[-1].plan.proposal, rng)
             task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
         _, states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
         task.reach(4)
@@ -305,9 +305,14 @@ def _possible_start(
 
 
 def _best_mixture(
-    points: FloatArray, log_density: FloatArray, laplace: Laplace, rng: np.random.Generator
+    points: FloatArray,
+    log_density: FloatArray,
+    laplace: Laplace,
+    fitted: StudentTMixture,
+    rng: np.random.Generator,
 ) -> Plan:
-    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most.
+    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most, be it the one
+    `fitted` by importance sampling with a wide component about the points.
 
     The mean acceptance of independence proposals is E min(1, w'/w) with w = p/q at points of the chain and
     w' at fresh draws of q.
@@ -315,8 +320,9 @@ def _best_mixture(
     density = laplace.densities[0]
     chosen = rng.choice(len(points), size=min(len(points), 4 * TRIAL_PROPOSALS), replace=False)
     plans = []
-    for components in PILOT_COMPONENTS:
-        proposal = defended(fit_student_t_mixture(points[chosen], components, rng), points[chosen])
+    found = [fit_student_t_mixture(points[chosen], components, rng) for components in PILOT_COMPONENTS]
+    for mixture in (fitted, *found):
+        proposal = defended(mixture, points[chosen])
         trial = proposal.sample(TRIAL_PROPOSALS, rng)
         at_trial = density(trial) - proposal.log_density(trial)
         at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
