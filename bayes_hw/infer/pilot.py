@@ -311,8 +311,8 @@ def _best_mixture(
     fitted: StudentTMixture,
     rng: np.random.Generator,
 ) -> Plan:
-    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most, be it the one
-    `fitted` by importance sampling with a wide component about the points.
+    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most; that
+    `fitted` by importance sampling is one of them, with a wide component about the points.
 
     The mean acceptance of independence proposals is E min(1, w'/w) with w = p/q at points of the chain and
     w' at fresh draws of q.
@@ -328,7 +328,7 @@ def _best_mixture(
         at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
         difference = rng.permutation(at_trial)[: len(at_points)] - at_points
         acceptance = float(np.mean(np.exp(np.minimum(difference, 0))))
-        share = min(independence_share(acceptance), 0.5)
+        share = independence_share(acceptance)
         plans.append(Plan(proposal, share, acceptance, laplace.straight))
     return max(plans, key=lambda plan: plan.expected_acceptance)
 

@@ -95,6 +95,7 @@ def scaling_figure(by_parameters: Sequence[Scaling], by_samples: Sequence[Scalin
             axes.set_yscale("log")
             axes.set_xlabel(what)
             plain_log_ticks(axes, "y")
+        panels[0].set_xticks([p.parameters for p in by_parameters])
         panels[1].set_xscale("log")
         plain_log_ticks(panels[1], "x")
         panels[0].set_ylabel("effective samples a second")
