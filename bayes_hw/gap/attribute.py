@@ -165,9 +165,9 @@ class Attributor:
     def _joint(self) -> JointFits:
         return JointFits(self.measured, self.plain, self.each)
 
-    @property
+    @cached_property
     def _pairs(self) -> PairSearch:
-        return PairSearch(self.base, self._at_nominal, self.effects, self._joint)
+        return PairSearch(self.base, self._at_nominal, self.effects, self._joint, self._forms_at_nominal)
 
     def _short_periods(self, base: Fit) -> list[Fit]:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
@@ -215,11 +215,14 @@ class Attributor:
         """
         starts: list[tuple[Fit, list[Candidate]]] = []
         at_base = Screen(base, self.plain.widened(base.rmse))
-        for screen, tried in ((self._at_nominal, tried_from_nominal), (at_base, TRIED_FROM_BASE)):
-            origin = screen.base
-            ranked = sorted((c for c in self.each(screen.candidates, self.effects) if c), key=most_promising)
-            for forms in ranked[:tried]:
-                starts += [(origin, [candidate]) for candidate in distinct(forms)]
+        at_base_forms = self.each(at_base.candidates, self.effects)
+        for origin, found, tried in (
+            (self.nominal, self._forms_at_nominal, tried_from_nominal),
+            (base, at_base_forms, TRIED_FROM_BASE),
+        ):
+            ranked = sorted((candidates for candidates in found if candidates), key=most_promising)
+            for candidates in ranked[:tried]:
+                starts += [(origin, [candidate]) for candidate in distinct(candidates)]
         return self._joint.in_two_rounds(starts, SINGLES_FINISHED)
 
     def _without_noise(self, best: Explanation) -> list[Explanation]:
@@ -234,6 +237,11 @@ class Attributor:
     def _at_nominal(self) -> Screen:
         """The screen of the nominal model, once its glitches are masked."""
         return Screen(self.nominal, self.plain.widened(self.nominal.rmse))
+
+    @cached_property
+    def _forms_at_nominal(self) -> list[list[Candidate]]:
+        """Candidates of every effect, each best first, at the nominal model."""
+        return self.each(self._at_nominal.candidates, self.effects)
 
     @cached_property
     def nominal(self) -> Fit:

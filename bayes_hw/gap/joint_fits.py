@@ -25,23 +25,28 @@ class JointFits:
     plain: Plain
     each: Each
 
-    def in_two_rounds(self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int) -> list[Fit]:
-        """A few iterations of every host with its candidates, more of the best `finished`; best first."""
-        begun = self.each(lambda pair: self._begun(*pair), starts)
+    def in_two_rounds(
+        self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int, times: int = 1
+    ) -> list[Fit]:
+        """A few iterations of every host with its candidates, more of the best `finished`; best first.
+
+        Of both `times` as many as usual.
+        """
+        begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
         first = sorted(begun, key=lambda f: f.cost)
         done = self.each(
-            lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, MORE_ITERATIONS),
+            lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, times * MORE_ITERATIONS),
             first[:finished],
         )
         return cheapest_of_each([*done, *first[finished:]])
 
-    def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
+    def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, values = host.hypothesis, host.values
         for candidate in candidates:
             hypothesis = hypothesis.with_effect(candidate.effect)
             values = np.concatenate([values, candidate.values])
         start = hypothesis.to_coordinates(values)
-        return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
+        return fit(hypothesis, self.measured, start, self.plain, iterations)
 
 
 def candidate_of(single: Fit) -> Candidate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -12,7 +13,8 @@ from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.joint_fits import JointFits, candidate_of
+from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
+from bayes_hw.gap.joint_screen import promising_pairs
 from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct
 
 FIRST_EFFECTS = 2
@@ -20,6 +22,11 @@ PARTNERS_TRIED = 4
 LABELS_BESIDE = 7
 JOINT_EFFECTS = 12
 JOINT_STARTS = 6
+JOINTLY_SCREENED = 12
+FAR_PAIRS_KEPT = 4
+FAR_ITERATIONS = 3
+"""Times as many iterations as usual, for pairs that begin far off."""
+
 PAIRS_KEPT = 5
 PAIRS_PRUNED = 2
 
@@ -29,7 +36,7 @@ FURTHER_JOINT_STARTS = 18
 """Of the second search, where the first left structure."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PairSearch:
     """Pairs of `effects` beside `base`, screened from `origin`, the base model with its modes as given.
 
@@ -41,20 +48,26 @@ class PairSearch:
     origin: Screen
     effects: Sequence[Effect]
     joint: JointFits
+    forms: Sequence[Sequence[Candidate]]
+    """Candidates of every effect at `origin`."""
 
     def first(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
         """The most promising pairs of `singles`, and the best of `firsts` with partners from all effects."""
         starts = self._promising(singles)[:JOINT_STARTS]
+        starts += self._together
         for host in firsts[:FIRST_EFFECTS]:
             starts += self._beside(host, singles, PARTNERS_TRIED) + self._afresh(host)
-        return self._explained(starts)
+        return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def further(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
-        """Less promising pairs, and more of `firsts` with more partners."""
+        """Less promising pairs, more of `firsts` with more partners, and pairs screened together with the
+        iterations that it takes from far off."""
         starts = self._promising(singles)[JOINT_STARTS:FURTHER_JOINT_STARTS]
         for host in firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]:
             starts += self._beside(host, singles, FURTHER_PARTNERS)
-        return self._explained(starts)
+        patient = self.joint.in_two_rounds(self._together, FAR_PAIRS_KEPT, FAR_ITERATIONS)[:FAR_PAIRS_KEPT]
+        begun = self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT]
+        return self._explained([*begun, *patient])
 
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
         """Every effect of every pair alone."""
@@ -97,10 +110,16 @@ class PairSearch:
         forms = best_forms(self.joint.each(bare.candidates, others))[:LABELS_BESIDE]
         return [(self.origin.base, [own, c]) for candidates in forms for c in distinct(candidates)]
 
-    def _explained(self, starts: Sequence[tuple[Fit, list[Candidate]]]) -> list[Explanation]:
-        """The best pairs under coloured noise, and the parts of the very best."""
-        pairs = self.joint.in_two_rounds(starts, PAIRS_KEPT)
-        paired = self.joint.each(lambda f: with_coloured_noise(f, self.joint.measured), pairs[:PAIRS_KEPT])
+    @cached_property
+    def _together(self) -> list[tuple[Fit, list[Candidate]]]:
+        """The pairs whose candidates promise most together, from the nominal modes."""
+        pairs = promising_pairs(self.origin, self.forms, self.joint.each)[:JOINTLY_SCREENED]
+        return [(self.origin.base, pair) for _, pair in pairs]
+
+    def _explained(self, fitted: Sequence[Fit]) -> list[Explanation]:
+        """The pairs under coloured noise, and the parts of the very best."""
+        pairs = cheapest_of_each(fitted)
+        paired = self.joint.each(lambda f: with_coloured_noise(f, self.joint.measured), pairs)
         best = sorted(paired, key=lambda e: -e.log_evidence)[:PAIRS_PRUNED]
         return paired + self.parts(best)
 

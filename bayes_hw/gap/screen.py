@@ -143,6 +143,17 @@ class Screen:
             return np.zeros_like(self.residual)
         return np.asarray(self.project(change)[:, 0])
 
+    def responses(self, candidates: Sequence[Candidate]) -> FloatArray:
+        """The projected responses (samples, candidates) to candidates of one effect; zero where a simulation
+        runs away."""
+        hypothesis = self.base.hypothesis.with_effect(candidates[0].effect)
+        values = np.array([np.concatenate([self.base.values, c.values]) for c in candidates])
+        simulated = hypothesis.simulate_batch(values)
+        changes = [s - b[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
+        largest = np.max([np.max(np.abs(change), axis=0) for change in changes], axis=0)
+        tame = largest < LARGEST_RESPONSE
+        return self.project([np.where(tame, change, 0.0) for change in changes])
+
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
         """The given starts of `effect` with what each promises."""
         if not len(starts):

@@ -33,7 +33,8 @@ def found() -> tuple[PairSearch, list[Explanation]]:
     origin = Screen(host, joint.plain.widened(host.rmse))
     starts = [(host, forms[:1]) for effect in EFFECTS if (forms := origin.candidates(effect))]
     singles = joint.in_two_rounds(starts, len(starts))
-    search = PairSearch(BASE, origin, EFFECTS, joint)
+    forms = [origin.candidates(effect) for effect in EFFECTS]
+    search = PairSearch(BASE, origin, EFFECTS, joint, forms)
     return search, search.first(singles, singles)
 
 
@@ -55,3 +56,12 @@ def test_a_pair_is_ahead_of_its_parts(found: tuple[PairSearch, list[Explanation]
 
 def test_no_label_stands_beside_itself(found: tuple[PairSearch, list[Explanation]]) -> None:
     assert all(len(set(e.fit.hypothesis.labels)) == len(e.fit.hypothesis.labels) for e in found[1])
+
+
+def test_the_patient_search_finds_the_pair_too(found: tuple[PairSearch, list[Explanation]]) -> None:
+    """With no single fit to begin from: from the starts screened together alone."""
+    search, explanations = found
+    best = max(explanations, key=lambda e: e.log_evidence)
+    alone = search.further([], [])
+    assert max(alone, key=lambda e: e.log_evidence).labels == best.labels
+    assert max(e.log_evidence for e in alone) == pytest.approx(best.log_evidence, abs=2)
