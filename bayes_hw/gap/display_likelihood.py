@@ -76,7 +76,10 @@ class HeldLikelihood:
 
 @dataclass(frozen=True)
 class RoundedLikelihood:
-    """Rounding to a lattice of known step under white noise: the logarithm of the noise."""
+    """Rounding to a lattice of known step under white noise: the logarithm of the noise.
+
+    A probability of a lattice point over the step is comparable with the densities of other explanations.
+    """
 
     measured: Sequence[FloatArray]
     step: float
@@ -87,6 +90,7 @@ class RoundedLikelihood:
         total, sigma = np.zeros(len(noise)), self.sigma(noise)
         for y, s in zip(self.measured, simulated, strict=True):
             rounded_log_likelihood(y, np.ascontiguousarray(s), self.step, sigma, total)
+            total -= len(y) * np.log(self.step)
         return total
 
     def sigma(self, noise: FloatArray) -> FloatArray:

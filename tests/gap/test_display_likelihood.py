@@ -95,6 +95,16 @@ def test_the_maximum_is_no_worse_and_stays_there(kind: str) -> None:
     assert done.encoder_sigma == pytest.approx(SIGMA, rel=0.15)
 
 
+def test_rounding_is_on_the_scale_of_the_search() -> None:
+    """At the same outputs and noise the exact likelihood is that of the search: other sets of effects are
+    held against those at exact maxima."""
+    begun, _ = explained("rounded", 3)
+    likelihood = display_likelihood(begun)
+    assert likelihood is not None and begun.stochastic is not None
+    exact = likelihood([y[:, None] for y in begun.fit.simulated], likelihood.start[None])
+    assert exact[0] == pytest.approx(begun.stochastic.log_likelihood, abs=0.1)
+
+
 @pytest.mark.parametrize("kind", ["held", "rounded"])
 def test_posteriors_under_a_display_cover(kind: str) -> None:
     """Of the eight base parameters in six simulated cases at least 39 of 48 lie in their 94 % intervals."""
