@@ -103,6 +103,7 @@ def _measure(seed: int, quick: bool) -> Performance:
         start_seconds=case.start_seconds,
         default_seconds=default_seconds,
         default_ess=float(default.convergence.ess_bulk.min()),
+        default_tail_ess=float(default.convergence.ess_tail.min()),
         by_parameters=tuple(scaling(m, 1200, seed) for m in ((0, 2) if quick else (0, 1, 2, 3, 5, 7, 9))),
         by_samples=tuple(
             scaling(2, n, seed) for n in ((600, 1200) if quick else (600, 1200, 2400, 4800, 9600, 19_200))

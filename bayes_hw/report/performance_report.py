@@ -82,6 +82,7 @@ class Performance:
     start_seconds: float
     default_seconds: float
     default_ess: float
+    default_tail_ess: float
     by_parameters: tuple[Scaling, ...]
     by_samples: tuple[Scaling, ...]
     hard: tuple[HardCase, ...]
@@ -243,7 +244,9 @@ def _samplers(found: Performance) -> Section:
             Paragraph(
                 "With its default settings, which stop at 1,000 effective samples in bulk and tails and at"
                 f" convergence, the sampler takes {format_duration(found.default_seconds)} for"
-                f" {format_number(found.default_ess, 2)} effective samples."
+                f" {format_number(found.default_ess, 2)} effective samples in the bulk and"
+                f" {format_number(found.default_tail_ess, 2)} in the tails. Its proposals lie opposite to the"
+                " walker, which serves means more than tails."
             ),
         ),
     )
