@@ -27,6 +27,9 @@ from bayes_hw.report.svg_size import compact
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""
 
+TALLEST_INCHES = 8.6
+"""Of a drawing, so that its caption fits on the same page."""
+
 COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
 
@@ -46,10 +49,11 @@ def new_canvas(
 ) -> Canvas:
     """An empty drawing; call within `drawing_settings`.
 
-    matplotlib places its axes, with `gap_inches` around each, unless `automatic_layout` is off.
+    matplotlib places its axes, with `gap_inches` around each, unless `automatic_layout` is off. No drawing is
+    taller than a page that has its caption too.
     """
     layout = ConstrainedLayoutEngine(h_pad=gap_inches, w_pad=gap_inches) if automatic_layout else None
-    return Canvas(figsize=(width_inches, height_inches), layout=layout)
+    return Canvas(figsize=(width_inches, min(height_inches, TALLEST_INCHES)), layout=layout)
 
 
 def finished(canvas: Canvas, caption: str, alt_text: str) -> document.Figure:

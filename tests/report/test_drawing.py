@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.report.drawing import (
     LABEL_LENGTH,
+    TALLEST_INCHES,
     drawable,
     drawing_settings,
     envelope,
@@ -57,3 +58,9 @@ def test_short_records_are_drawn_as_they_are():
     t = np.arange(50.0)
     assert outline(t, t)[1] is t
     assert envelope(t, t, t)[1] is t
+
+
+def test_no_drawing_is_taller_than_a_page():
+    with drawing_settings():
+        assert new_canvas(30.0).get_figheight() == TALLEST_INCHES
+        assert new_canvas(3.0).get_figheight() == 3.0
