@@ -81,7 +81,7 @@ def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
     evidence: float, counted: float
 ) -> None:
     lost = Stub(("backlash",), evidence, chaotic=True, lost_motion=True)
-    stubs = [Stub((), 0), Stub(("backlash",), 300, chaotic=True), lost, Stub(("friction",), 199)]
+    stubs = [Stub((), 0), Stub(("backlash",), 300, chaotic=True), lost, Stub(("friction",), 299)]
     best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
     assert best["backlash",].log_evidence == counted
     assert is_far_ahead(stubs) == (counted == evidence)  # type: ignore[arg-type]
