@@ -148,4 +148,6 @@ def _extremes(values: FloatArray, stretch: int) -> FloatArray:
 
 
 def _base64(values: FloatArray, dtype: str) -> str:
-    return base64.b64encode(np.asarray(values, dtype=dtype).tobytes()).decode("ascii")
+    """The values in that type, what runs away at its largest."""
+    largest = np.finfo(dtype).max
+    return base64.b64encode(np.clip(values, -largest, largest).astype(dtype).tobytes()).decode("ascii")

@@ -172,7 +172,9 @@ def _bound_view(axes: Axes, *lines: FloatArray) -> None:
     least, most = min(float(v.min()) for v in lines), max(float(v.max()) for v in lines)
     reach = BAND_REACH * (most - least)
     low, high = axes.get_ylim()
-    axes.set_ylim(max(low, least - reach), min(high, most + reach))
+    bottom, top = max(low, least - reach), min(high, most + reach)
+    if bottom < top:
+        axes.set_ylim(bottom, top)
 
 
 @dataclass(frozen=True)

@@ -50,3 +50,19 @@ def test_long_record_is_reduced_but_keeps_its_extremes(report_of):
     assert len(times) == len(values) <= ZOOM_SAMPLES
     assert values.max() == float(np.float32(9.0 - series["origin"])) + series["origin"]
     assert np.all(np.diff(times) >= 0)
+
+
+def test_a_band_that_runs_away_is_drawn_at_its_largest(report_of):
+    """An unstable draw ends beyond what a float of four bytes holds: no warning, no infinity."""
+    report = report_of("text")
+    record = report.sections[0].blocks[-1]
+    upper = record.y + 1e108
+    record = replace(record, upper=upper)
+    content = report_content(replace(report, sections=(Section("only", (record,)),)))
+    series = blocks_of(content, "zoomable_record")[0]["series"]
+    for name in ("y", "residual"):
+        assert np.isfinite(np.frombuffer(base64.b64decode(series[name]), dtype="<f4")).all()
+    drawn = [
+        np.frombuffer(base64.b64decode(v), dtype="<f4") for k, v in series.items() if k not in ("t", "origin")
+    ]
+    assert max(float(v.max()) for v in drawn) == float(np.finfo("<f4").max)
