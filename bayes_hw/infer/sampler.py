@@ -77,8 +77,8 @@ def sample(
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
     the walkers move in straight coordinates, where `straightening` gives some: see `bayes_hw.infer.pilot`.
-    Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of their
-    proposals from then on at the side opposite to the walker.
+    Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of
+    their proposals from then on at the side opposite to the walker.
     `make_log_density` gives every ensemble a density of its own, so that they can run in `jobs` threads; the
     numbers do not depend on `jobs`.
     """
