@@ -328,7 +328,7 @@ def _best_mixture(
         at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
         difference = rng.permutation(at_trial)[: len(at_points)] - at_points
         acceptance = float(np.mean(np.exp(np.minimum(difference, 0))))
-        share = independence_share(acceptance)
+        share = min(independence_share(acceptance), 0.5)
         plans.append(Plan(proposal, share, acceptance, laplace.straight))
     return max(plans, key=lambda plan: plan.expected_acceptance)
 
