@@ -136,12 +136,7 @@ class Screen:
 
     def response(self, candidate: Candidate) -> FloatArray:
         """The projected response (samples,) to a candidate; zero where its simulation runs away."""
-        hypothesis = self.base.hypothesis.with_effect(candidate.effect)
-        simulated = hypothesis.simulate(np.concatenate([self.base.values, candidate.values]))
-        change = [(s - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
-        if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
-            return np.zeros_like(self.residual)
-        return np.asarray(self.project(change)[:, 0])
+        return self.responses([candidate])[:, 0]
 
     def responses(self, candidates: Sequence[Candidate]) -> FloatArray:
         """The projected responses (samples, candidates) to candidates of one effect; zero where a simulation

@@ -95,10 +95,8 @@ class StudentTMixture:
         nu, d = self.degrees_of_freedom, self.dimension
         constant = special.gammaln((nu + d) / 2) - special.gammaln(nu / 2) - 0.5 * d * np.log(nu * np.pi)
         rows = []
-        for j, (weight, mean, factor) in enumerate(zip(self.weights, self.means, self.factors, strict=True)):
-            straight = x if j > 0 or self.bend is None else self.bend.apply(x, -1.0)
-            whitener = linalg.solve_triangular(factor, np.eye(d), lower=True)
-            standard = (straight - mean) @ whitener.T
+        for j, (weight, factor) in enumerate(zip(self.weights, self.factors, strict=True)):
+            standard = self._standard(x, j)
             distance = np.einsum("ni,ni->n", standard, standard)
             log_determinant = np.sum(np.log(np.diag(factor)))
             rows.append(
@@ -108,8 +106,24 @@ class StudentTMixture:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log-density (points,) at x (points, dimension)."""
-        parts = self.component_log_densities(x)
-        return parts[0] if len(parts) == 1 else np.asarray(special.logsumexp(parts, axis=0))
+        return _log_sum(self.component_log_densities(x))
+
+    def _bend_of(self, component: int) -> Bend | None:
+        """What bends a component: the first one alone."""
+        return self.bend if component == 0 else None
+
+    def _standard(self, x: FloatArray, component: int) -> FloatArray:
+        """x (points, dimension) unbent, less the component's mean and over its factor."""
+        bend = self._bend_of(component)
+        straight = x if bend is None else bend.apply(x, -1.0)
+        whitener = linalg.solve_triangular(self.factors[component], np.eye(self.dimension), lower=True)
+        return np.asarray((straight - self.means[component]) @ whitener.T)
+
+    def _placed(self, z: FloatArray, component: int) -> FloatArray:
+        """The points (points, dimension) of which `_standard` makes z."""
+        straight = self.means[component] + z @ self.factors[component].T
+        bend = self._bend_of(component)
+        return straight if bend is None else bend.apply(straight)
 
     def opposite(
         self, x: FloatArray, correlation: float, random: np.random.RandomState
@@ -124,23 +138,18 @@ class StudentTMixture:
         """
         count, d = x.shape
         log_parts = self.component_log_densities(x)
-        log_density = log_parts[0] if len(log_parts) == 1 else special.logsumexp(log_parts, axis=0)
+        log_density = _log_sum(log_parts)
         up_to = np.cumsum(np.exp(log_parts - log_density), axis=0)
         component = np.sum(random.random_sample(count) * up_to[-1] > up_to[:-1], axis=0)
         chi_square = random.chisquare(self.degrees_of_freedom + d, size=count)
         normal = np.sqrt(1 - correlation**2) * random.standard_normal((count, d))
         drawn = np.empty_like(normal)
-        for j, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
+        for j in range(len(self.weights)):
             own = np.flatnonzero(component == j)
-            bend = self.bend if j == 0 else None
-            straight = x[own] if bend is None else bend.apply(x[own], -1.0)
-            whitener = linalg.solve_triangular(factor, np.eye(d), lower=True)
-            z = (straight - mean) @ whitener.T
+            z = self._standard(x[own], j)
             variance = (self.degrees_of_freedom + np.einsum("ni,ni->n", z, z)) / chi_square[own]
-            z = correlation * z + np.sqrt(variance)[:, None] * normal[own]
-            straight = mean + z @ factor.T
-            drawn[own] = straight if bend is None else bend.apply(straight)
-        return drawn, np.asarray(log_density)
+            drawn[own] = self._placed(correlation * z + np.sqrt(variance)[:, None] * normal[own], j)
+        return drawn, log_density
 
     def with_tails(self, degrees_of_freedom: float, widening: float) -> StudentTMixture:
         """The same with other degrees of freedom, its scale matrices `widening` times as large."""
@@ -153,12 +162,15 @@ class StudentTMixture:
         chi_square = random.chisquare(self.degrees_of_freedom, size=count)
         normal *= np.sqrt(self.degrees_of_freedom / chi_square)[:, None]
         drawn = np.empty_like(normal)
-        for i, (mean, factor) in enumerate(zip(self.means, self.factors, strict=True)):
-            own = np.flatnonzero(component == i)
-            drawn[own] = mean + normal[own] @ factor.T
-            if i == 0 and self.bend is not None:
-                drawn[own] = self.bend.apply(drawn[own])
+        for j in range(len(self.weights)):
+            own = np.flatnonzero(component == j)
+            drawn[own] = self._placed(normal[own], j)
         return drawn
+
+
+def _log_sum(log_parts: FloatArray) -> FloatArray:
+    """Logarithm (points,) of the sum of components (components, points)."""
+    return log_parts[0] if len(log_parts) == 1 else np.asarray(special.logsumexp(log_parts, axis=0))
 
 
 def laplace_proposal(mode: FloatArray, covariance: FloatArray, inflation: float = 1.0) -> StudentTMixture:

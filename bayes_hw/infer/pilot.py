@@ -216,16 +216,27 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
             break
         proposal = refitted(proposal, x, weights, bent=bent)
     else:
-        fitted = []
-        tails = TAILS if len(proposal.weights) == 1 else TAILS[:1]
-        for degrees_of_freedom, inflation in tails:
-            tried = proposal.with_tails(degrees_of_freedom, inflation / FITTED_INFLATION)
-            log_tried = tried.log_density(x)
-            fitted.append(_judged(tried, log_density - log_tried, log_tried - log_q, laplace.straight))
-        heaviest, *lighter = fitted
-        trials += [heaviest, *(replace(trial, heavier=(heaviest,)) for trial in lighter)]
-        return max(trials[-len(tails) - 1 :], key=lambda trial: trial.plan.expected_acceptance)
-    return max(trials[-2:], key=lambda trial: trial.plan.expected_acceptance)
+        several = _with_several_tails(proposal, x, log_density, log_q, laplace.straight)
+        return _most_accepted([trials[-1], *several])
+    return _most_accepted(trials[-2:])
+
+
+def _with_several_tails(
+    fitted: StudentTMixture, x: FloatArray, log_density: FloatArray, log_q: FloatArray, straight: bool
+) -> list[_Trial]:
+    """The proposal `fitted` to draws x (draws, dimension) of a density log_q (draws,), and where it has one
+    component the same with lighter tails, all judged by these draws; the heaviest first."""
+    trials: list[_Trial] = []
+    for degrees_of_freedom, inflation in TAILS if len(fitted.weights) == 1 else TAILS[:1]:
+        tried = fitted.with_tails(degrees_of_freedom, inflation / FITTED_INFLATION)
+        log_tried = tried.log_density(x)
+        trial = _judged(tried, log_density - log_tried, log_tried - log_q, straight)
+        trials.append(replace(trial, heavier=tuple(trials[:1])))
+    return trials
+
+
+def _most_accepted(trials: Sequence[_Trial]) -> _Trial:
+    return max(trials, key=lambda trial: trial.plan.expected_acceptance)
 
 
 def _judged(
