@@ -104,7 +104,7 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     log_determinant = 0.0
     carried = np.zeros((n, n))
     following = np.zeros((n, n))
-    row, spread = np.zeros(n), np.zeros(n)
+    row, per_spread, column = np.zeros(n), np.zeros(n), np.zeros(n)
     columnwise = np.ascontiguousarray(transition.T)
     for k in range(samples):
         changed = k == 0 or seen[k] != seen[k - 1]
@@ -114,8 +114,14 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
             for i in range(n - 1):
                 shown[i] = output[i] if seen[k] else 0.0
         if not settled:
-            column = variance @ shown
-            total = max(shown @ column + doubt[k], 1e-300)
+            total = doubt[k]
+            column[:] = 0.0
+            for j in range(n):
+                for i in range(n):
+                    column[i] += variance[j, i] * shown[j]
+            for i in range(n):
+                total += shown[i] * column[i]
+            total = max(total, 1e-300)
             root, log_total = np.sqrt(total), np.log(total)
             for i in range(n):
                 gain[i] = column[i] / total
@@ -134,11 +140,12 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
                     for b in range(n):
                         value += row[b] * transition[j, b]
                     following[i, j] = value
-                spread[i] = np.sqrt(abs(following[i, i])) + 1e-150
+                per_spread[i] = 1 / (np.sqrt(abs(following[i, i])) + 1e-150)
             moved = 0.0
             for i in range(n):
                 for j in range(i + 1):
-                    moved = max(moved, abs(following[i, j] - variance[i, j]) / (spread[i] * spread[j]))
+                    change = abs(following[i, j] - variance[i, j])
+                    moved = max(moved, change * per_spread[i] * per_spread[j])
                     variance[i, j] = following[i, j]
                     variance[j, i] = following[i, j]
             settled = moved < limit and k > n

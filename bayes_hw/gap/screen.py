@@ -16,10 +16,9 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.period_scan import scan_periods
 from bayes_hw.gap.spectra import standing_out
 from bayes_hw.gap.whitener import Whitener
 
@@ -30,7 +29,7 @@ SHORTEST_PERIOD_SHARE = 1 / 60
 SAMPLES_A_PERIOD = 2.5
 MAX_FINE_PERIODS = 2000
 
-CHUNK = 40
+PEAKS_KEPT = 4
 
 NEARBY = 1.6
 """Between starts of one effect: from nearer ones fits end in the same place."""
@@ -83,7 +82,6 @@ class Screen:
 
     def __init__(self, base: Fit, whitener: Whitener) -> None:
         self.base, self.whitener = base, whitener
-        self._known_waves: dict[tuple[int, float, int], FloatArray] = {}
         self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
         self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
 
@@ -170,76 +168,14 @@ class Screen:
             found.append(Candidate(effect, tuple(start), promised))
         return found
 
-    def _waves(self, w: FloatArray, record: int, frequencies: FloatArray, kept: bool) -> FloatArray:
-        """Sines and cosines (samples, 2 n) of w at n frequencies; `kept` where others ask the same."""
-        key = (record, float(frequencies[0]), len(frequencies))
-        if kept and key in self._known_waves:
-            return self._known_waves[key]
-        phase = 2 * np.pi * w[:, None] * frequencies
-        waves = np.concatenate([np.sin(phase), np.cos(phase)], axis=1)
-        if kept:
-            self._known_waves[key] = waves
-        return waves
-
     def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
-        hypothesis, values = self.base.hypothesis, self.base.values
-        scale = hypothesis.scale
-        chain = hypothesis.chain(values)
-        dead_zone = hypothesis.settings(values, chain)[S.DEAD_ZONE]
-        unit = effect.unit_amplitude(scale)
-        signals = hypothesis.simulate_signals(values)
+        scale = self.base.hypothesis.scale
         followed = SAMPLES_A_PERIOD * scale.output_speed / scale.rate
         shortest = followed if finely else max(SHORTEST_PERIOD_SHARE * scale.travel, followed)
         count = int(np.clip(4 * scale.travel / shortest, 10, MAX_FINE_PERIODS if finely else MAX_PERIODS))
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
-        sines, cosines = [], []
-        for start in range(0, count, CHUNK):
-            some = frequencies[start : start + CHUNK]
-            columns = []
-            for record, (w, _) in enumerate(signals):
-                added = unit * self._waves(w, record, some, kept=not finely)
-                if effect.door == "output":
-                    added -= added[:1]
-                if effect.only_saturated:
-                    added *= _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)[:, None]
-                shift = door_responses(chain, effect.door, added)
-                columns.append(np.where(np.abs(w[:, None]) > dead_zone, shift, 0.0))
-            projected = self.project(columns)
-            sines.append(projected[:, : len(some)])
-            cosines.append(projected[:, len(some) :])
-        sine, cosine = np.concatenate(sines, axis=1), np.concatenate(cosines, axis=1)
-        reductions, amplitudes = _two_column_reductions(sine, cosine, self.residual)
-        peaks = [
-            i
-            for i in range(count)
-            if reductions[i] >= reductions[max(i - 1, 0)]
-            and reductions[i] >= reductions[min(i + 1, count - 1)]
-        ]
-        peaks.sort(key=lambda i: -reductions[i])
+        scan = scan_periods(self.base, self.whitener, self.tangents, self.residual, effect, frequencies)
         return [
-            Candidate(
-                effect,
-                (amplitudes[0, i] * unit, amplitudes[1, i] * unit, 1 / frequencies[i]),
-                float(reductions[i]),
-            )
-            for i in peaks[:4]
+            Candidate(effect, (*scan.amplitudes[:, i].tolist(), 1 / frequencies[i]), float(scan.reductions[i]))
+            for i in scan.peaks()[:PEAKS_KEPT]
         ]
-
-
-def _limit_reached(u: FloatArray, delay: int, values: FloatArray) -> FloatArray:
-    """The limit where the delayed command lies beyond it, zero elsewhere; shape of `u`."""
-    delayed = np.zeros_like(u)
-    delayed[delay:] = u[: len(u) - delay]
-    return np.where(delayed < values[0], values[0], np.where(delayed > values[1], values[1], 0.0))
-
-
-def _two_column_reductions(
-    sine: FloatArray, cosine: FloatArray, residual: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Reduction (n,) and amplitudes (2, n) of every pair of columns."""
-    ss, cc, sc = np.sum(sine**2, 0), np.sum(cosine**2, 0), np.sum(sine * cosine, 0)
-    ss, cc = ss * (1 + 1e-9) + 1e-300, cc * (1 + 1e-9) + 1e-300
-    se, ce = sine.T @ residual, cosine.T @ residual
-    determinant = np.maximum(ss * cc - sc**2, 1e-300)
-    amplitudes = np.array([(cc * se - sc * ce) / determinant, (ss * ce - sc * se) / determinant])
-    return amplitudes[0] * se + amplitudes[1] * ce, amplitudes

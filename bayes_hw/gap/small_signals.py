@@ -24,8 +24,10 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
     if door in ("motor_torque", "load_torque"):
         states = torque_states([chain], 1 / chain.rate)
     samples, count = signals.shape
-    padded = np.zeros((samples, padded_to_lanes(count)))
-    padded[:, :count] = signals
+    padded = np.ascontiguousarray(signals)
+    if count != padded_to_lanes(count):
+        padded = np.zeros((samples, padded_to_lanes(count)))
+        padded[:, :count] = signals
     responses = np.empty_like(padded)
     row, w = int(door == "load_torque"), 0
     filter_lanes(

@@ -1,0 +1,85 @@
+"""Scans over periods: every reduction is that of least squares on the projected waves themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, simulated_with
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.effects.catalogue import EncoderEccentricity, TorqueRipple
+from bayes_hw.gap.effects.effect import PeriodicEffect
+from bayes_hw.gap.effects.input import SaturationDrift
+from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.period_scan import CHUNK, PeriodScan, scan_periods
+from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.state_noise import walking_noise
+from bayes_hw.gap.whitener import Plain, Whitener
+
+INPUTS = [command(500, seed) for seed in (21, 22)]
+FREQUENCIES = np.linspace(0.5, 6.0, CHUNK + 5)
+
+
+@pytest.fixture(scope="module")
+def base() -> Fit:
+    """The base model fitted to records with a ripple that it lacks."""
+    clean = simulated_with(TorqueRipple(), (30.0, 15.0, 0.3), INPUTS)
+    measured = [y + white(500, SIGMA, 70 + i) for i, y in enumerate(clean)]
+    found = hypothesis(AXIS, INPUTS)
+    return fit(found, measured, found.prior_means, Plain(SIGMA), free=np.arange(8) < 4)
+
+
+def waves(base: Fit, effect: PeriodicEffect, frequency: float) -> list[FloatArray]:
+    """Answers of y to a sine and a cosine of the position, one frequency at a time, (samples, 2) a record."""
+    chain = base.hypothesis.chain(base.values)
+    dead_zone = base.hypothesis.settings(base.values, chain)[S.DEAD_ZONE]
+    answers = []
+    for u, (w, _) in zip(INPUTS, base.hypothesis.simulate_signals(base.values), strict=True):
+        angle = 2 * np.pi * frequency * w
+        added = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+        if effect.door == "output":
+            added -= added[0]
+        if effect.only_saturated:
+            delayed = np.concatenate([np.zeros(chain.delay_samples), u])[: len(u)]
+            lower, upper = base.values[:2]
+            added *= np.select([delayed < lower, delayed > upper], [lower, upper], 0.0)[:, None]
+        shift = door_responses(chain, effect.door, added)
+        shift[np.abs(w) <= dead_zone] = 0.0
+        answers.append(shift)
+    return answers
+
+
+@pytest.mark.parametrize(
+    "whitener", [Plain(SIGMA), walking_noise(SIGMA, 0.3, 0.2 * SIGMA)], ids=["white", "walk"]
+)
+@pytest.mark.parametrize(
+    "effect", [TorqueRipple(), EncoderEccentricity(), SaturationDrift()], ids=lambda effect: effect.name
+)
+def test_it_is_least_squares_on_the_projected_waves(
+    base: Fit, effect: PeriodicEffect, whitener: Whitener
+) -> None:
+    """Across the bounds of chunks, for every door and a noise of any kind."""
+    screen = Screen(base, whitener)
+    scan = scan_periods(base, whitener, screen.tangents, screen.residual, effect, FREQUENCIES)
+    for i in (0, 7, CHUNK - 1, CHUNK, len(FREQUENCIES) - 1):
+        columns = screen.project(waves(base, effect, FREQUENCIES[i]))
+        solution, *_ = np.linalg.lstsq(columns, screen.residual, rcond=None)
+        explained = float(np.sum((columns @ solution) ** 2))
+        assert scan.reductions[i] == pytest.approx(explained, rel=1e-4, abs=1e-6)
+        np.testing.assert_allclose(columns @ scan.amplitudes[:, i], columns @ solution, atol=1e-3)
+
+
+def test_peaks_are_local_maxima_the_largest_first() -> None:
+    scan = PeriodScan(np.array([5.0, 1.0, 3.0, 2.0, 2.0, 7.0, 6.0, 9.0]), np.zeros((2, 8)))
+    assert scan.peaks() == [7, 5, 0, 2]
+
+
+def test_one_frequency_is_enough(base: Fit) -> None:
+    screen = Screen(base, Plain(SIGMA))
+    scan = scan_periods(
+        base, Plain(SIGMA), screen.tangents, screen.residual, TorqueRipple(), FREQUENCIES[:1]
+    )
+    assert scan.reductions.shape == (1,) and scan.peaks() == [0]
