@@ -99,7 +99,7 @@ class Attributor:
         bases = self.base_fits()
         base = with_coloured_noise(bases[0], self.measured)
         found = [base]
-        structure = self.stochastic.lattice or leaves_structure(base, self.base.inputs)
+        structure = self.stochastic.lattice or self._unfinished(found)
         self.tell("single effects")
         tried = TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT
         singles = self.single_fits(bases[0], tried)
@@ -149,7 +149,9 @@ class Attributor:
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
 
     def _unfinished(self, found: Sequence[Explanation]) -> bool:
-        return leaves_structure(min(found, key=_worst_first), self.base.inputs)
+        """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
+        best = min(found, key=_worst_first)
+        return best.strained or leaves_structure(best, self.base.inputs)
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""

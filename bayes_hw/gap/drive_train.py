@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.drive_train_kernel import matched, torque_gains, torque_polynomials
+from bayes_hw.gap.drive_train_kernel import COUNT, KSS, matched, torque_gains, torque_polynomials
 
 FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
@@ -39,6 +39,12 @@ SMALLEST_MISFIT = 1e-6
 LARGEST_STEP = 0.5
 USUAL_LOG_SD = np.array([0.15, 0.2, 0.4, 0.2, 0.5, 0.1, 0.6, 0.4, 0.6, 0.3])
 """How far drives stray from the usual proportions: kp, ki, km, kl, ks, kss, c, cs, bl, gain."""
+
+ANTIRESONANCES = (0.0, -0.15, -0.3, -0.45)
+"""Logarithms of the structure's own stiffness over the usual one from which a G is matched: where modes and
+zeros of a given G do not quite belong together, the nearest match may be of another antiresonance."""
+
+_STRUCTURE = np.eye(COUNT)[KSS]
 
 VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
@@ -239,19 +245,24 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     target = system.response(s)
     sign = float(np.sign((target * s)[0].real))
     usual = _usual_logs(system, target, s)
-    logs, misfit = matched(
-        usual if near is None else near.logs,
-        usual,
-        USUAL_LOG_SD,
-        FIRST_MISFIT,
-        SMALLEST_MISFIT,
-        MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR,
-        STEPS_PER_ROUND,
-        LARGEST_STEP,
-        s,
-        target,
-        sign,
+    starts = [near.logs] if near is not None else [usual + shift * _STRUCTURE for shift in ANTIRESONANCES]
+    matches = (
+        matched(
+            start,
+            usual,
+            USUAL_LOG_SD,
+            FIRST_MISFIT,
+            SMALLEST_MISFIT,
+            MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR,
+            STEPS_PER_ROUND,
+            LARGEST_STEP,
+            s,
+            target,
+            sign,
+        )
+        for start in starts
     )
+    logs, misfit = min(matches, key=lambda match: match[1])
     return DriveTrain(logs, sign, misfit) if misfit < LARGEST_MISFIT else None
 
 

@@ -22,6 +22,9 @@ CHAOS_MARGIN = 50.0
 """Log-evidence by which chaotic motion must be ahead of all that can be predicted before what it leaves is
 laid to its being chaotic. On 583 simulated cases it was that far ahead in 26, all of them with backlash."""
 
+LARGEST_STRAIN = 4.0
+"""Prior standard deviations; base parameters farther from the nominal model stand for something else."""
+
 Kind = TypeVar("Kind", bound=Hashable)
 
 
@@ -71,6 +74,12 @@ class Explanation:
     def chaotic(self) -> bool:
         """Whether an effect's motion cannot be predicted for long."""
         return any(effect.chaotic for effect in self.fit.hypothesis.effects)
+
+    @property
+    def strained(self) -> bool:
+        """Whether a base parameter is farther from the nominal model than a nominal model can be off."""
+        deviations = self.fit.hypothesis.prior_deviations(self.fit.coordinates)
+        return bool(np.any(np.abs(deviations[: self.fit.hypothesis.base_count]) > LARGEST_STRAIN))
 
     @property
     def innovations(self) -> list[FloatArray]:

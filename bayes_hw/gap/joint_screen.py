@@ -18,8 +18,8 @@ from bayes_hw.gap.screen import Candidate, Screen
 FEWEST_TIMES, MOST_TIMES = 0.3, 3.0
 """Factors between which a response may be scaled: an effect of that size has about that response."""
 
-STARTS_OF_A_PAIR = 2
-"""Pairs of starts of one pair of labels."""
+FORMS_OF_A_PAIR = 2
+"""Pairs of forms of one pair of labels, the best start of each."""
 
 
 def promising_pairs(
@@ -41,9 +41,16 @@ def promising_pairs(
     for one, other in combinations(sorted(set(labels)), 2):
         rows, columns = np.flatnonzero(labels == one), np.flatnonzero(labels == other)
         block = promised[np.ix_(rows, columns)]
-        for best in np.argsort(-block, axis=None)[:STARTS_OF_A_PAIR]:
+        tried: set[tuple[str, str]] = set()
+        for best in np.argsort(-block, axis=None):
             row, column = np.unravel_index(int(best), block.shape)
-            found.append((float(block[row, column]), [own[rows[row]], own[columns[column]]]))
+            pair = [own[rows[row]], own[columns[column]]]
+            forms_of_pair = (pair[0].effect.name, pair[1].effect.name)
+            if forms_of_pair not in tried:
+                tried.add(forms_of_pair)
+                found.append((float(block[row, column]), pair))
+            if len(tried) == FORMS_OF_A_PAIR:
+                break
     return sorted(found, key=lambda pair: -pair[0])
 
 

@@ -84,14 +84,14 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_filter(columns, transition, output, seen, doubt, increment, initial, white, expected):  # type: ignore[no-untyped-def]
+def state_filter(columns, transition, output, seen, doubt, increment, initial, white, expected, variances):  # type: ignore[no-untyped-def]
     """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
 
     x(k+1) = transition x(k) + a(k) with var a = increment (n, n), x(0) of variance `initial`;
     e(k) = output x(k) where `seen` (samples,), elsewhere its last term alone, and noise of variance `doubt`
     (samples,). `columns` (samples, m) are filtered into `white`, unit innovations where they are such noise;
-    `expected` (samples, m) is what the samples before let expect of output x(k) without its last term.
-    The gain is kept once it no longer changes.
+    `expected` (samples, m) is what the samples before let expect of output x(k) without its last term,
+    `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
     """
     samples, m = columns.shape
     n = len(output)
@@ -100,7 +100,7 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     gain = np.zeros(n)
     shown = output.copy()
     settled, limit = False, SETTLED
-    total, root, log_total = 1.0, 1.0, 0.0
+    total, root, log_total, uncertain = 1.0, 1.0, 0.0, 0.0
     log_determinant = 0.0
     carried = np.zeros((n, n))
     following = np.zeros((n, n))
@@ -122,6 +122,10 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
             for i in range(n):
                 total += shown[i] * column[i]
             total = max(total, 1e-300)
+            uncertain = 0.0
+            for i in range(n - 1):
+                for j in range(n - 1):
+                    uncertain += output[i] * variance[i, j] * output[j]
             root, log_total = np.sqrt(total), np.log(total)
             for i in range(n):
                 gain[i] = column[i] / total
@@ -150,6 +154,7 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
                     variance[j, i] = following[i, j]
             settled = moved < limit and k > n
         log_determinant += log_total
+        variances[k] = uncertain
         for c in range(m):
             disturbance = 0.0
             for i in range(n - 1):

@@ -8,7 +8,6 @@ projection P is never carried out on the waves: (P s)'(P c) = s'c - (T's)'(T'c) 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np

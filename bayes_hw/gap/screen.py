@@ -176,6 +176,8 @@ class Screen:
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
         scan = scan_periods(self.base, self.whitener, self.tangents, self.residual, effect, frequencies)
         return [
-            Candidate(effect, (*scan.amplitudes[:, i].tolist(), 1 / frequencies[i]), float(scan.reductions[i]))
+            Candidate(
+                effect, (*scan.amplitudes[:, i].tolist(), 1 / frequencies[i]), float(scan.reductions[i])
+            )
             for i in scan.peaks()[:PEAKS_KEPT]
         ]

@@ -40,6 +40,13 @@ CURVATURE_STEP = 0.05
 FIRST_STEP = 0.4
 """Of the logarithms of sizes and corners, in which a search for the most likely ones begins."""
 
+NODES = 7
+SMALLEST_DOUBT = 0.1
+"""Of the encoder's noise; less is left out, since the filter takes longer where it changes."""
+
+_NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(NODES)
+_NORMAL_NODES = _NODES, _WEIGHTS / np.sum(_WEIGHTS)
+
 HOPELESS = 5.0
 """Log-likelihood below autoregressive noise at the start beyond which a fit is not worth its time."""
 
@@ -65,7 +72,7 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
     motion, dead_zone = _motion(fit)
-    at_rest = [_view(w, np.zeros_like(w), dead_zone) for w in motion]
+    at_rest = [View(np.abs(w) > dead_zone, np.zeros_like(w)) for w in motion]
 
     def noise(p: FloatArray, views: Sequence[View] = at_rest) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
@@ -88,7 +95,7 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
     else:
         still = noise(start).fitted_to(fit.residuals)
     swaying = [
-        _view(w, still.expected(e, record), dead_zone)
+        _view(w, *still.expected(e, record), dead_zone, still.sigma)
         for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
     ]
     p, sds, whitener = _fitted(fit, partial(noise, views=swaying), start)
@@ -114,15 +121,18 @@ def _motion(fit: Fit) -> tuple[list[FloatArray], float]:
     return [w for w, _ in hypothesis.simulate_signals(values)], float(dead_zone)
 
 
-def _view(w: FloatArray, sway: FloatArray, dead_zone: float) -> View:
-    """What the encoder sees of a disturbance that is expected to add `sway` (samples,) to w (samples,).
+def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: float, sigma: float) -> View:
+    """What the encoder, of noise `sigma`, sees of a disturbance that is expected to add `sway` to w.
 
-    Where it carries the axis into the dead zone or out of it, only a part of it shows.
+    Where the disturbance, of mean `sway` and `variance`, carries the axis into the dead zone or out of it,
+    only a part of it shows; the mean square of what is missing is in doubt. All but the last two (samples,).
     """
-    seen = np.abs(w + sway) > dead_zone
-    shown = DeadZone(dead_zone)
-    part = shown(w + sway) - shown(w) - seen * sway
-    return View(seen, np.where(np.abs(part) > 1e-12 * dead_zone, part**2, 0.0))
+    seen, shown = np.abs(w + sway) > dead_zone, DeadZone(dead_zone)
+    doubt = np.zeros_like(w)
+    for node, weight in zip(*_NORMAL_NODES, strict=True):
+        added = sway + node * np.sqrt(variance)
+        doubt += weight * (shown(w + added) - shown(w) - seen * added) ** 2
+    return View(seen, np.where(doubt > (SMALLEST_DOUBT * sigma) ** 2, doubt, 0.0))
 
 
 def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:

@@ -54,12 +54,14 @@ class StateNoise:
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         return self._filtered(columns, record)[0]
 
-    def expected(self, residual: FloatArray, record: int) -> FloatArray:
-        """The disturbance (samples,) that the residuals (samples,) before each sample let expect."""
-        return self._filtered(residual[:, None], record)[2][:, 0]
+    def expected(self, residual: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
+        """Mean and variance (samples,) of the disturbance, given the residuals before each sample."""
+        _, _, mean, variance = self._filtered(residual[:, None], record)
+        return mean[:, 0], variance
 
-    def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray]:
+    def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray, FloatArray]:
         white, expected = np.empty(columns.shape), np.empty(columns.shape)
+        variances = np.empty(len(columns))
         view = View.everywhere(len(columns)) if self.views is None else self.views[record]
         log_determinant = state_filter(
             np.ascontiguousarray(columns),
@@ -71,14 +73,15 @@ class StateNoise:
             self.initial,
             white,
             expected,
+            variances,
         )
-        return white, float(log_determinant), expected
+        return white, float(log_determinant), expected, variances
 
     def fitted_to(self, residuals: Sequence[FloatArray]) -> StateNoise:
         """The same with its log-likelihood of `residuals`, an array (samples,) a record."""
         total = 0.0
         for record, e in enumerate(residuals):
-            white, log_determinant, _ = self._filtered(e[:, None], record)
+            white, log_determinant, _, _ = self._filtered(e[:, None], record)
             total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
         return replace(self, log_likelihood=total)
 

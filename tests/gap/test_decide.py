@@ -39,6 +39,7 @@ class Stub:
     stochastic: Any = None
     chaotic: bool = False
     lost_motion: bool = False
+    strained: bool = False
 
     @property
     def fit(self) -> Any:
@@ -116,6 +117,17 @@ def test_both_of_a_pair_must_earn_their_places(evidence: float, rmse: float, ans
     """In evidence against the better single, and in error removed."""
     singles = [Stub(("friction",), 40, rmse=1.0), Stub(("backlash",), 30, rmse=1.2)]
     assert chosen(Stub((), 0, rmse=2.0), *singles, Stub(("backlash", "friction"), evidence, rmse)) == answer
+
+
+@pytest.mark.parametrize(("single", "pair", "named"), [(True, False, 2), (True, True, 1), (False, False, 1)])
+def test_error_removed_does_not_count_where_a_base_far_off_made_up_for_it(
+    single: bool, pair: bool, named: int
+) -> None:
+    """One effect alone does nearly as well as two, but only with base parameters that no nominal has."""
+    friction = Stub(("friction",), 40, rmse=1.0, strained=single)
+    backlash = Stub(("backlash",), 30, rmse=1.2)
+    both = Stub(("backlash", "friction"), 55, rmse=0.99, strained=pair)
+    assert len(chosen(Stub((), 0, rmse=2.0), friction, backlash, both)) == named
 
 
 def test_rounded_data_are_rounded() -> None:

@@ -11,7 +11,7 @@ from fitted import SAMPLES, base, with_residuals
 
 from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import with_stochastic
+from bayes_hw.gap.explanation import LARGEST_STRAIN, with_stochastic
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
 
 
@@ -45,3 +45,17 @@ def test_slow_noise_beside_chaotic_motion_is_motion_that_was_lost(
     assert explanation.lost_motion == lost
     assert explanation.labels == labels
     assert (explanation.cause_of_noise is None) == lost
+
+
+@pytest.mark.parametrize(("moved", "strained"), [(0.9, False), (1.1, True), (-1.1, True)])
+def test_base_parameters_far_from_the_nominal_strain_an_explanation(moved: float, strained: bool) -> None:
+    """Those of the effect may be anywhere."""
+    fit = with_residuals([white(SAMPLES, SIGMA, 0)])
+    hypothesis = base(records=1).with_effect(KinematicBacklash())
+    at = hypothesis.prior_means.copy()
+    at[0] += moved * LARGEST_STRAIN * hypothesis.prior_sds[0]
+    at[-1] += 2 * LARGEST_STRAIN * hypothesis.prior_sds[-1]
+    noise = autoregression(fit)
+    found = StochasticFit("outliers", "", noise, noise.log_likelihood, {})
+    host = replace(fit, hypothesis=hypothesis, coordinates=at)
+    assert replace(with_stochastic(found, fit), fit=host).strained == strained

@@ -9,11 +9,17 @@ from fitted import AXIS, noisy
 
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
-from bayes_hw.gap.effects.input import CommandBias
+from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, RateLimit
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.fit import fit
-from bayes_hw.gap.joint_screen import FEWEST_TIMES, MOST_TIMES, joint_reductions, promising_pairs
+from bayes_hw.gap.joint_screen import (
+    FEWEST_TIMES,
+    FORMS_OF_A_PAIR,
+    MOST_TIMES,
+    joint_reductions,
+    promising_pairs,
+)
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Candidate, Screen
 from bayes_hw.gap.whitener import Plain
@@ -38,6 +44,16 @@ def test_the_true_pair_promises_most(screen: Screen) -> None:
     promised = [reduction for reduction, _ in pairs]
     assert promised == sorted(promised, reverse=True)
     assert all(a.effect.label != b.effect.label for _, (a, b) in pairs)
+
+
+def test_the_best_start_of_every_pair_of_forms(screen: Screen) -> None:
+    """Not the best starts of one form: where the forms differ, the other may be the right one."""
+    forms = (TransportDelay(), RateLimit(), EarlyRateLimit(), CommandBias())
+    pairs = promising_pairs(screen, [screen.candidates(e) for e in forms], Each(1))
+    names = [frozenset(c.effect.name for c in pair) for _, pair in pairs]
+    assert len(set(names)) == len(names)
+    ramps = [pair for _, pair in pairs if {c.effect.label for c in pair} == {"transport_delay", "rate_limit"}]
+    assert len(ramps) == FORMS_OF_A_PAIR
 
 
 def test_one_effect_makes_no_pair(screen: Screen) -> None:

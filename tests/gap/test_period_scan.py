@@ -79,7 +79,5 @@ def test_peaks_are_local_maxima_the_largest_first() -> None:
 
 def test_one_frequency_is_enough(base: Fit) -> None:
     screen = Screen(base, Plain(SIGMA))
-    scan = scan_periods(
-        base, Plain(SIGMA), screen.tangents, screen.residual, TorqueRipple(), FREQUENCIES[:1]
-    )
+    scan = scan_periods(base, Plain(SIGMA), screen.tangents, screen.residual, TorqueRipple(), FREQUENCIES[:1])
     assert scan.reductions.shape == (1,) and scan.peaks() == [0]

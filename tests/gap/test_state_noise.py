@@ -49,13 +49,17 @@ def test_a_walk_that_does_not_always_show() -> None:
 
 
 def test_what_is_expected_of_a_walk() -> None:
-    """The mean of the walk given the residuals before, by the joint normal distribution."""
+    """Mean and variance of the walk given the residuals before, by the joint normal distribution."""
     noise = walking_noise(SIGMA, CORRELATION, 0.3)
     walk = np.minimum.outer(np.arange(N), np.arange(N)) * 0.3**2
     covariance = walk + encoder_covariance()
     e = np.random.default_rng(6).multivariate_normal(np.zeros(N), covariance)
-    expected = [0.0, *(walk[k, :k] @ np.linalg.solve(covariance[:k, :k], e[:k]) for k in range(1, N))]
-    np.testing.assert_allclose(noise.expected(e, 0), expected, atol=1e-6)
+    mean, variance = noise.expected(e, 0)
+    weights = [np.linalg.solve(covariance[:k, :k], walk[:k, k]) for k in range(N)]
+    np.testing.assert_allclose(mean, [w @ e[:k] for k, w in enumerate(weights)], atol=1e-6)
+    np.testing.assert_allclose(
+        variance, [walk[k, k] - w @ walk[:k, k] for k, w in enumerate(weights)], atol=1e-6
+    )
 
 
 def test_a_torque_through_the_drive_train() -> None:

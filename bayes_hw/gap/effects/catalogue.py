@@ -22,7 +22,13 @@ from bayes_hw.gap.effects.friction import (
     StribeckFrictionAtMotor,
 )
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness, TransportDelay, UnmodelledMode
+from bayes_hw.gap.effects.linear import (
+    CubicStiffness,
+    ModeOnStructure,
+    SofteningStiffness,
+    TransportDelay,
+    UnmodelledMode,
+)
 from bayes_hw.gap.effects.sensor import (
     EncoderEccentricity,
     GainAsymmetry,
@@ -42,6 +48,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     GainDrift,
     TransportDelay,
     UnmodelledMode,
+    ModeOnStructure,
     CubicStiffness,
     SofteningStiffness,
     CoulombFrictionAtMotor,
