@@ -20,6 +20,7 @@ from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.leftover import Leftover
 
 NONE, OTHER = "none", "other"
+SLOW_TORQUE = "function at disturbance"
 
 
 @dataclass(frozen=True)
@@ -174,14 +175,14 @@ def probability_of_other(
     """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma).
 
     Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
-    command or motion would explain, less then counts.
+    command or motion would explain, less then counts. A free torque in time is what slow noise is itself.
     """
     odds = -np.inf
     size = np.hypot(calibration.left_size, expected)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
-        hidden = drifts and item.kind.startswith("function")
+        hidden = drifts and item.kind.startswith("function") and item.kind != SLOW_TORQUE
         even = calibration.slow_left_surprise if hidden else calibration.left_surprise
         by_surprise = calibration.left_sharpness * np.log(item.surprise / even)
         by_size = 2 * calibration.left_sharpness * np.log(item.size / size)

@@ -144,7 +144,7 @@ def _hidden(residuals: Sequence[FloatArray], whitener: Whitener) -> list[BoolArr
     """Where the dead zone hides a disturbance (samples,), a record each: going there the residuals jump."""
     if not isinstance(whitener, StateNoise) or whitener.views is None:
         return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
-    return [~view.seen | (view.doubt > 0) for view in whitener.views]
+    return [(view.share < 1) | (view.doubt > 0) for view in whitener.views]
 
 
 def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple[str, float, float]:

@@ -84,12 +84,13 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_filter(columns, transition, output, seen, doubt, increment, initial, white, expected, variances):  # type: ignore[no-untyped-def]
+def state_filter(columns, transition, output, share, doubt, increment, initial, white, expected, variances):  # type: ignore[no-untyped-def]
     """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
 
     x(k+1) = transition x(k) + a(k) with var a = increment (n, n), x(0) of variance `initial`;
-    e(k) = output x(k) where `seen` (samples,), elsewhere its last term alone, and noise of variance `doubt`
-    (samples,). `columns` (samples, m) are filtered into `white`, unit innovations where they are such noise;
+    e(k) = output x(k), of all but its last term the `share` (samples,) that shows, and noise of variance
+    `doubt` (samples,). `columns` (samples, m) are filtered into `white`, unit innovations where they are
+    such noise;
     `expected` (samples, m) is what the samples before let expect of output x(k) without its last term,
     `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
     """
@@ -107,12 +108,12 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
     row, per_spread, column = np.zeros(n), np.zeros(n), np.zeros(n)
     columnwise = np.ascontiguousarray(transition.T)
     for k in range(samples):
-        changed = k == 0 or seen[k] != seen[k - 1]
+        changed = k == 0 or share[k] != share[k - 1]
         if doubt[k] > 0 or (k > 0 and (changed or doubt[k - 1] > 0)):
             settled, limit = False, SETTLED_AGAIN
         if changed:
             for i in range(n - 1):
-                shown[i] = output[i] if seen[k] else 0.0
+                shown[i] = share[k] * output[i]
         if not settled:
             total = doubt[k]
             column[:] = 0.0
@@ -160,9 +161,7 @@ def state_filter(columns, transition, output, seen, doubt, increment, initial, w
             for i in range(n - 1):
                 disturbance += output[i] * state[c, i]
             expected[k, c] = disturbance
-            innovation = columns[k, c] - output[n - 1] * state[c, n - 1]
-            if seen[k]:
-                innovation -= disturbance
+            innovation = columns[k, c] - output[n - 1] * state[c, n - 1] - share[k] * disturbance
             white[k, c] = innovation / root
             row[:] = 0.0
             for j in range(n):

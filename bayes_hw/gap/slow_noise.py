@@ -40,6 +40,10 @@ CURVATURE_STEP = 0.05
 FIRST_STEP = 0.4
 """Of the logarithms of sizes and corners, in which a search for the most likely ones begins."""
 
+VIEWS = 2
+FIRST_ROUNDS = 2
+"""Times that what shows of a disturbance is found from it, and that a search then goes on from there."""
+
 NODES = 7
 SMALLEST_DOUBT = 0.1
 """Of the encoder's noise; less is left out, since the filter takes longer where it changes."""
@@ -72,7 +76,8 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
     motion, dead_zone = _motion(fit)
-    at_rest = [View(np.abs(w) > dead_zone, np.zeros_like(w)) for w in motion]
+    rounds = FIRST_ROUNDS if start is None else 1
+    at_rest = [View((np.abs(w) > dead_zone).astype(np.float64), np.zeros_like(w)) for w in motion]
 
     def noise(p: FloatArray, views: Sequence[View] = at_rest) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
@@ -91,14 +96,17 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
 
         high = np.log(np.sqrt(np.median(spectrum.power[-len(spectrum.power) // 4 :])))
         starts = [np.array([high, -1.0, np.log(fit.rmse), np.log(c), 2.0]) for c in (0.05, 0.3, 1.0)]
-        start, _, still = _fitted(fit, noise, fit_spectrum(spectrum, power, starts), EXACT_EVALUATIONS)
+        p, _, whitener = _fitted(fit, noise, fit_spectrum(spectrum, power, starts), EXACT_EVALUATIONS)
     else:
-        still = noise(start).fitted_to(fit.residuals)
-    swaying = [
-        _view(w, *still.expected(e, record), dead_zone, still.sigma)
-        for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
-    ]
-    p, sds, whitener = _fitted(fit, partial(noise, views=swaying), start)
+        p, whitener = start, noise(start)
+    for _ in range(rounds):
+        for _ in range(VIEWS):
+            views = [
+                _view(w, *whitener.expected(e, record), dead_zone, whitener.sigma)
+                for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
+            ]
+            whitener = noise(p, views)
+        p, sds, whitener = _fitted(fit, partial(noise, views=views), p)
     first, second = corners(p)
     return _found(
         "wind",
@@ -122,17 +130,26 @@ def _motion(fit: Fit) -> tuple[list[FloatArray], float]:
 
 
 def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: float, sigma: float) -> View:
-    """What the encoder, of noise `sigma`, sees of a disturbance that is expected to add `sway` to w.
+    """What the encoder, of noise `sigma`, sees of a disturbance of mean `sway` and `variance` added to w.
 
-    Where the disturbance, of mean `sway` and `variance`, carries the axis into the dead zone or out of it,
-    only a part of it shows; the mean square of what is missing is in doubt. All but the last two (samples,).
+    Where it carries the axis into the dead zone or out of it, only a part shows: the share of it that comes
+    nearest in the mean square (statistical linearisation: Gelb and Vander Velde, Multiple-Input Describing
+    Functions, 1968), and the mean square of what is then missing. All but the last two are (samples,).
     """
-    seen, shown = np.abs(w + sway) > dead_zone, DeadZone(dead_zone)
-    doubt = np.zeros_like(w)
+    shown = DeadZone(dead_zone)
+    squares, products, parts = np.zeros_like(w), np.zeros_like(w), np.zeros_like(w)
     for node, weight in zip(*_NORMAL_NODES, strict=True):
         added = sway + node * np.sqrt(variance)
-        doubt += weight * (shown(w + added) - shown(w) - seen * added) ** 2
-    return View(seen, np.where(doubt > (SMALLEST_DOUBT * sigma) ** 2, doubt, 0.0))
+        part = shown(w + added) - shown(w)
+        squares += weight * added**2
+        products += weight * part * added
+        parts += weight * part**2
+    outside = (np.abs(w) > dead_zone).astype(np.float64)
+    share = np.where(squares > 0, products / np.maximum(squares, 1e-300), outside)
+    doubt = np.maximum(parts - share * products, 0.0)
+    whole = np.round(share)
+    clear = doubt + (share - whole) ** 2 * squares < (SMALLEST_DOUBT * sigma) ** 2
+    return View(np.where(clear, whole, share), np.where(clear, 0.0, doubt))
 
 
 def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:

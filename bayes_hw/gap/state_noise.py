@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import TorquePath
 from bayes_hw.gap.noise_kernel import state_filter
 from bayes_hw.gap.whitener import LOG_2PI
@@ -23,15 +23,15 @@ ENCODER_PARAMETERS = 2
 
 
 class View(NamedTuple):
-    """Where a disturbance shows (samples,), and the variance (samples,) of what is not known of how."""
+    """The share of a disturbance that shows (samples,), and the variance (samples,) of what more may show."""
 
-    seen: BoolArray
+    share: FloatArray
     doubt: FloatArray
 
     @classmethod
     def everywhere(cls, samples: int) -> View:
         """Of a disturbance that always shows."""
-        return cls(np.ones(samples, dtype=np.bool_), np.zeros(samples))
+        return cls(np.ones(samples), np.zeros(samples))
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class StateNoise:
             np.ascontiguousarray(columns),
             self.transition,
             self.output,
-            view.seen,
+            view.share,
             view.doubt,
             self.increment,
             self.initial,

@@ -37,14 +37,15 @@ def test_a_random_walk_from_zero() -> None:
 
 
 def test_a_walk_that_does_not_always_show() -> None:
-    """Hidden for two stretches, and of doubtful size at their ends."""
-    seen = np.ones(N, dtype=np.bool_)
-    seen[10:20] = seen[33:36] = False
+    """Hidden for two stretches, shown in part at their ends, and of doubtful size there."""
+    share = np.ones(N)
+    share[10:20] = share[33:36] = 0.0
+    share[[9, 20, 36]] = 0.4, 0.7, 0.2
     doubt = np.zeros(N)
     doubt[[10, 20, 33]] = 0.3, 0.2, 0.05
     walk = np.minimum.outer(np.arange(N), np.arange(N)) * 0.05**2
-    shown = np.outer(seen, seen) * walk
-    noise = replace(walking_noise(SIGMA, CORRELATION, 0.05), views=(View(seen, doubt),) * 2)
+    shown = np.outer(share, share) * walk
+    noise = replace(walking_noise(SIGMA, CORRELATION, 0.05), views=(View(share, doubt),) * 2)
     check(noise, encoder_covariance() + shown + np.diag(doubt))
 
 
