@@ -137,7 +137,8 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self._pairs.parts(best)
-        found += self._without_noise(min(found, key=_worst_first))
+        ahead = min(found, key=_worst_first)
+        found += self._without_noise(ahead) + self._noise_alone(ahead)
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
         for chaotic in [e for e in _with_parts(found) if e.chaotic and e.stochastic is None]:
@@ -234,6 +235,12 @@ class Attributor:
         response = best.fit
         plain = fit(response.hypothesis, self.measured, response.coordinates, self.plain, MORE_ITERATIONS)
         return [with_coloured_noise(plain, self.measured)]
+
+    def _noise_alone(self, best: Explanation) -> list[Explanation]:
+        """The noise of `best` without its response, from the base model beside which that was found."""
+        if not best.fit.hypothesis.effects or best.stochastic is None or best.stochastic.display is not None:
+            return []
+        return [self.stochastic.moved(best, self.base, best.fit.coordinates[: self.base.base_count])]
 
     @cached_property
     def _at_nominal(self) -> Screen:
