@@ -16,7 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
-from bayes_hw.gap.glitches import find_glitches
+from bayes_hw.gap.glitches import FEWEST, find_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
 from bayes_hw.gap.leftover import leaves_structure
@@ -35,7 +35,6 @@ TRIED_FROM_NOMINAL = 14
 TRIED_FROM_BASE = 2
 TRIED_WHERE_NOTHING_IS_LEFT = 3
 SINGLES_FINISHED = 8
-FEWEST_GLITCHES = 3
 
 ROUNDED_LATER = 3
 """Effects found after the first ones that are held against a rounding encoder too."""
@@ -198,7 +197,7 @@ class Attributor:
         fits = self.each(lambda start: fit(self.base, self.measured, start, self.plain), starts)
         best = min(fits, key=lambda f: f.cost)
         masks = find_glitches(best.residuals)
-        if self.glitches_known and sum(int(m.sum()) for m in masks) >= FEWEST_GLITCHES:
+        if self.glitches_known and sum(int(m.sum()) for m in masks) >= FEWEST:
             self.plain = Plain(self.plain.sigma, masked=tuple(masks))
             fits = [fit(self.base, self.measured, f.coordinates, self.plain) for f in fits]
         return sorted(fits, key=lambda f: f.cost)

@@ -41,7 +41,7 @@ class Explanation:
         """Labels of the effects, sorted, none twice."""
         found = set(self.fit.hypothesis.labels)
         if self.cause_of_noise is not None:
-            found.add(self.cause_of_noise.label)
+            found.update(self.cause_of_noise.labels)
         return tuple(sorted(found))
 
     @property

@@ -3,17 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.whitener import no_glitches
+from bayes_hw.gap.whitener import LOG_2PI, bridge, no_glitches
 
 FAR = 6.0
 """Robust standard deviations off the neighbours' median."""
 
 LARGEST_SHARE = 0.06
 """A larger share of far samples is no glitches but another distribution."""
+
+FEWEST = 3
+
+
+class Glitches(NamedTuple):
+    """Glitches of all records: masks (samples,), a record each, how many a sample, their root mean square."""
+
+    masks: list[BoolArray]
+    rate: float
+    height: float
+
+    @property
+    def found(self) -> int:
+        return sum(int(mask.sum()) for mask in self.masks)
+
+    @property
+    def samples(self) -> int:
+        return sum(len(mask) for mask in self.masks)
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of which samples are glitches, and of their heights, beside that of the other samples' noise."""
+        wide = -0.5 * self.found * (LOG_2PI + 1) - self.found * np.log(self.height)
+        others = (self.samples - self.found) * np.log1p(-self.rate)
+        return float(wide + self.found * np.log(self.rate) + others)
+
+    def parameters(self, unit: str) -> dict[str, tuple[float, float, str]]:
+        """Rate and height with their standard deviations; `unit` is that of the output."""
+        return {
+            "outliers.rate": (self.rate, float(np.sqrt(self.rate / self.samples)), ""),
+            "outliers.height": (self.height, float(self.height / np.sqrt(2 * self.found)), unit),
+        }
+
+    @classmethod
+    def of(cls, residuals: Sequence[FloatArray]) -> Glitches | None:
+        """Those of residuals (samples,), a record each; None where there are fewer than FEWEST."""
+        masks = find_glitches(residuals)
+        count, samples = sum(int(m.sum()) for m in masks), sum(len(m) for m in masks)
+        if count < FEWEST:
+            return None
+        heights = [e[m] - bridge(e[:, None], m)[m, 0] for e, m in zip(residuals, masks, strict=True)]
+        return cls(masks, count / samples, float(np.sqrt(np.mean(np.concatenate(heights) ** 2))))
 
 
 def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:

@@ -73,7 +73,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     ]
     if stochastic is None or stochastic.display is None:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
-    if stochastic is None or (stochastic.display is None and stochastic.label != "outliers"):
+    if stochastic is None or (stochastic.display is None and "outliers" not in stochastic.labels):
         found.append(_tails(white, sigma))
     return sorted(
         (
@@ -110,7 +110,7 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
             y - stochastic.display.show(s, r)
             for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
-    if stochastic is not None and stochastic.label == "outliers":
+    if stochastic is not None and "outliers" in stochastic.labels:
         masks = find_glitches(residuals)
         residuals = [bridge(e[:, None], m)[:, 0] for e, m in zip(residuals, masks, strict=True)]
     return list(residuals)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from bayes_hw.gap.lane_functions import absolute
+from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, maximum, store
+
 LOG_2PI = np.log(2 * np.pi)
 
 SETTLED = 1e-7
@@ -89,71 +92,80 @@ def state_filter(columns, transition, output, share, doubt, increment, initial, 
 
     x(k+1) = transition x(k) + a(k) with var a = increment (n, n), x(0) of variance `initial`;
     e(k) = output x(k), of all but its last term the `share` (samples,) that shows, and noise of variance
-    `doubt` (samples,). `columns` (samples, m) are filtered into `white`, unit innovations where they are
-    such noise;
+    `doubt` (samples,), infinite where there is no reading. `columns` (samples, m) are filtered into `white`,
+    unit innovations where they are such noise, zero without a reading;
     `expected` (samples, m) is what the samples before let expect of output x(k) without its last term,
     `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
+
+    The rows of matrices are values of LANES numbers, `wide` of them a row.
     """
     samples, m = columns.shape
     n = len(output)
-    variance = initial.copy()
-    state = np.zeros((m, n))
-    gain = np.zeros(n)
-    shown = output.copy()
+    wide = (n + LANES - 1) // LANES
+    variance, increments, transposed = _rows(initial, wide), _rows(increment, wide), _rows(transition.T, wide)
+    carried, following = aligned_rows(n * wide), aligned_rows(n * wide)
+    towards, column, row, per_spread = _zeros(wide), _zeros(wide), _zeros(wide), _zeros(wide)
+    flat_towards, flat_column, flat_row = towards.reshape(-1), column.reshape(-1), row.reshape(-1)
+    flat_per_spread, flat_variance, flat_following = (
+        per_spread.reshape(-1),
+        variance.reshape(-1),
+        following.reshape(-1),
+    )
+    across = wide * LANES
+    state, moved_state, gain = np.zeros((m, n)), np.zeros(n), np.zeros(n)
+    columnwise = np.ascontiguousarray(transition.T)
     settled, limit = False, SETTLED
     total, root, log_total, uncertain = 1.0, 1.0, 0.0, 0.0
     log_determinant = 0.0
-    carried = np.zeros((n, n))
-    following = np.zeros((n, n))
-    row, per_spread, column = np.zeros(n), np.zeros(n), np.zeros(n)
-    columnwise = np.ascontiguousarray(transition.T)
     for k in range(samples):
         changed = k == 0 or share[k] != share[k - 1]
         if doubt[k] > 0 or (k > 0 and (changed or doubt[k - 1] > 0)):
             settled, limit = False, SETTLED_AGAIN
-        if changed:
-            for i in range(n - 1):
-                shown[i] = share[k] * output[i]
         if not settled:
-            total = doubt[k]
-            column[:] = 0.0
-            for j in range(n):
-                for i in range(n):
-                    column[i] += variance[j, i] * shown[j]
-            for i in range(n):
-                total += shown[i] * column[i]
-            total = max(total, 1e-300)
-            uncertain = 0.0
-            for i in range(n - 1):
+            for c in range(wide):
+                value = broadcast(0.0)
                 for j in range(n - 1):
-                    uncertain += output[i] * variance[i, j] * output[j]
-            root, log_total = np.sqrt(total), np.log(total)
+                    value = value + broadcast(output[j]) * load(variance, j * wide + c)
+                store(towards, c, value)
+                own = broadcast(output[n - 1]) * load(variance, (n - 1) * wide + c)
+                store(column, c, broadcast(share[k]) * value + own)
+            uncertain, total = 0.0, doubt[k] + output[n - 1] * flat_column[n - 1]
+            for i in range(n - 1):
+                uncertain += output[i] * flat_towards[i]
+                total += share[k] * output[i] * flat_column[i]
+            total = max(total, 1e-300)
+            root, log_total = np.sqrt(total), np.log(total) if total < np.inf else 0.0
+            per_total = 1 / total
             for i in range(n):
-                gain[i] = column[i] / total
+                gain[i] = flat_column[i] * per_total
+                for c in range(wide):
+                    taken = broadcast(gain[i]) * load(column, c)
+                    store(carried, i * wide + c, load(variance, i * wide + c) - taken)
             for i in range(n):
-                for j in range(n):
-                    carried[i, j] = variance[i, j] - gain[i] * column[j]
-            for i in range(n):
-                row[:] = 0.0
-                for a in range(n):
-                    weight = transition[i, a]
-                    if weight != 0.0:
-                        for b in range(n):
-                            row[b] += weight * carried[a, b]
-                for j in range(i + 1):
-                    value = increment[i, j]
+                for c in range(wide):
+                    value = broadcast(0.0)
+                    for a in range(n):
+                        if transition[i, a] != 0.0:
+                            value = value + broadcast(transition[i, a]) * load(carried, a * wide + c)
+                    store(row, c, value)
+                for c in range(wide):
+                    value = load(increments, i * wide + c)
                     for b in range(n):
-                        value += row[b] * transition[j, b]
-                    following[i, j] = value
-                per_spread[i] = 1 / (np.sqrt(abs(following[i, i])) + 1e-150)
-            moved = 0.0
+                        value = value + broadcast(flat_row[b]) * load(transposed, b * wide + c)
+                    store(following, i * wide + c, value)
+                flat_per_spread[i] = 1 / (np.sqrt(abs(flat_following[i * across + i])) + 1e-150)
+            for c in range(wide):
+                largest = broadcast(0.0)
+                for i in range(n):
+                    new = load(following, i * wide + c)
+                    change = absolute(new - load(variance, i * wide + c))
+                    largest = maximum(largest, change * (broadcast(flat_per_spread[i]) * load(per_spread, c)))
+                    store(variance, i * wide + c, new)
+                store(row, c, largest)
             for i in range(n):
-                for j in range(i + 1):
-                    change = abs(following[i, j] - variance[i, j])
-                    moved = max(moved, change * per_spread[i] * per_spread[j])
-                    variance[i, j] = following[i, j]
-                    variance[j, i] = following[i, j]
-            settled = moved < limit and k > n
+                for j in range(i):
+                    flat_variance[j * across + i] = flat_variance[i * across + j]
+            settled = flat_row.max() < limit and k > n
         log_determinant += log_total
         variances[k] = uncertain
         for c in range(m):
@@ -163,11 +175,30 @@ def state_filter(columns, transition, output, share, doubt, increment, initial, 
             expected[k, c] = disturbance
             innovation = columns[k, c] - output[n - 1] * state[c, n - 1] - share[k] * disturbance
             white[k, c] = innovation / root
-            row[:] = 0.0
+            moved_state[:] = 0.0
             for j in range(n):
                 corrected = state[c, j] + gain[j] * innovation
                 for i in range(n):
-                    row[i] += columnwise[j, i] * corrected
+                    moved_state[i] += columnwise[j, i] * corrected
             for i in range(n):
-                state[c, i] = row[i]
+                state[c, i] = moved_state[i]
     return log_determinant
+
+
+@njit(cache=True)
+def _zeros(wide):  # type: ignore[no-untyped-def]
+    """A row of zeros."""
+    row = aligned_rows(wide)
+    row[:] = 0.0
+    return row
+
+
+@njit(cache=True)
+def _rows(matrix, wide):  # type: ignore[no-untyped-def]
+    """The square `matrix` in rows of `wide` values of LANES numbers, filled up with zeros."""
+    n = len(matrix)
+    rows = _zeros(n * wide)
+    for i in range(n):
+        for j in range(n):
+            rows[i * wide + j // LANES, j % LANES] = matrix[i, j]
+    return rows

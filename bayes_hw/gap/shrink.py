@@ -82,7 +82,7 @@ def without_glitches(
 
     A glitch says nothing of the motion.
     """
-    if explanation.stochastic is None or explanation.stochastic.label != "outliers":
+    if explanation.stochastic is None or "outliers" not in explanation.stochastic.labels:
         return list(measured)
     masks = find_glitches([y - s for y, s in zip(measured, shown, strict=True)])
     return [np.where(m, s, y) for y, s, m in zip(measured, shown, masks, strict=True)]

@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import minimize
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import Chain, TorquePath
 from bayes_hw.gap.fit import Fit
@@ -29,6 +29,7 @@ from bayes_hw.gap.spectra import (
 )
 from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
+from bayes_hw.gap.whitener import no_glitches
 from bayes_hw.model.blocks import DeadZone
 
 STATIC_HZ = 1e-3
@@ -57,11 +58,14 @@ HOPELESS = 5.0
 Model: TypeAlias = Callable[[FloatArray], StateNoise]
 
 
-def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def wind(
+    fit: Fit, start: FloatArray | None = None, ignored: Sequence[BoolArray] | None = None
+) -> StochasticFit | None:
     """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
 
     Inside the dead zone it does not show. The second corner is the size of the structure, which small gusts
-    do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum.
+    do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum. Samples in
+    `ignored` (a mask a record) are no readings.
     """
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
     chain = fit.hypothesis.chain(fit.values)
@@ -77,7 +81,11 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
 
     motion, dead_zone = _motion(fit)
     rounds = FIRST_ROUNDS if start is None else 1
-    at_rest = [View((np.abs(w) > dead_zone).astype(np.float64), np.zeros_like(w)) for w in motion]
+    unread = _unread(fit, ignored)
+    at_rest = [
+        View((np.abs(w) > dead_zone).astype(np.float64), doubt)
+        for w, doubt in zip(motion, unread, strict=True)
+    ]
 
     def noise(p: FloatArray, views: Sequence[View] = at_rest) -> StateNoise:
         torque = float(np.exp(p[2])) / np.sqrt(static)
@@ -101,10 +109,11 @@ def wind(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
         p, whitener = start, noise(start)
     for _ in range(rounds):
         for _ in range(VIEWS):
-            views = [
+            swaying = [
                 _view(w, *whitener.expected(e, record), dead_zone, whitener.sigma)
                 for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
             ]
+            views = [View(v.share, v.doubt + doubt) for v, doubt in zip(swaying, unread, strict=True)]
             whitener = noise(p, views)
         p, sds, whitener = _fitted(fit, partial(noise, views=views), p)
     first, second = corners(p)
@@ -127,6 +136,12 @@ def _motion(fit: Fit) -> tuple[list[FloatArray], float]:
     hypothesis, values = fit.hypothesis, fit.values
     dead_zone = hypothesis.settings(values, hypothesis.chain(values))[S.DEAD_ZONE]
     return [w for w, _ in hypothesis.simulate_signals(values)], float(dead_zone)
+
+
+def _unread(fit: Fit, ignored: Sequence[BoolArray] | None) -> list[FloatArray]:
+    """Infinite where a sample is `ignored`, zero elsewhere (samples,), a record each."""
+    masks = no_glitches(fit.residuals) if ignored is None else ignored
+    return [np.where(mask, np.inf, 0.0) for mask in masks]
 
 
 def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: float, sigma: float) -> View:
@@ -152,10 +167,12 @@ def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: floa
     return View(np.where(clear, whole, share), np.where(clear, 0.0, doubt))
 
 
-def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def random_walk(
+    fit: Fit, start: FloatArray | None = None, ignored: Sequence[BoolArray] | None = None
+) -> StochasticFit | None:
     """A measured angle that wanders: increments of constant variance, beside the encoder's noise.
 
-    From `start` (3,) where given, else from the spectrum.
+    From `start` (3,) where given, else from the spectrum; `ignored` as for `wind`.
     """
     rate = fit.hypothesis.scale.rate
     duration = max(len(e) for e in fit.residuals) / rate
@@ -164,8 +181,13 @@ def random_walk(fit: Fit, start: FloatArray | None = None) -> StochasticFit | No
         increments = 2 - 2 * np.cos(2 * np.pi * f / rate) + (0.3 / (duration * rate)) ** 2
         return _encoder(f, p, rate) + np.exp(2 * p[2]) / increments
 
+    views = None
+    if ignored is not None:
+        views = tuple(View(np.ones_like(doubt), doubt) for doubt in _unread(fit, ignored))
+
     def noise(p: FloatArray) -> StateNoise:
-        return walking_noise(float(np.exp(p[0])), _correlation(p[1]), float(np.exp(p[2])))
+        walk = walking_noise(float(np.exp(p[0])), _correlation(p[1]), float(np.exp(p[2])))
+        return replace(walk, views=views)
 
     if start is None:
         level = np.log(fit.rmse)

@@ -23,7 +23,10 @@ ENCODER_PARAMETERS = 2
 
 
 class View(NamedTuple):
-    """The share of a disturbance that shows (samples,), and the variance (samples,) of what more may show."""
+    """The share of a disturbance that shows (samples,), and the variance (samples,) of what more may show.
+
+    The variance is infinite where there is no reading.
+    """
 
     share: FloatArray
     doubt: FloatArray
@@ -82,7 +85,10 @@ class StateNoise:
         total = 0.0
         for record, e in enumerate(residuals):
             white, log_determinant, _, _ = self._filtered(e[:, None], record)
-            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
+            readings = len(e)
+            if self.views is not None:
+                readings = int(np.sum(np.isfinite(self.views[record].doubt)))
+            total -= 0.5 * (readings * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
         return replace(self, log_likelihood=total)
 
 

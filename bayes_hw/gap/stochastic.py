@@ -12,7 +12,7 @@ the predictive density and the band. Wind and a random walk of the encoder are i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +21,7 @@ from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.glitches import find_glitches
+from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
 from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
@@ -79,7 +79,7 @@ class StochasticFit:
     `display` is how the encoder shows the simulated output, where the effect changes that;
     `encoder_sigma` the encoder's own noise where the whitener holds more than that, `size` the error that
     the effect makes, where it has one (output units); `point` its parameters as they are searched, where a
-    search can start from them.
+    search can start from them; `beside` the label of a second stochastic effect that the noise holds.
     """
 
     label: str
@@ -91,6 +91,12 @@ class StochasticFit:
     encoder_sigma: float | None = None
     size: float | None = None
     point: FloatArray | None = None
+    beside: str | None = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Of all stochastic effects in the noise."""
+        return (self.label,) if self.beside is None else (self.label, self.beside)
 
 
 @dataclass(frozen=True)
@@ -126,24 +132,14 @@ def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
 
 def outliers(fit: Fit) -> StochasticFit | None:
     """Glitches in the residuals of `fit`: the likelihood of the mixture of both kinds of sample."""
-    masks = find_glitches(fit.residuals)
-    count, samples = sum(int(m.sum()) for m in masks), sum(len(m) for m in masks)
-    if count < 3:
+    glitches = Glitches.of(fit.residuals)
+    if glitches is None:
         return None
-    noise = fit_autoregression(fit.residuals, masks, NOISE_ORDER)
-    heights = np.concatenate([e[m] for e, m in zip(fit.residuals, masks, strict=True)])
-    width, rate = float(np.sqrt(np.mean(heights**2))), count / samples
-    wide = -0.5 * count * (LOG_2PI + 1) - count * np.log(width)
-    total = noise.log_likelihood + wide + count * np.log(rate) + (samples - count) * np.log1p(-rate)
-    whitener = Autoregression(noise.coefficients, noise.innovation_sigma, noise.sigma, total, masks)
-    unit = fit.hypothesis.scale.units.output
-    error = np.sqrt(rate / samples)
+    noise = fit_autoregression(fit.residuals, glitches.masks, NOISE_ORDER)
+    total = noise.log_likelihood + glitches.log_likelihood
+    whitener = replace(noise, log_likelihood=total, parameter_count=Autoregression.parameter_count)
     return StochasticFit(
-        "outliers",
-        "",
-        whitener,
-        total,
-        {"outliers.rate": (rate, error, ""), "outliers.height": (width, width / np.sqrt(2 * count), unit)},
+        "outliers", "", whitener, total, glitches.parameters(fit.hypothesis.scale.units.output)
     )
 
 

@@ -14,6 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochastic
 from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.glitchy_noise import WITH_GLITCHES, walk_and_glitches, wind_and_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen, best_forms
@@ -59,6 +60,14 @@ KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
 )
 """By label and form; rounding of the records is a fact that needs no search."""
 
+BOTH_KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
+    {
+        ("wind", WITH_GLITCHES): wind_and_glitches,
+        ("sensor_drift", f"random walk, {WITH_GLITCHES}"): walk_and_glitches,
+    }
+)
+"""The same of two effects at once; the second is outliers."""
+
 
 class StochasticSearch:
     """Stochastic effects on the records `measured`, those of `labels`; `sigma` the noise to start with."""
@@ -90,6 +99,7 @@ class StochasticSearch:
         hosts = [base.fit, *(e.fit for e in (best if rounded else best[:HOSTS]))]
         noise = [autoregression(host).log_likelihood for host in hosts]
         tasks = [(kind, host) for kind in self.kinds(rounded) for host in range(len(hosts))]
+        tasks += [(kind, 0) for kind in self._both_kinds(rounded)]
         first = self.each(lambda task: task[0](hosts[task[1]]), tasks)
         chosen: list[tuple[Kind, StochasticFit, Fit]] = []
         helpful: list[Kind] = []
@@ -99,7 +109,8 @@ class StochasticSearch:
             gain = found.log_likelihood - noise[host]
             if gain > WORTH_REFITTING or rounded:
                 chosen.append((kind, found, hosts[host]))
-            if gain > WORTH_EVERY_EFFECT and not rounded and kind not in helpful:
+            alone = found.beside is None and not rounded
+            if gain > WORTH_EVERY_EFFECT and alone and kind not in helpful:
                 helpful.append(kind)
         for kind in helpful:
             others = [f for f in singles if not any(f is host for host in hosts)][:SINGLES_WITH_NOISE]
@@ -117,10 +128,16 @@ class StochasticSearch:
             return [self._quantization]
         return [kind for (label, _), kind in KINDS.items() if label in self.labels]
 
+    def _both_kinds(self, rounded: bool) -> list[Kind]:
+        """Two stochastic effects at once, to try beside the base model."""
+        if rounded or "outliers" not in self.labels:
+            return []
+        return [kind for (label, _), kind in BOTH_KINDS.items() if label in self.labels]
+
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
         """Effects, the best form of each label, fitted under the noise of `explanation`, alone so far."""
         stochastic, host = explanation.stochastic, explanation.fit
-        if stochastic is None or stochastic.display is not None:
+        if stochastic is None or stochastic.display is not None or stochastic.beside is not None:
             return []
         screen = Screen(host, stochastic.whitener)
         forms = best_forms(self.each(screen.candidates, effects))
@@ -146,7 +163,8 @@ class StochasticSearch:
             hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
         found = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
         host = self._as_measured(found)
-        kind = KINDS.get((stochastic.label, stochastic.form), self._quantization)
+        kinds = {**KINDS, **BOTH_KINDS}
+        kind = kinds.get((stochastic.label, stochastic.form), self._quantization)
         return self._refitted(kind, _again(kind, stochastic, host) or stochastic, host)
 
     def _as_measured(self, found: Fit) -> Fit:

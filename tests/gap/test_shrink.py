@@ -146,7 +146,7 @@ def test_as_in_the_verdict() -> None:
 
 
 def named(label: str) -> Any:
-    return SimpleNamespace(stochastic=SimpleNamespace(label=label))
+    return SimpleNamespace(stochastic=SimpleNamespace(label=label, labels=(label,)))
 
 
 def test_which_effects_move_the_axis() -> None:

@@ -49,6 +49,42 @@ def test_a_walk_that_does_not_always_show() -> None:
     check(noise, encoder_covariance() + shown + np.diag(doubt))
 
 
+def test_samples_without_a_reading_say_nothing() -> None:
+    """The likelihood is that of the others, whatever stands there; they are whitened to zero."""
+    doubt = np.zeros(N)
+    doubt[[5, 6, 30, N - 1]] = np.inf
+    kept = np.isfinite(doubt)
+    walk = np.minimum.outer(np.arange(N), np.arange(N)) * 0.05**2
+    covariance = walk + encoder_covariance()
+    e = np.random.default_rng(4).multivariate_normal(np.zeros(N), covariance)
+    expected = multivariate_normal(np.zeros(kept.sum()), covariance[np.ix_(kept, kept)]).logpdf(e[kept])
+    noise = replace(walking_noise(SIGMA, CORRELATION, 0.05), views=(View(np.ones(N), doubt),))
+    spoilt = np.where(kept, e, 1e6)
+    assert noise.fitted_to([spoilt]).log_likelihood == pytest.approx(float(expected), rel=1e-7)
+    white = noise.whiten(spoilt[:, None], 0)[:, 0]
+    assert not white[~kept].any() and np.abs(white).max() < 6
+
+
+@pytest.mark.parametrize("states", [2, 7, 17, 33])
+def test_any_number_of_states(states: int) -> None:
+    """Also more than there are lanes in a row: against the covariance that the states' own equations give."""
+    rng = np.random.default_rng(states)
+    transition = np.diag(rng.uniform(0.5, 0.99, states)) + np.diag(rng.uniform(-0.02, 0.02, states - 1), 1)
+    transition[-1, :-1] = transition[:-1, -1] = 0.0
+    root, output = 0.2 * rng.normal(size=(states, states)), rng.normal(size=states)
+    root[-1, :-1] = root[:-1, -1] = 0.0
+    increment, variance = root @ root.T, np.eye(states)
+    noise = StateNoise(transition, output, increment, variance, 1.0)
+    covariance = np.zeros((N, N))
+    for k in range(N):
+        column = variance @ output
+        for later in range(k, N):
+            covariance[k, later] = covariance[later, k] = output @ column
+            column = transition @ column
+        variance = transition @ variance @ transition.T + increment
+    check(noise, covariance)
+
+
 def test_what_is_expected_of_a_walk() -> None:
     """Mean and variance of the walk given the residuals before, by the joint normal distribution."""
     noise = walking_noise(SIGMA, CORRELATION, 0.3)
