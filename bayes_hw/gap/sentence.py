@@ -6,6 +6,7 @@ import math
 
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.shrink import Closure
 from bayes_hw.gap.verdict import Estimate
 
 
@@ -28,17 +29,35 @@ def sentence(diagnosis: Diagnosis) -> str:
             f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) "
             f"a {left.kind} of {left.size:.2g} times the noise stays."
         )
-    effects = diagnosis.decision.explanation.fit.hypothesis.effects
+    explanation = diagnosis.decision.explanation
+    effects = explanation.fit.hypothesis.effects
     parts = []
     for label in verdict.answer:
         certain = _percent(verdict.probability[label])
         parts.append(f"{certain} sure it is {label} in the block {block_of(label, effects)}")
     found = ", ".join(f"{name} {_amount(e)}" for name, e in verdict.parameters.items())
+    named = "it" if len(verdict.answer) == 1 else "them"
+    gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
+    return f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); " + consequence(
+        gap, gain, named, bool(effects)
+    )
+
+
+def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:
+    """What adding the effects, `named` so, does; `gain` is that of the log-evidence.
+
+    Unless a response is `tracked`, the effects are random, and only what is expected of the records changes.
+    """
     low, high = gap.closed_hdi94
+    if tracked:
+        return (
+            f"adding {named} removes {_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the reducible "
+            "error on the record held out."
+        )
     return (
-        f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); adding it removes "
-        f"{_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the reducible "
-        "error on the record held out."
+        f"no simulator tracks {named}: knowing of {named} makes the training records {gain:.0f} nats "
+        f"likelier, and of the reducible error on the record held out {_share(gap.closed)} % "
+        f"[{_share(low)}, {_share(high)}] go with the base parameters."
     )
 
 

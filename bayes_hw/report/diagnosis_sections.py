@@ -85,8 +85,8 @@ def where_section(diagnosis: Diagnosis) -> Section:
             Callout(
                 "info",
                 "Before and after look alike",
-                f"{explanation.cause_of_noise.label} is stochastic: it changes what is expected of the "
-                "residuals, and leaves the residuals themselves.",
+                f"Stochastic ({' and '.join(explanation.cause_of_noise.labels)}): what is expected of the "
+                "residuals changes, the residuals themselves stay.",
             )
         )
     blocks += [
@@ -237,8 +237,8 @@ def _unclosed(diagnosis: Diagnosis) -> list[Block]:
         Callout(
             "info",
             "No simulator can track a stochastic effect",
-            f"{explanation.cause_of_noise.label} is random: its course on another record is not known "
-            "beforehand. What is gained is a better description of the error, and with it of the band: "
+            f"What is random ({' and '.join(explanation.cause_of_noise.labels)}) is not known beforehand on "
+            "another record. What is gained is a better description of the error, and with it of the band: "
             f"log-evidence {format_number(gain)} over the re-estimated model with coloured noise.",
         )
     ]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bayes_hw.gap.sentence import _amount
+from bayes_hw.gap.sentence import _amount, consequence
+from bayes_hw.gap.shrink import Closure
 from bayes_hw.gap.verdict import Estimate
 
 
@@ -21,3 +22,19 @@ from bayes_hw.gap.verdict import Estimate
 )
 def test_amounts_are_rounded_by_their_deviation(mean: float, sd: float, text: str) -> None:
     assert _amount(Estimate(mean, sd, (mean - sd, mean + sd), "deg")) == text
+
+
+@pytest.mark.parametrize(
+    ("tracked", "text"),
+    [
+        (True, "adding it removes 88 % [83, 92] of the reducible error on the record held out."),
+        (
+            False,
+            "no simulator tracks it: knowing of it makes the training records 41 nats likelier, and of the "
+            "reducible error on the record held out 88 % [83, 92] go with the base parameters.",
+        ),
+    ],
+)
+def test_what_is_random_is_not_said_to_be_removed(tracked: bool, text: str) -> None:
+    gap = Closure(0.3, 0.1, 0.01, 0.88, (0.83, 0.92))
+    assert consequence(gap, 41.3, "it", tracked) == text
