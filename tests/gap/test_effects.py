@@ -26,11 +26,12 @@ CATALOGUE = catalogue()
 
 
 def with_richer_forms() -> list[Effect]:
-    """Every effect of the catalogue, and the forms that it is refined to."""
-    found: list[Effect] = []
+    """Every effect of the catalogue, and the forms that it is refined to and that are not in it."""
+    found = list(CATALOGUE)
+    known = {effect.name for effect in CATALOGUE}
     for effect in CATALOGUE:
-        found.append(effect)
-        found += [form for form, _ in effect.refined(np.array(effect.test_values))]
+        forms = (form for form, _ in effect.refined(np.array(effect.test_values)))
+        found += [form for form in forms if form.name not in known]
     return found
 
 
