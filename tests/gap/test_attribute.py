@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from drive_axis import SIGMA, command, hypothesis
+from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, noisy, simulated_with
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
+from bayes_hw.gap.explanation import with_stochastic
+from bayes_hw.gap.fit import evaluated
+from bayes_hw.gap.slow_noise import random_walk
+from bayes_hw.gap.whitener import Plain
 
 INPUTS = [command(700, 1), command(700, 2)]
 BASE = hypothesis(AXIS, INPUTS)
@@ -54,3 +58,21 @@ def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
     found = attribution(measured, frozenset({"sensor_drift"}))
     assert found.best.labels == ("command_bias", "transport_delay")
     assert any(e.labels == ("sensor_drift", "transport_delay") for e in found.explanations)
+
+
+def test_an_effect_of_no_size_is_not_ahead_of_the_noise_alone() -> None:
+    """A wandering encoder found beside a command bias of nothing: alone, from the same base model, it says as
+    much with a parameter less."""
+    walks = [np.cumsum(white(len(u), 0.1 * SIGMA, 20 + i)) for i, u in enumerate(INPUTS)]
+    clean = noisy(BASE.simulate(BASE.to_values(BASE.prior_means)))
+    measured = [y + walk for y, walk in zip(clean, walks, strict=True)]
+    labels, rng = frozenset({"sensor_drift"}), np.random.default_rng(5)
+    attributor = Attributor(BASE, measured, EFFECTS, labels, rng)
+    with_bias = hypothesis(AXIS, INPUTS, CommandBias())
+    host = evaluated(with_bias, measured, np.append(BASE.prior_means, 1e-9), Plain(SIGMA))
+    noise = random_walk(host)
+    assert noise is not None
+    beside = with_stochastic(noise, host)
+    (alone,) = attributor._noise_alone(beside)
+    assert beside.labels == ("command_bias", "sensor_drift") and alone.labels == ("sensor_drift",)
+    assert alone.log_evidence > beside.log_evidence
