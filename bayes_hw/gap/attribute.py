@@ -16,7 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
-from bayes_hw.gap.glitches import FEWEST, find_glitches
+from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
 from bayes_hw.gap.leftover import leaves_structure
@@ -136,8 +136,7 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self._pairs.parts(best)
-        ahead = min(found, key=_worst_first)
-        found += self._without_noise(ahead) + self._noise_alone(ahead)
+        found += self._apart(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
         for chaotic in [e for e in _with_parts(found) if e.chaotic and e.stochastic is None]:
@@ -196,9 +195,9 @@ class Attributor:
         starts = [self.base.prior_means, *self._draws[:BASE_STARTS]]
         fits = self.each(lambda start: fit(self.base, self.measured, start, self.plain), starts)
         best = min(fits, key=lambda f: f.cost)
-        masks = find_glitches(best.residuals)
-        if self.glitches_known and sum(int(m.sum()) for m in masks) >= FEWEST:
-            self.plain = Plain(self.plain.sigma, masked=tuple(masks))
+        glitches = Glitches.of(best.residuals) if self.glitches_known else None
+        if glitches is not None:
+            self.plain = Plain(self.plain.sigma, masked=tuple(glitches.masks))
             fits = [fit(self.base, self.measured, f.coordinates, self.plain) for f in fits]
         return sorted(fits, key=lambda f: f.cost)
 
@@ -227,19 +226,15 @@ class Attributor:
                 starts += [(origin, [candidate]) for candidate in distinct(candidates)]
         return self._joint.in_two_rounds(starts, SINGLES_FINISHED)
 
-    def _without_noise(self, best: Explanation) -> list[Explanation]:
-        """The response of `best` without its noise, which can have led the fit to where it needs none."""
-        if not best.fit.hypothesis.effects or best.stochastic is None or best.stochastic.display is not None:
+    def _apart(self, best: Explanation) -> list[Explanation]:
+        """The response of `best` without its noise and the noise without the response, both from where they
+        were found together: either can have led the fit to where it needs the other no more."""
+        found, noise = best.fit, best.stochastic
+        if not found.hypothesis.effects or noise is None or noise.display is not None:
             return []
-        response = best.fit
-        plain = fit(response.hypothesis, self.measured, response.coordinates, self.plain, MORE_ITERATIONS)
-        return [with_coloured_noise(plain, self.measured)]
-
-    def _noise_alone(self, best: Explanation) -> list[Explanation]:
-        """The noise of `best` without its response, from the base model beside which that was found."""
-        if not best.fit.hypothesis.effects or best.stochastic is None or best.stochastic.display is not None:
-            return []
-        return [self.stochastic.moved(best, self.base, best.fit.coordinates[: self.base.base_count])]
+        plain = fit(found.hypothesis, self.measured, found.coordinates, self.plain, MORE_ITERATIONS)
+        alone = self.stochastic.moved(best, self.base, found.coordinates[: self.base.base_count])
+        return [with_coloured_noise(plain, self.measured), alone]
 
     @cached_property
     def _at_nominal(self) -> Screen:

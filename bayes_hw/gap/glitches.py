@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.whitener import LOG_2PI, bridge, no_glitches
+from bayes_hw.gap.whitener import LOG_2PI, bridged_records, no_glitches
 
 FAR = 6.0
 """Robust standard deviations off the neighbours' median."""
@@ -20,10 +20,9 @@ FEWEST = 3
 
 
 class Glitches(NamedTuple):
-    """Glitches of all records: masks (samples,), a record each, how many a sample, their root mean square."""
+    """Glitches of all records: masks (samples,), a record each, and the root mean square of their heights."""
 
     masks: list[BoolArray]
-    rate: float
     height: float
 
     @property
@@ -33,6 +32,11 @@ class Glitches(NamedTuple):
     @property
     def samples(self) -> int:
         return sum(len(mask) for mask in self.masks)
+
+    @property
+    def rate(self) -> float:
+        """How many a sample."""
+        return self.found / self.samples
 
     @property
     def log_likelihood(self) -> float:
@@ -52,11 +56,9 @@ class Glitches(NamedTuple):
     def of(cls, residuals: Sequence[FloatArray]) -> Glitches | None:
         """Those of residuals (samples,), a record each; None where there are fewer than FEWEST."""
         masks = find_glitches(residuals)
-        count, samples = sum(int(m.sum()) for m in masks), sum(len(m) for m in masks)
-        if count < FEWEST:
-            return None
-        heights = [e[m] - bridge(e[:, None], m)[m, 0] for e, m in zip(residuals, masks, strict=True)]
-        return cls(masks, count / samples, float(np.sqrt(np.mean(np.concatenate(heights) ** 2))))
+        beneath = bridged_records(residuals, masks)
+        heights = np.concatenate([(e - b)[m] for e, b, m in zip(residuals, beneath, masks, strict=True)])
+        return cls(masks, float(np.sqrt(np.mean(heights**2)))) if len(heights) >= FEWEST else None
 
 
 def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:

@@ -6,6 +6,7 @@ samples; glitches add the likelihood of their places and heights, as beside nois
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from bayes_hw.arrays import FloatArray
@@ -14,36 +15,30 @@ from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import StochasticFit
-from bayes_hw.gap.whitener import bridge
+from bayes_hw.gap.whitener import bridged_records
 
 WITH_GLITCHES = "with glitches"
 
 
 def wind_and_glitches(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
     """Wind with glitches beside it, None without glitches; `start` as for `wind`."""
-    found = Glitches.of(fit.residuals)
-    if found is None:
-        return None
-    return _joined(wind(_bridged(fit, found), start, found.masks), fit, found)
+    return _with_glitches(wind, fit, start)
 
 
 def walk_and_glitches(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
     """A wandering encoder with glitches, None without glitches; `start` as for `random_walk`."""
-    found = Glitches.of(fit.residuals)
-    return (
-        None if found is None else _joined(random_walk(_bridged(fit, found), start, found.masks), fit, found)
-    )
+    return _with_glitches(random_walk, fit, start)
 
 
-def _bridged(fit: Fit, glitches: Glitches) -> Fit:
-    return replace(
-        fit,
-        residuals=[bridge(e[:, None], m)[:, 0] for e, m in zip(fit.residuals, glitches.masks, strict=True)],
-    )
-
-
-def _joined(slow: StochasticFit | None, fit: Fit, glitches: Glitches) -> StochasticFit | None:
-    """`slow` noise of the other samples, and the glitches."""
+def _with_glitches(
+    kind: Callable[..., StochasticFit | None], fit: Fit, start: FloatArray | None
+) -> StochasticFit | None:
+    """Slow noise of a kind, fitted to the samples that are no glitches, and the glitches."""
+    glitches = Glitches.of(fit.residuals)
+    if glitches is None:
+        return None
+    bridged = replace(fit, residuals=bridged_records(fit.residuals, glitches.masks))
+    slow = kind(bridged, start, glitches.masks)
     if slow is None or not isinstance(slow.whitener, StateNoise):
         return None
     total = slow.log_likelihood + glitches.log_likelihood

@@ -97,6 +97,11 @@ class Hypothesis:
         """(w, y) of every record at parameter values (parameters,)."""
         return [(w[:, 0], y[:, 0]) for w, y in self._signals(values[None], inputs, drift, keep_w=True)]
 
+    def motion(self, values: FloatArray) -> tuple[list[FloatArray], float]:
+        """w (samples,) of every record, and the dead zone, inside which the encoder sees no motion."""
+        dead_zone = self.settings(values, self.chain(values))[S.DEAD_ZONE]
+        return [w for w, _ in self.simulate_signals(values)], float(dead_zone)
+
     def _signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None, drift: bool, keep_w: bool
     ) -> list[Signals]:

@@ -21,7 +21,7 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.state_noise import StateNoise
-from bayes_hw.gap.whitener import Whitener, bridge, fit_autoregression, no_glitches
+from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
 STEP_MARGIN = 10
@@ -111,8 +111,7 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
             for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
     if stochastic is not None and "outliers" in stochastic.labels:
-        masks = find_glitches(residuals)
-        residuals = [bridge(e[:, None], m)[:, 0] for e, m in zip(residuals, masks, strict=True)]
+        residuals = bridged_records(residuals, find_glitches(residuals))
     return list(residuals)
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.signals import door_responses
@@ -54,8 +53,7 @@ def scan_periods(
     """
     hypothesis, values = base.hypothesis, base.values
     chain = hypothesis.chain(values)
-    dead_zone = hypothesis.settings(values, chain)[S.DEAD_ZONE]
-    positions = [w for w, _ in hypothesis.simulate_signals(values)]
+    positions, dead_zone = hypothesis.motion(values)
     spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
     rotations = [_powers(2 * np.pi * spacing * w, min(CHUNK, len(frequencies))) for w in positions]
     bounds = np.cumsum([0, *(len(w) for w in positions)])

@@ -18,7 +18,6 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import Chain, TorquePath
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.spectra import (
@@ -79,7 +78,7 @@ def wind(
         first = float(np.exp(np.clip(p[3], lowest, highest)))
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
-    motion, dead_zone = _motion(fit)
+    motion, dead_zone = fit.hypothesis.motion(fit.values)
     rounds = FIRST_ROUNDS if start is None else 1
     unread = _unread(fit, ignored)
     at_rest = [
@@ -129,13 +128,6 @@ def wind(
             "wind.second_corner_hz": (second, (second - first) * float(sds[4]), "Hz"),
         },
     )
-
-
-def _motion(fit: Fit) -> tuple[list[FloatArray], float]:
-    """w (samples,), a record each, and the dead zone, inside which the encoder sees no motion."""
-    hypothesis, values = fit.hypothesis, fit.values
-    dead_zone = hypothesis.settings(values, hypothesis.chain(values))[S.DEAD_ZONE]
-    return [w for w, _ in hypothesis.simulate_signals(values)], float(dead_zone)
 
 
 def _unread(fit: Fit, ignored: Sequence[BoolArray] | None) -> list[FloatArray]:

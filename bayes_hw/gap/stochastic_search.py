@@ -163,8 +163,7 @@ class StochasticSearch:
             hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
         found = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
         host = self._as_measured(found)
-        kinds = {**KINDS, **BOTH_KINDS}
-        kind = kinds.get((stochastic.label, stochastic.form), self._quantization)
+        kind = {**KINDS, **BOTH_KINDS}.get((stochastic.label, stochastic.form), self._quantization)
         return self._refitted(kind, _again(kind, stochastic, host) or stochastic, host)
 
     def _as_measured(self, found: Fit) -> Fit:

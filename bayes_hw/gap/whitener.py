@@ -105,11 +105,16 @@ def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
     return bridged
 
 
+def bridged_records(records: Sequence[FloatArray], gaps: Sequence[BoolArray]) -> list[FloatArray]:
+    """Every record (samples,) with the samples in its gaps interpolated."""
+    return [bridge(e[:, None], mask)[:, 0] for e, mask in zip(records, gaps, strict=True)]
+
+
 def fit_autoregression(
     residuals: Sequence[FloatArray], glitches: Sequence[BoolArray], order: int
 ) -> Autoregression:
     """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted."""
-    bridged = [bridge(e[:, None], gaps)[:, 0] for e, gaps in zip(residuals, glitches, strict=True)]
+    bridged = bridged_records(residuals, glitches)
     estimate = estimate_noise(bridged, order)
     model = Autoregression(
         estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches, order + 1

@@ -73,6 +73,6 @@ def test_an_effect_of_no_size_is_not_ahead_of_the_noise_alone() -> None:
     noise = random_walk(host)
     assert noise is not None
     beside = with_stochastic(noise, host)
-    (alone,) = attributor._noise_alone(beside)
+    _, alone = attributor._apart(beside)
     assert beside.labels == ("command_bias", "sensor_drift") and alone.labels == ("sensor_drift",)
     assert alone.log_evidence > beside.log_evidence
