@@ -382,3 +382,11 @@ def test_a_closed_pipe_is_no_traceback(folder: Path, tmp_path: Path) -> None:
     assert process.wait(timeout=120) == 1
     assert "Traceback" not in complaint and "Exception" not in complaint
     assert read_json(tmp_path / "posterior.json")["steps"] == 50
+
+
+def test_the_package_runs_as_a_module() -> None:
+    """For those whose PATH lacks the folder of scripts: the same words as the command's."""
+    done = subprocess.run(
+        [sys.executable, "-m", "bayes_hw", "--version"], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0 and done.stdout.startswith("bayes-hw ")

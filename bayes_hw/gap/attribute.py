@@ -107,7 +107,7 @@ class Attributor:
         self.tell("stochastic effects")
         hosts = list(coloured) if self.stochastic.lattice or self._unfinished(found) else []
         found += self.stochastic.beside(base, hosts, singles if hosts else [])
-        if structure and self._unfinished(found):
+        if structure and (self._unfinished(found) or _may_hide_a_cause(found)):
             self.tell("forms of more parameters")
             richer = self._richer(sorted(coloured, key=_worst_first)[:REFINED])
             found += richer

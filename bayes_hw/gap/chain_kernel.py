@@ -95,11 +95,11 @@ def _bristle(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
-    """A sine of the angle, with its second harmonic and a constant where `second` is true."""
+    """A sine of the angle, with its second harmonic where `second` is true, and a constant."""
     turns = broadcast(TAU) * angle / load(s, first + 1)
-    value = load(s, first) * sine(turns + load(s, first + 2))
+    value = load(s, first) * sine(turns + load(s, first + 2)) + load(s, first + 5)
     if second:
-        value = value + load(s, first + 3) * sine(turns + turns + load(s, first + 4)) + load(s, first + 5)
+        value = value + load(s, first + 3) * sine(turns + turns + load(s, first + 4))
     return value
 
 
@@ -270,6 +270,13 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 if by_motion:
                     load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
                     motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
+                    motor_speed, load_speed = zero, zero
+                    if rippled or mesh or torsional:
+                        motor_speed = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
+                        motor_angle = motor_angle + broadcast(0.5 * h) * motor_speed
+                    if load_rippled or torsional:
+                        load_speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
+                        load_angle = load_angle + broadcast(0.5 * h) * load_speed
                     if rippled:
                         motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_angle)
                     if load_rippled:
@@ -280,10 +287,8 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         ratio = load(s, S.MOTOR_STIFFNESS) / load(s, S.LOAD_STIFFNESS)
                         motor_torque = motor_torque - ratio * torque
                     if torsional:
-                        twist_rate = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
-                        twist_rate = twist_rate - _output(LOAD_SPEED, outputs, x)
-                        twist_rate = twist_rate - _output(LOAD_SPEED, t_outputs, b)
-                        torsion = motor_angle - load_angle + broadcast(0.5 * h) * twist_rate
+                        twist_rate = motor_speed - load_speed
+                        torsion = motor_angle - load_angle
                         square = torsion * torsion
                         torque = load(s, S.CUBIC) * torsion * square
                         if active[S.SOFTENING]:

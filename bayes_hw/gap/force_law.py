@@ -20,7 +20,7 @@ class ForceLaw:
     With position x and velocity v, d = sign v:
 
         a = - F (1 + d m) (1 + e exp(-(v / v_s)^2)) clip(v / v_0, -1, 1) - B (1 + d b) v
-            + A sin(2 pi x / period + phase) + signal(k)
+            + A sin(2 pi x / period + phase) + constant + signal(k)
 
     Coulomb friction F with its excess e at rest (Stribeck's curve, doi 10.1016/0005-1098(94)90209-7), viscous
     friction B, both unequal by direction (m, b), smoothed below v_0. A simulator that integrates with
@@ -38,6 +38,7 @@ class ForceLaw:
         coulomb = s[S.MOTOR_FRICTION] * (1 + direction * s[S.MOTOR_ASYMMETRY]) * curve
         viscous = s[S.VISCOUS] * (1 + direction * s[S.VISCOUS_ASYMMETRY])
         rubbed = coulomb * np.clip(velocity / s[S.MOTOR_SMOOTHING], -1.0, 1.0) + viscous * velocity
-        ripple = s[S.RIPPLE] * np.sin(2 * np.pi * position / s[S.RIPPLE_PERIOD] + s[S.RIPPLE_PHASE])
+        angle = 2 * np.pi * position / s[S.RIPPLE_PERIOD] + s[S.RIPPLE_PHASE]
+        ripple = s[S.RIPPLE] * np.sin(angle) + s[S.RIPPLE_START]
         known = 0.0 if self.signal is None else float(self.signal[k])
         return np.asarray(ripple - rubbed + known)

@@ -67,7 +67,7 @@ def scan_periods(
                 first = first * _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)
             added = first[:, None] * rotation[:, :count]
             waves = np.concatenate([added.imag, added.real], axis=1)
-            if effect.door == "output":
+            if effect.door != "command":
                 waves -= waves[:1].copy()
             response = door_responses(chain, effect.door, waves)
             response *= (np.abs(w) > dead_zone)[:, None]

@@ -128,7 +128,8 @@ def move(u, gain, speed, loop, h, steps, known, s, position):  # type: ignore[no
                 command = min(max(command, -loop[2]), loop[2])
             acceleration = gain * command + known[k]
             if s[S.RIPPLE] != 0:
-                acceleration += s[S.RIPPLE] * np.sin(2 * np.pi * x / s[S.RIPPLE_PERIOD] + s[S.RIPPLE_PHASE])
+                angle = 2 * np.pi * x / s[S.RIPPLE_PERIOD] + s[S.RIPPLE_PHASE]
+                acceleration += s[S.RIPPLE] * np.sin(angle) + s[S.RIPPLE_START]
             end = _slowed(v + h * acceleration, h, s)
             before = x
             x += 0.5 * h * (v + end)

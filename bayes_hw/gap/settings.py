@@ -173,6 +173,7 @@ FORCE_SIDE = frozenset(
         RIPPLE,
         RIPPLE_PERIOD,
         RIPPLE_PHASE,
+        RIPPLE_START,
     }
 )
 """Settings by where they enter a simulator of any kind: before it, behind it, or as a force within it.

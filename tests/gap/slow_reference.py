@@ -105,7 +105,13 @@ def dahl(
 
 
 def ripple(amplitude: float, period: float, phase: float) -> Torques:
-    return lambda motion: (amplitude * np.sin(2 * np.pi * motion[MOTOR_ANGLE] / period + phase), 0.0)
+    """Zero at rest."""
+
+    def torques(motion: FloatArray) -> tuple[float, float]:
+        x = 2 * np.pi * motion[MOTOR_ANGLE] / period
+        return amplitude * (np.sin(x + phase) - np.sin(phase)), 0.0
+
+    return torques
 
 
 def overtone(values: tuple[float, ...], where: str) -> Torques:
@@ -114,8 +120,8 @@ def overtone(values: tuple[float, ...], where: str) -> Torques:
 
     def torques(motion: FloatArray) -> tuple[float, float]:
         x = 2 * np.pi * motion[W if where == "load" else MOTOR_ANGLE] / period
-        torque = sine * np.sin(x) + cosine * np.cos(x) + constant
-        torque += second_sine * np.sin(2 * x) + second_cosine * np.cos(2 * x)
+        torque = sine * np.sin(x) + cosine * (np.cos(x) - 1) + constant
+        torque += second_sine * np.sin(2 * x) + second_cosine * (np.cos(2 * x) - 1)
         on_motor = -TRAIN.km / TRAIN.kl * torque if where == "mesh" else torque
         return (0.0 if where == "load" else on_motor), (0.0 if where == "motor" else torque)
 

@@ -40,7 +40,7 @@ def waves(base: Fit, effect: PeriodicEffect, frequency: float) -> list[FloatArra
     for u, (w, _) in zip(INPUTS, base.hypothesis.simulate_signals(base.values), strict=True):
         angle = 2 * np.pi * frequency * w
         added = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-        if effect.door == "output":
+        if effect.door != "command":
             added -= added[0]
         if effect.only_saturated:
             delayed = np.concatenate([np.zeros(chain.delay_samples), u])[: len(u)]

@@ -185,7 +185,7 @@ def test_the_force_door_of_a_function_and_of_the_compiled_axis_agree() -> None:
         0.05,
     )
     settings[[S.VISCOUS, S.VISCOUS_ASYMMETRY, S.MOTOR_ASYMMETRY]] = 0.5, 0.2, -0.1
-    settings[[S.RIPPLE, S.RIPPLE_PERIOD, S.RIPPLE_PHASE]] = 0.05, 0.02, 0.4
+    settings[[S.RIPPLE, S.RIPPLE_PERIOD, S.RIPPLE_PHASE, S.RIPPLE_START]] = 0.05, 0.02, 0.4, -0.03
     own = FunctionSimulator("own", rubbed, rigid_axis().parameters, AXIS_RATE, force_door=True)
     fine = RigidAxis("fine", 10.0, 12.0, 20 * AXIS_RATE, 0.01)
     values, law = np.array([[10.0, 0.0]]), ForceLaw(settings[None])

@@ -10,7 +10,7 @@ from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
 from bayes_hw.plant.effects.command import RateLimit
 from bayes_hw.plant.effects.disturbance import Wind, davenport_spectrum, kaimal_spectrum
-from bayes_hw.plant.effects.drive import Backlash, DryFriction
+from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
 from bayes_hw.plant.excitation import steps_and_triangles
@@ -150,3 +150,17 @@ def test_spectra_fall_as_the_five_thirds_power() -> None:
 def test_friction_names_its_parameters() -> None:
     parameters = DryFriction("stribeck_motor", 0.1, 1.5, 0.01, 10.0).parameters(2.0)
     assert parameters == {"kind": "stribeck_motor", "coulomb_deg_s2": 0.2, "static_ratio": 1.5}
+
+
+def test_the_rail_leaves_the_axis_one_place_to_rest() -> None:
+    """The steepest rail is as steep as the gear is stiff; torque alone bounds motor and mesh."""
+    for seed in range(40):
+        ripple = TorqueRipple.draw(np.random.default_rng(seed), SCALES)
+        x = np.linspace(0, ripple.period_deg, 4001)
+        phase = 2 * np.pi * x / ripple.period_deg
+        shape = np.sin(phase + ripple.phase) + ripple.second * np.sin(2 * phase + ripple.phase)
+        steepest = ripple.largest * ripple.torque * np.abs(np.gradient(shape, x)).max()
+        if ripple.detail == "rail_load":
+            assert steepest <= 1.001 * SCALES.torque / SCALES.twist
+        else:
+            assert ripple.largest * ripple.torque == pytest.approx(8 * SCALES.torque)

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import SECOND_HARMONIC, Block, Door, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
@@ -62,10 +62,11 @@ class DynamicBacklash(Effect):
 
 
 class TorqueRipple(PeriodicEffect):
-    """torque = A sin(2 pi theta_motor / period + phase): cogging and gear mesh, in units of acceleration.
+    """torque = A (sin(2 pi theta_motor / period + phase) - sin(phase)): cogging, in units of acceleration.
 
-    Cogging torque is periodic in the rotor angle (Hanselman, Brushless Motors, chapter 4). Not to be believed
-    where the period is longer than the travel.
+    Cogging torque is periodic in the rotor angle (Hanselman, Brushless Motors, chapter 4). The axis rests at
+    zero where the record starts, so that there is no torque there. Not to be believed where the period is
+    longer than the travel.
     """
 
     label: ClassVar[str] = "torque_ripple"
@@ -85,7 +86,13 @@ class TorqueRipple(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_wave(S.RIPPLE, values, settings)
+        self.write_ripple(S.RIPPLE, values, settings)
+
+    def write_ripple(self, first: int, values: FloatArray, settings: FloatArray) -> None:
+        """Write the wave of `values` with the constant that makes it zero at rest, and what a form adds."""
+        self.write_wave(first, values, settings)
+        cosines = [values[row] for row in (1, SECOND_HARMONIC + 1) if row < len(values)]
+        settings[first + CONSTANT] = sum(values[CONSTANT : CONSTANT + 1]) - sum(cosines)
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
@@ -98,7 +105,7 @@ class TorqueRipple(PeriodicEffect):
 
 
 class LoadRipple(TorqueRipple):
-    """torque = A sin(2 pi w / period + phase) on the load: unevenness of the rail, in units of acceleration.
+    """torque = A (sin(2 pi w / period + phase) - sin(phase)) on the load: an uneven rail, as acceleration.
 
     Azimuth track unevenness moves the structure on it (Gawronski, Modeling and Control of Antennas and
     Telescopes). Not to be believed where the period is longer than the travel.
@@ -109,7 +116,7 @@ class LoadRipple(TorqueRipple):
     test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3)
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_wave(S.LOAD_RIPPLE, values, settings)
+        self.write_ripple(S.LOAD_RIPPLE, values, settings)
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * scale.stiffness[1]
@@ -119,29 +126,32 @@ class LoadRipple(TorqueRipple):
 
 
 class MeshRipple(LoadRipple):
-    """torque = A sin(2 pi theta_motor / period + phase) on the load, its reaction on the motor: gear mesh.
+    """torque = A (sin(2 pi theta_motor / period + phase) - sin(phase)) on the load, reaction on the motor.
 
-    In units of the load's acceleration (transmission error of gears; Welbourn, Fundamental Knowledge of Gear
-    Noise, 1979). Not to be believed where the period is longer than the travel.
+    Gear mesh, in units of the load's acceleration (transmission error of gears; Welbourn, Fundamental
+    Knowledge of Gear Noise, 1979). Not to be believed where the period is longer than the travel.
     """
 
     form: ClassVar[str] = "gear mesh"
     door: ClassVar[Door] = "gear_torque"
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_wave(S.MESH_RIPPLE, values, settings)
+        self.write_ripple(S.MESH_RIPPLE, values, settings)
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(MeshRippleWithOvertone(), (*values, *NO_OVERTONE))]
 
 
+CONSTANT = 5
+"""Where it stands among the parameters of a ripple with overtone, and behind the wave among the settings."""
+
 NO_OVERTONE = (0.0, 0.0, 0.0)
 
 
 class _Overtone(TorqueRipple):
-    """What ripples share that have a second harmonic and a constant torque, zero where the record rests.
+    """What ripples share that have a second harmonic and a constant torque where the record starts.
 
-    torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant.
+    torque = A (sin(x + phase) - sin(phase)) + A2 (sin(2 x + phase2) - sin(phase2)) + constant.
     """
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
@@ -155,7 +165,7 @@ class _Overtone(TorqueRipple):
 
 
 class TorqueRippleWithOvertone(_Overtone):
-    """torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant, x = 2 pi theta_motor / period.
+    """The torque of cogging with its second harmonic and a constant: see TorqueRipple.
 
     Cogging of poles that are not alike (Hanselman, Brushless Motors, chapter 4). Not to be believed where the
     period is longer than the travel.
@@ -166,10 +176,9 @@ class TorqueRippleWithOvertone(_Overtone):
 
 
 class LoadRippleWithOvertone(_Overtone, LoadRipple):
-    """torque = A sin(x + phase) + A2 sin(2 x + phase2) + constant on the load, x = 2 pi w / period.
+    """The torque of an uneven rail with its second harmonic and a constant: see LoadRipple.
 
-    The axis rests where the record starts, so that the constant balances the ripple there. Not to be believed
-    where the period is longer than the travel.
+    Not to be believed where the period is longer than the travel.
     """
 
     form: ClassVar[str] = "load, with overtone"

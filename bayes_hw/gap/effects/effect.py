@@ -71,8 +71,8 @@ class Effect(ABC):
         """Parameter values to screen, a small grid of sizes and shapes."""
 
 
-SECOND_HARMONIC, CONSTANT = 3, 5
-"""Where they stand among the parameters of a periodic effect."""
+SECOND_HARMONIC = 3
+"""Where its sine and cosine stand among the parameters of a periodic effect."""
 
 
 class PeriodicEffect(Effect):
@@ -87,15 +87,13 @@ class PeriodicEffect(Effect):
     def write_wave(self, first: int, values: FloatArray, settings: FloatArray) -> None:
         """Write the wave of `values` into `settings` from row `first` on, as `bayes_hw.gap.settings` says.
 
-        Behind the parameters above stand sine and cosine of the second harmonic and a constant, if any.
+        Behind the parameters above stand sine and cosine of the second harmonic, if any.
         """
         settings[first], settings[first + 1] = np.hypot(values[0], values[1]), values[2]
         settings[first + 2] = np.arctan2(values[1], values[0])
         if len(values) > SECOND_HARMONIC:
             sine, cosine = values[SECOND_HARMONIC : SECOND_HARMONIC + 2]
             settings[first + 3], settings[first + 4] = np.hypot(sine, cosine), np.arctan2(cosine, sine)
-        if len(values) > CONSTANT:
-            settings[first + 5] = values[CONSTANT]
 
     @abstractmethod
     def unit_amplitude(self, scale: AxisScale) -> float:

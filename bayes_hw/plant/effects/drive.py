@@ -99,7 +99,11 @@ class Backlash(Effect):
 
 @dataclass(frozen=True)
 class TorqueRipple(Effect):
-    """Cogging of the motor, gear mesh or rail unevenness: a torque periodic in the angle."""
+    """Cogging of the motor, gear mesh or rail unevenness: a torque periodic in the angle.
+
+    The rail is nowhere steeper than the gear is stiff: beyond that an axis at rest has several places to be,
+    snaps from one to the next, and no telescope points with it. `gear_stiffness` in 1/s^2.
+    """
 
     label: ClassVar[str] = "torque_ripple"
     detail: str
@@ -107,6 +111,7 @@ class TorqueRipple(Effect):
     period_deg: float
     phase: float
     second: float
+    gear_stiffness: float
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> TorqueRipple:
@@ -116,11 +121,16 @@ class TorqueRipple(Effect):
             log_uniform(rng, 0.06, 0.6) * scales.travel,
             float(rng.uniform(0, 2 * np.pi)),
             float(rng.choice([0.0, rng.uniform(0.1, 0.4)])),
+            scales.torque / scales.twist,
         )
 
     @property
     def largest(self) -> float:
-        return LARGEST_TORQUES / TORQUE_SHARE
+        largest = LARGEST_TORQUES / TORQUE_SHARE
+        if self.detail != "rail_load":
+            return largest
+        slope = self.torque * 2 * np.pi / self.period_deg * (1 + 2 * self.second)
+        return float(min(largest, self.gear_stiffness / slope))
 
     def act(self, run: Run, strength: float) -> None:
         wave = Wave(strength * self.torque, 2 * np.pi / self.period_deg, self.phase, self.second)
