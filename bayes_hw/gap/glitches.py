@@ -18,6 +18,10 @@ LARGEST_SHARE = 0.06
 
 FEWEST = 3
 
+CLOSE = 3
+LARGEST_CROWD = 0.5
+"""A larger share of far samples with another at most CLOSE samples away is no glitches but motion, ringing."""
+
 
 class Glitches(NamedTuple):
     """Glitches of all records: masks (samples,), a record each, and the root mean square of their heights."""
@@ -72,6 +76,16 @@ def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
     robust = 1.4826 * float(np.median(every))
     masks = [np.abs(d) > FAR * robust for d in departures]
     share = sum(int(mask.sum()) for mask in masks) / len(every)
-    if robust == 0 or share > LARGEST_SHARE:
+    if robust == 0 or share > LARGEST_SHARE or _crowded(masks) > LARGEST_CROWD:
         return no_glitches(residuals)
     return masks
+
+
+def _crowded(masks: Sequence[BoolArray]) -> float:
+    """Share of the masked samples that have another at most CLOSE samples away; zero of none."""
+    crowded = total = 0
+    for mask in masks:
+        apart = np.diff(np.flatnonzero(mask), prepend=-len(mask), append=2 * len(mask))
+        crowded += int(np.sum(np.minimum(apart[:-1], apart[1:]) <= CLOSE)) if mask.any() else 0
+        total += int(mask.sum())
+    return crowded / max(total, 1)

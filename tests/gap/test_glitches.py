@@ -53,3 +53,10 @@ def test_too_few_are_no_effect() -> None:
     e = white(900, 1.0, 6)
     e[np.arange(FEWEST - 1) * 200 + 50] += 40.0
     assert Glitches.of([e]) is None
+
+
+def test_ringing_is_no_glitches() -> None:
+    """A burst of an oscillation at a quarter of the sample rate, which departs from its neighbours' median."""
+    k = np.arange(2000)
+    burst = 30 * np.exp(-((k - 900) / 25.0) ** 2) * np.sin(0.5 * np.pi * k + 0.3)
+    assert not find_glitches([white(2000, 1.0, 9) + burst])[0].any()
