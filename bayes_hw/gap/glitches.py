@@ -20,7 +20,7 @@ FEWEST = 3
 
 CLOSE = 3
 LARGEST_CROWD = 0.5
-"""A larger share of far samples with another at most CLOSE samples away is no glitches but motion, ringing."""
+"""A larger share of far samples with another at most CLOSE samples away is no glitches but ringing."""
 
 
 class Glitches(NamedTuple):

@@ -56,7 +56,7 @@ def test_too_few_are_no_effect() -> None:
 
 
 def test_ringing_is_no_glitches() -> None:
-    """A burst of an oscillation at a quarter of the sample rate, which departs from its neighbours' median."""
+    """A burst at a quarter of the sample rate departs from its neighbours' median, many times in a row."""
     k = np.arange(2000)
-    burst = 30 * np.exp(-((k - 900) / 25.0) ** 2) * np.sin(0.5 * np.pi * k + 0.3)
+    burst = 30 * np.exp(-(((k - 900) / 25.0) ** 2)) * np.sin(0.5 * np.pi * k + 0.3)
     assert not find_glitches([white(2000, 1.0, 9) + burst])[0].any()
