@@ -11,8 +11,10 @@ from fitted import AXIS, noisy, simulated_with
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
+from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
 from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.fit import evaluated
+from bayes_hw.gap.leftover import leaves_structure
 from bayes_hw.gap.slow_noise import random_walk
 from bayes_hw.gap.whitener import Plain
 
@@ -58,6 +60,16 @@ def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
     found = attribution(measured, frozenset({"sensor_drift"}))
     assert found.best.labels == ("command_bias", "transport_delay")
     assert any(e.labels == ("sensor_drift", "transport_delay") for e in found.explanations)
+
+
+def test_a_richer_form_does_not_pass_for_noise() -> None:
+    """A constant torque beside a ripple: slow wind would take it up, and leave nothing."""
+    values = (20.0, 10.0, 0.3, 0.0, 0.0, 30.0)
+    measured = noisy(simulated_with(TorqueRippleWithOvertone(), values, INPUTS))
+    found = Attributor(BASE, measured, (TorqueRipple(),), frozenset({"wind"}), np.random.default_rng(5)).run()
+    assert found.best.name == "torque_ripple (motor, with overtone)"
+    beside_wind = [e for e in found.explanations if e.labels == ("torque_ripple", "wind")]
+    assert not leaves_structure(max(beside_wind, key=lambda e: e.log_evidence), INPUTS)
 
 
 def test_an_effect_of_no_size_is_not_ahead_of_the_noise_alone() -> None:
