@@ -19,7 +19,7 @@ from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import Logarithm
+from bayes_hw.model.priors import Logarithm, Normal
 
 STOCHASTIC_LABELS = {"wind", "encoder_quantization", "timing_jitter", "outliers"}
 CATALOGUE = catalogue()
@@ -126,7 +126,9 @@ def test_apply_touches_only_its_own_settings(effect: Effect) -> None:
 )
 def test_periodic_effects_are_a_sine_and_a_cosine(effect: PeriodicEffect) -> None:
     """Small amplitudes of both add up, which the scan over periods relies on."""
-    unit = 1e-3 * effect.unit_amplitude(SCALE) if effect.door != "command" else 1e-5
+    amplitude = effect.parameters(SCALE)[0].prior
+    assert isinstance(amplitude, Normal)
+    unit = 5e-5 * amplitude.sd
     period = effect.test_values[2]
     sine, cosine, both = (
         output(effect, (a * unit, b * unit, period)) - Y for a, b in ((1, 0), (0, 1), (1, 1))

@@ -94,10 +94,8 @@ class TorqueRipple(PeriodicEffect):
         cosines = [values[row] for row in (1, SECOND_HARMONIC + 1) if row < len(values)]
         settings[first + CONSTANT] = sum(values[CONSTANT : CONSTANT + 1]) - sum(cosines)
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return []
-
     def unit_amplitude(self, scale: AxisScale) -> float:
+        """An acceleration that moves the axis by four times the noise."""
         return scale.sigma * 4 * scale.stiffness[0]
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:

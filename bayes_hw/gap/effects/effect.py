@@ -95,6 +95,5 @@ class PeriodicEffect(Effect):
             sine, cosine = values[SECOND_HARMONIC : SECOND_HARMONIC + 2]
             settings[first + 3], settings[first + 4] = np.hypot(sine, cosine), np.arctan2(cosine, sine)
 
-    @abstractmethod
-    def unit_amplitude(self, scale: AxisScale) -> float:
-        """The amplitude at which the additive signal at the door has size one."""
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return []

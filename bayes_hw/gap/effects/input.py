@@ -71,12 +71,6 @@ class SaturationDrift(PeriodicEffect):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         self.write_wave(S.LIMIT_DEPTH, values, settings)
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return []
-
-    def unit_amplitude(self, scale: AxisScale) -> float:
-        return 1.0
-
 
 class CommandBias(Effect):
     """v + bias behind the limiter: an offset of the drive's analogue input.

@@ -36,12 +36,6 @@ class EncoderEccentricity(PeriodicEffect):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         self.write_wave(S.ECCENTRICITY, values, settings)
 
-    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
-        return []
-
-    def unit_amplitude(self, scale: AxisScale) -> float:
-        return scale.sigma
-
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(OvalEncoder(), (*values, 0.0, 0.0))]
 
