@@ -3,7 +3,8 @@
 Encoder noise is taken to be first-order and Gaussian. Under a right explanation the whitened residuals are
 then white, of unit variance, and independent of command, motion and time. Descriptions that name no cause
 are held against that: a free function at every block, a spread that changes with the motion, heavy tails, a
-sine of constant frequency in time, a lasting step, and a spectrum that first-order noise does not have.
+sine of constant frequency in time, a lasting step, a spectrum that first-order noise does not have, and slow
+noise that is stronger when the axis does certain things.
 Each says how surprising the residuals are where the explanation holds (minus the natural logarithm of the
 tail probability) and how large what it describes is, in units of the encoder's noise.
 """
@@ -20,6 +21,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
+from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
@@ -75,6 +77,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
     if stochastic is None or (stochastic.display is None and "outliers" not in stochastic.labels):
         found.append(_tails(white, sigma))
+    if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
+        uneven = unevenness(fit.whitener, residuals, regimes_of(moved, fit.hypothesis.scale.rate))
+        found.append((f"gusts {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
     return sorted(
         (
             Leftover(

@@ -87,12 +87,25 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_filter(columns, transition, output, share, doubt, increment, initial, white, expected, variances):  # type: ignore[no-untyped-def]
+def state_filter(  # type: ignore[no-untyped-def]
+    columns,
+    transition,
+    output,
+    share,
+    doubt,
+    strength,
+    increment,
+    initial,
+    white,
+    expected,
+    variances,
+):
     """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
 
-    x(k+1) = transition x(k) + a(k) with var a = increment (n, n), x(0) of variance `initial`;
-    e(k) = output x(k), of all but its last term the `share` (samples,) that shows, and noise of variance
-    `doubt` (samples,), infinite where there is no reading. `columns` (samples, m) are filtered into `white`,
+    x(k+1) = transition x(k) + a(k) with var a = increment (n, n), of all but the last state times `strength`
+    (samples,), x(0) of variance `initial`; e(k) = output x(k), of all but its last term the `share`
+    (samples,) that shows, and noise of variance `doubt` (samples,), infinite where there is no reading.
+    `columns` (samples, m) are filtered into `white`,
     unit innovations where they are such noise, zero without a reading;
     `expected` (samples, m) is what the samples before let expect of output x(k) without its last term,
     `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
@@ -118,7 +131,7 @@ def state_filter(columns, transition, output, share, doubt, increment, initial, 
     total, root, log_total, uncertain = 1.0, 1.0, 0.0, 0.0
     log_determinant = 0.0
     for k in range(samples):
-        changed = k == 0 or share[k] != share[k - 1]
+        changed = k == 0 or share[k] != share[k - 1] or strength[k] != strength[k - 1]
         if doubt[k] > 0 or (k > 0 and (changed or doubt[k - 1] > 0)):
             settled, limit = False, SETTLED_AGAIN
         if not settled:
@@ -148,8 +161,9 @@ def state_filter(columns, transition, output, share, doubt, increment, initial, 
                         if transition[i, a] != 0.0:
                             value = value + broadcast(transition[i, a]) * load(carried, a * wide + c)
                     store(row, c, value)
+                times = strength[k] if i < n - 1 else 1.0
                 for c in range(wide):
-                    value = load(increments, i * wide + c)
+                    value = broadcast(times) * load(increments, i * wide + c)
                     for b in range(n):
                         value = value + broadcast(flat_row[b]) * load(transposed, b * wide + c)
                     store(following, i * wide + c, value)

@@ -25,11 +25,13 @@ ENCODER_PARAMETERS = 2
 class View(NamedTuple):
     """The share of a disturbance that shows (samples,), and the variance (samples,) of what more may show.
 
-    The variance is infinite where there is no reading.
+    The variance is infinite where there is no reading. `strength` (samples,), one if None, is what the
+    variance of the disturbance's increments is multiplied by.
     """
 
     share: FloatArray
     doubt: FloatArray
+    strength: FloatArray | None = None
 
     @classmethod
     def everywhere(cls, samples: int) -> View:
@@ -72,6 +74,7 @@ class StateNoise:
             self.output,
             view.share,
             view.doubt,
+            np.ones(len(columns)) if view.strength is None else view.strength,
             self.increment,
             self.initial,
             white,

@@ -49,6 +49,17 @@ def test_a_walk_that_does_not_always_show() -> None:
     check(noise, encoder_covariance() + shown + np.diag(doubt))
 
 
+def test_a_walk_of_changing_strength() -> None:
+    """Increments of 4 and of a ninth of the variance for some samples; the encoder's own noise stays."""
+    strength = np.ones(N)
+    strength[12:20], strength[40:44] = 4.0, 1 / 9
+    passed = np.concatenate([[0.0], np.cumsum(strength)[:-1]])
+    walk = np.minimum.outer(passed, passed) * 0.05**2
+    view = View(np.ones(N), np.zeros(N), strength)
+    noise = replace(walking_noise(SIGMA, CORRELATION, 0.05), views=(view,) * 2)
+    check(noise, encoder_covariance() + walk)
+
+
 def test_samples_without_a_reading_say_nothing() -> None:
     """The likelihood is that of the others, whatever stands there; they are whitened to zero."""
     doubt = np.zeros(N)

@@ -1,0 +1,87 @@
+"""Whether slow noise is as strong whatever the axis does, as wind or a wandering encoder would be.
+
+Slow noise takes up what no effect of the catalogue explains. What comes of the command then looks like gusts
+that are stronger after certain commands or motions. The variance of the disturbance's increments is
+multiplied in one regime and divided elsewhere; the likelihood ratio to the same strength everywhere is, where
+the noise is what it is said to be, that of one parameter (chi-squared of one degree).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.free_functions import Motion
+from bayes_hw.gap.state_noise import StateNoise, View
+
+LOG_STRENGTHS = (-1.0, -0.5, 0.5, 1.0)
+"""Of the variance in a regime, tried for the largest likelihood."""
+
+FREED_S = 1.5
+CHANGED_S = 0.3
+LARGE_CHANGE = 0.8
+"""Seconds after a limit was left and after a large change of the command, one above this quantile."""
+
+RAREST = 0.02
+"""A regime that holds for a smaller share of the samples, or of whose rest that is true, tells nothing."""
+
+
+class Unevenness(NamedTuple):
+    """The regime in which slow noise differs most: minus the log of a tail probability, and the share of the
+    variance that is missing where it is weaker."""
+
+    regime: str
+    surprise: float
+    share: float
+
+
+def regimes_of(found: Sequence[Motion], rate: float) -> dict[str, list[BoolArray]]:
+    """What the axis does, by name: masks (samples,), a record each."""
+    limited = [m.limited != m.command for m in found]
+    left = [np.concatenate([[False], at[:-1] & ~at[1:]]) for at in limited]
+    changes = [np.abs(np.diff(m.command, prepend=m.command[0])) for m in found]
+    large = float(np.quantile(np.concatenate(changes), LARGE_CHANGE))
+    usual = float(np.median(np.abs(np.concatenate([m.speed for m in found]))))
+    return {
+        "at a limit": limited,
+        "after a limit": [_within(at, FREED_S * rate) for at in left],
+        "after a change of the command": [_within(c > large, CHANGED_S * rate) for c in changes],
+        "at speed": [np.abs(m.speed) > usual for m in found],
+    }
+
+
+def unevenness(
+    noise: StateNoise, residuals: Sequence[FloatArray], regimes: dict[str, list[BoolArray]]
+) -> Unevenness:
+    """The regime, of all `regimes`, in which the `noise` of `residuals` (samples,) a record differs most."""
+    views = noise.views or tuple(View.everywhere(len(e)) for e in residuals)
+    even = replace(noise, views=views).fitted_to(residuals).log_likelihood
+    best, told = Unevenness("", 0.0, 0.0), 0
+    for name, masks in regimes.items():
+        share = float(np.mean(np.concatenate(masks)))
+        if not RAREST < share < 1 - RAREST:
+            continue
+        told += 1
+        for log_strength in LOG_STRENGTHS:
+            elsewhere = -log_strength * share / (1 - share)
+            uneven = tuple(
+                view._replace(strength=np.exp(np.where(mask, log_strength, elsewhere)))
+                for view, mask in zip(views, masks, strict=True)
+            )
+            gain = replace(noise, views=uneven).fitted_to(residuals).log_likelihood - even
+            surprise = -float(chi2.logsf(max(2 * gain, 0.0), 1))
+            if surprise > best.surprise:
+                best = Unevenness(name, surprise, 1 - float(np.exp(-abs(log_strength - elsewhere))))
+    return best._replace(surprise=max(best.surprise - float(np.log(max(told, 1))), 0.0))
+
+
+def _within(events: BoolArray, samples: float) -> BoolArray:
+    """Whether there was an event at this sample or in the last `samples` before it, (samples,)."""
+    count = np.cumsum(np.concatenate([[0], events]))
+    now = np.arange(len(events)) + 1
+    return np.asarray(count[now] > count[np.maximum(now - 1 - int(samples), 0)])
