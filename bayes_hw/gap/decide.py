@@ -17,7 +17,7 @@ import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.leftover import GUSTS, Leftover
 
 NONE, OTHER = "none", "other"
 SLOW_TORQUE = "function at disturbance"
@@ -31,7 +31,7 @@ class Calibration:
     an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
     `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
     explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; of
-    functions under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
+    functions and gusts under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
     `left_share` of the gap) are the leftover at which "other" is
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
@@ -175,14 +175,15 @@ def probability_of_other(
     """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma).
 
     Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
-    command or motion would explain, less then counts. A free torque in time is what slow noise is itself.
+    command or motion would explain, or gusts that follow them, less then counts. A free torque in time is what
+    slow noise is itself.
     """
     odds = -np.inf
     size = np.hypot(calibration.left_size, expected)
     for item in left:
         if item.surprise <= 0 or item.size <= 0:
             continue
-        hidden = drifts and item.kind.startswith("function") and item.kind != SLOW_TORQUE
+        hidden = drifts and item.kind.startswith(("function", GUSTS)) and item.kind != SLOW_TORQUE
         even = calibration.slow_left_surprise if hidden else calibration.left_surprise
         by_surprise = calibration.left_sharpness * np.log(item.surprise / even)
         by_size = 2 * calibration.left_sharpness * np.log(item.size / size)

@@ -42,6 +42,9 @@ LOWEST_LINE = 12
 
 LARGEST_SURPRISE = 1e4
 
+GUSTS = "gusts"
+"""The kind that says when slow noise is strongest begins with it."""
+
 SURPRISE_OF_STRUCTURE = 9.0
 SMALLEST_STRUCTURE = 0.06
 """Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
@@ -79,7 +82,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         found.append(_tails(white, sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, fit.hypothesis.scale.rate))
-        found.append((f"gusts {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
+        found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
     return sorted(
         (
             Leftover(

@@ -179,8 +179,9 @@ def test_other_needs_gain_and_size() -> None:
     assert probability_of_other([], 0.0, CONSTANTS) == pytest.approx(0, abs=1e-10)
 
 
-def test_less_counts_as_left_under_slow_noise() -> None:
-    left = [Leftover("function at input", CONSTANTS.slow_left_surprise, 3.0)]
+@pytest.mark.parametrize("kind", ["function at input", "gusts after a limit"])
+def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
+    left = [Leftover(kind, CONSTANTS.slow_left_surprise, 3.0)]
     assert probability_of_other(left, 0.0, CONSTANTS, drifts=True) == pytest.approx(0.5)
     assert probability_of_other(left, 0.0, CONSTANTS) < 0.25
 

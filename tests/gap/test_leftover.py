@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drive_axis import RATE, SIGMA, coloured, command, white
-from fitted import SAMPLES, explained
+from fitted import AXIS, SAMPLES, explained, with_residuals
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.decide import Calibration
+from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.leftover import leftovers
+from bayes_hw.gap.slow_noise import random_walk
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 T = np.arange(SAMPLES) / RATE
@@ -90,3 +92,24 @@ def test_known_glitches_are_bridged_first() -> None:
     assert found is not None
     named = replace(plain, stochastic=found, fit=replace(plain.fit, whitener=found.whitener))
     assert leftovers(named, INPUTS)[0].surprise < 0.5 * TRIFLE
+
+
+def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
+    """An encoder that wanders five times as fast where the command is beyond a limit; one that always wanders
+    alike leaves nothing."""
+    found = {}
+    for times in (1.0, 25.0):
+        residuals = []
+        for record, u in enumerate(INPUTS):
+            rng = np.random.default_rng(60 + record)
+            at_limit = (u < AXIS.saturation.lower) | (u > AXIS.saturation.upper)
+            steps = 0.2 * SIGMA * np.where(at_limit, np.sqrt(times), 1.0) * rng.normal(size=SAMPLES)
+            residuals.append(white(SAMPLES, SIGMA, 40 + record) + np.cumsum(steps))
+        fit = with_residuals(residuals)
+        walk = random_walk(fit)
+        assert walk is not None
+        left = leftovers(with_stochastic(walk, fit), INPUTS)
+        found[times] = next(item for item in left if item.kind.startswith("gusts"))
+    assert found[1.0].surprise < 0.5 * TRIFLE
+    assert found[25.0].surprise > TRIFLE and "limit" in found[25.0].kind
+    assert found[25.0].size > 0.5
