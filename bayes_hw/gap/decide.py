@@ -175,8 +175,8 @@ def probability_of_other(
     """Odds that what is left is structure, larger than is `expected` beside the noise (both in sigma).
 
     Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
-    command or motion would explain, or gusts that follow them, less then counts. A free torque in time is what
-    slow noise is itself.
+    command or motion would explain, or gusts that follow them, less then counts. A free torque in time is
+    what slow noise is itself.
     """
     odds = -np.inf
     size = np.hypot(calibration.left_size, expected)
