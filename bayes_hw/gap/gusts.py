@@ -28,7 +28,7 @@ LARGE_CHANGE = 0.8
 """Seconds after a limit was left and after a large change of the command, one above this quantile."""
 
 RAREST = 0.02
-"""A regime that holds for a smaller share of the samples, or of whose rest that is true, tells nothing."""
+"""A regime that holds for a smaller share of a record, or of whose rest that is true, tells nothing there."""
 
 
 class Unevenness(NamedTuple):
@@ -63,21 +63,29 @@ def unevenness(
     even = replace(noise, views=views).fitted_to(residuals).log_likelihood
     best, told = Unevenness("", 0.0, 0.0), 0
     for name, masks in regimes.items():
-        share = float(np.mean(np.concatenate(masks)))
-        if not RAREST < share < 1 - RAREST:
+        if not any(RAREST < mask.mean() < 1 - RAREST for mask in masks):
             continue
         told += 1
         for log_strength in LOG_STRENGTHS:
-            elsewhere = -log_strength * share / (1 - share)
-            uneven = tuple(
-                view._replace(strength=np.exp(np.where(mask, log_strength, elsewhere)))
-                for view, mask in zip(views, masks, strict=True)
-            )
+            changes = [_log_strengths(mask, log_strength) for mask in masks]
+            uneven = tuple(v._replace(strength=np.exp(c)) for v, c in zip(views, changes, strict=True))
             gain = replace(noise, views=uneven).fitted_to(residuals).log_likelihood - even
             surprise = -float(chi2.logsf(max(2 * gain, 0.0), 1))
             if surprise > best.surprise:
-                best = Unevenness(name, surprise, 1 - float(np.exp(-abs(log_strength - elsewhere))))
+                most = max(float(np.ptp(c)) for c in changes)
+                best = Unevenness(name, surprise, 1 - float(np.exp(-most)))
     return best._replace(surprise=max(best.surprise - float(np.log(max(told, 1))), 0.0))
+
+
+def _log_strengths(mask: BoolArray, inside: float) -> FloatArray:
+    """`inside` the `mask`, outside what makes the mean zero, (samples,); zero where the record tells nothing.
+
+    Of every record its own: that one record is windier than another says nothing of the command.
+    """
+    share = float(mask.mean())
+    if not RAREST < share < 1 - RAREST:
+        return np.zeros(len(mask))
+    return np.where(mask, inside, -inside * share / (1 - share))
 
 
 def _within(events: BoolArray, samples: float) -> BoolArray:

@@ -81,3 +81,10 @@ def test_what_comes_of_the_command_is_uneven(regime: str, times: float) -> None:
 def test_nothing_is_told_of_regimes_that_do_not_occur() -> None:
     never = {"never": [np.zeros(SAMPLES, dtype=bool)] * 2}
     assert unevenness(NOISE, wandering(1, [np.ones(SAMPLES)] * 2), never) == ("", 0.0, 0.0)
+
+
+def test_a_windier_record_is_no_regime() -> None:
+    """Four times the variance in one record of two, whatever the axis does there."""
+    strengths = [np.full(SAMPLES, 0.5), np.full(SAMPLES, 2.0)]
+    mostly = {"mostly in one": [np.arange(SAMPLES) % 10 < 1, np.arange(SAMPLES) % 10 < 8]}
+    assert unevenness(NOISE, wandering(3, strengths), mostly).surprise < 5
