@@ -107,7 +107,7 @@ class Attributor:
         self.tell("stochastic effects")
         hosts = list(coloured) if self.stochastic.lattice or self._unfinished(found) else []
         found += self.stochastic.beside(base, hosts, singles if hosts else [])
-        if structure and (self._unfinished(found) or _may_hide_a_cause(found)):
+        if structure and self._goes_on(found):
             self.tell("forms of more parameters")
             richer = self._richer(sorted(coloured, key=_worst_first)[:REFINED])
             found += richer
@@ -125,7 +125,7 @@ class Attributor:
             found += more
             coloured += more
         predictable = structure and not is_far_ahead(found)
-        if predictable and (self._unfinished(found) or _may_hide_a_cause(found)):
+        if predictable and self._goes_on(found):
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
             found += self._under_noise(found) + self._pairs.first(firsts, singles)
@@ -151,6 +151,10 @@ class Attributor:
         """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
         best = min(found, key=_worst_first)
         return best.strained or leaves_structure(best, self.base.inputs)
+
+    def _goes_on(self, found: Sequence[Explanation]) -> bool:
+        """Whether a further cause is to be sought, among effects that can be followed."""
+        return _may_hide_a_cause(found) or self._unfinished(found)
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""

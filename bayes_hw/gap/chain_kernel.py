@@ -268,14 +268,14 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                     output = position + load(ds, 0) * v
                 motor_torque, load_torque = zero, zero
                 if by_motion:
-                    load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
-                    motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
-                    motor_speed, load_speed = zero, zero
+                    motor_angle, motor_speed, load_angle, load_speed = zero, zero, zero, zero
                     if rippled or mesh or torsional:
                         motor_speed = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
+                        motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
                         motor_angle = motor_angle + broadcast(0.5 * h) * motor_speed
                     if load_rippled or torsional:
                         load_speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
+                        load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
                         load_angle = load_angle + broadcast(0.5 * h) * load_speed
                     if rippled:
                         motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_angle)

@@ -1,9 +1,10 @@
 """A sine of the axis' position, of any period: what it could take of a residual, the periods in one scan.
 
 The response to a small wave A sin(2 pi w / P) + B cos(2 pi w / P) at a door of the axis is linear in A and
-B. With its sine and cosine part s and c and the residual e, whitened and with the base tangents projected
-off, the reducible error is (s'e, c'e) times the inverse of their Gram matrix times (s'e, c'e)'. The
-projection P is never carried out on the waves: (P s)'(P c) = s'c - (T's)'(T'c) for tangents T of unit length.
+B; but for limits the wave is zero where the record starts. With its sine and cosine part s and c and the
+residual e, whitened and with the base tangents projected off, the reducible error is (s'e, c'e) times the
+inverse of their Gram matrix times (s'e, c'e)'. The projection P is never carried out on the waves:
+(P s)'(P c) = s'c - (T's)'(T'c) for tangents T of unit length.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive_axis import RATE, command
+from simulated_records import coloured_noise
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.free_functions import Motion
@@ -34,9 +35,7 @@ def wandering(seed: int, strengths: list[FloatArray]) -> list[FloatArray]:
     found = []
     for strength in strengths:
         steps = STEP * np.sqrt(strength) * rng.normal(size=SAMPLES)
-        encoder = np.zeros(SAMPLES)
-        for k, e in enumerate(SIGMA * np.sqrt(1 - 0.3**2) * rng.normal(size=SAMPLES)):
-            encoder[k] = 0.3 * encoder[k - 1] + e
+        encoder = coloured_noise(SAMPLES, SIGMA, 0.3, rng)
         found.append(np.concatenate([[0.0], np.cumsum(steps)[:-1]]) + encoder)
     return found
 

@@ -74,6 +74,7 @@ class TorqueRipple(PeriodicEffect):
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "motor"
     door: ClassVar[Door] = "motor_torque"
+    first_setting: ClassVar[int] = S.RIPPLE
     test_values: ClassVar[tuple[float, ...]] = (20.0, 10.0, 0.3)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
@@ -86,13 +87,9 @@ class TorqueRipple(PeriodicEffect):
         )
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_ripple(S.RIPPLE, values, settings)
-
-    def write_ripple(self, first: int, values: FloatArray, settings: FloatArray) -> None:
-        """Write the wave of `values` with the constant that makes it zero at rest, and what a form adds."""
-        self.write_wave(first, values, settings)
+        self.write_wave(self.first_setting, values, settings)
         cosines = [values[row] for row in (1, SECOND_HARMONIC + 1) if row < len(values)]
-        settings[first + CONSTANT] = sum(values[CONSTANT : CONSTANT + 1]) - sum(cosines)
+        settings[self.first_setting + CONSTANT] = sum(values[CONSTANT : CONSTANT + 1]) - sum(cosines)
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         """An acceleration that moves the axis by four times the noise."""
@@ -111,10 +108,8 @@ class LoadRipple(TorqueRipple):
 
     form: ClassVar[str] = "load"
     door: ClassVar[Door] = "load_torque"
+    first_setting: ClassVar[int] = S.LOAD_RIPPLE
     test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3)
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_ripple(S.LOAD_RIPPLE, values, settings)
 
     def unit_amplitude(self, scale: AxisScale) -> float:
         return scale.sigma * scale.stiffness[1]
@@ -132,9 +127,7 @@ class MeshRipple(LoadRipple):
 
     form: ClassVar[str] = "gear mesh"
     door: ClassVar[Door] = "gear_torque"
-
-    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        self.write_ripple(S.MESH_RIPPLE, values, settings)
+    first_setting: ClassVar[int] = S.MESH_RIPPLE
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
         return [(MeshRippleWithOvertone(), (*values, *NO_OVERTONE))]
