@@ -8,7 +8,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.model.parameters import Parameter
 
 if TYPE_CHECKING:
-    from bayes_hw.gap.chain import Resonator
+    from bayes_hw.gap.resonator import Resonator
 
 
 class SignalChain(Protocol):

@@ -18,8 +18,8 @@ from bayes_hw.gap.drive_train import (
     continuous_poles,
     realise,
 )
-from bayes_hw.gap.drive_train_kernel import numerators
 from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
+from bayes_hw.gap.resonator import Resonator
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -27,17 +27,6 @@ STATIC_COUNT = GAIN = 3
 """Base parameters before those of G: both limits and the dead zone; the row of the gain, its first."""
 
 KEPT = 24
-
-
-@dataclass(frozen=True)
-class Resonator:
-    """A further structural mode hung on the load, or on the structure: inertia over its host's, natural
-    frequency, damping."""
-
-    inertia_ratio: float
-    frequency_hz: float
-    damping_ratio: float
-    on_structure: bool = False
 
 
 CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
@@ -79,7 +68,8 @@ class ChainBuilder:
         self.model = model
         self.axis = AxisParameters(model)
         self._linear = lru_cache(KEPT)(self._linear_of)
-        self._paths = lru_cache(KEPT)(self._paths_of)
+        self._train = lru_cache(KEPT)(self._train_of)
+        self._torques = lru_cache(KEPT)(self._torques_of)
         self._chain = lru_cache(KEPT)(self._chain_of)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
@@ -105,20 +95,21 @@ class ChainBuilder:
         """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
         settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
 
-    def paths(self, values: FloatArray) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
-        """The torque paths behind G at base parameters `values` (parameters,).
+    def train(self, values: FloatArray) -> DriveTrain | UnknownTrain:
+        """The drive train behind G at base parameters `values` (parameters,).
 
         The latest few are kept: most derivatives leave G as it is.
         """
-        return self._paths(tuple(values[STATIC_COUNT:].tolist()))
+        return self._train(tuple(values[STATIC_COUNT:].tolist()))
 
-    def _paths_of(self, of_g: tuple[float, ...]) -> tuple[DriveTrain | UnknownTrain, TorquePath]:
-        system, _ = self._linear(of_g)
+    def _train_of(self, of_g: tuple[float, ...]) -> DriveTrain | UnknownTrain:
         train: DriveTrain | UnknownTrain | None = None
         if self.reference is not None:
-            train = realise(system, self.model.sample_rate_hz, self.reference)
-        train = train or UnknownTrain()
-        return train, _torque_path(train.torque_system(system))
+            train = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self.reference)
+        return train or UnknownTrain()
+
+    def _torques_of(self, of_g: tuple[float, ...], resonator: Resonator | None) -> TorquePath:
+        return _torque_path(self._train(of_g).torque_system(self._linear(of_g)[0], resonator))
 
     def _linear_of(self, of_g: tuple[float, ...]) -> tuple[ContinuousPoles, float]:
         """G in continuous time and its direct term; it does not depend on the static parameters."""
@@ -141,14 +132,17 @@ class ChainBuilder:
     def _chain_of(self, of_g: tuple[float, ...], resonator: Resonator | None, needs_train: bool) -> Chain:
         system, direct = self._linear(of_g)
         s, r = system.poles, system.residues
-        train, torque_path = self._paths(of_g if needs_train else self.nominal_of_g)
-        if resonator is not None and resonator.inertia_ratio > 0:
-            s, r = _with_resonator(system, train, resonator)
-        outputs = np.concatenate([r[None], r * train.ratios(s)])
+        driving = of_g if needs_train else self.nominal_of_g
+        train = self._train(driving)
+        if resonator is not None and resonator.inertia_ratio == 0:
+            resonator = None
+        if resonator is not None:
+            s, r = train.with_resonator(system, resonator)
+        outputs = np.concatenate([r[None], r * train.ratios(s, resonator)])
         real = s.imag == 0
         return Chain(
             (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
-            torque_path,
+            self._torques(driving, resonator),
             direct,
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,
@@ -167,37 +161,3 @@ def _torque_path(torques: TorqueSystem) -> TorquePath:
         torques.inputs[:, ~real],
         torques.outputs[:, ~real],
     )
-
-
-def _with_resonator(
-    system: ContinuousPoles, paths: DriveTrain | UnknownTrain, resonator: Resonator
-) -> tuple[ComplexArray, ComplexArray]:
-    """Poles and residues of G with a resonator on the load: G / (1 + X H), H from load torque to w.
-
-    X = mu s^2 (omega^2 + 2 zeta omega s) / (s^2 + 2 zeta omega s + omega^2) is the torque per angle that the
-    resonator takes (a tuned mass; Den Hartog, Mechanical Vibrations, section 3.2). On the structure, whose
-    own polynomial is S, it is G (1 + X / S) / (1 + X H), H from a torque on the structure to its angle.
-    """
-    pairs = system.real == 0
-    every = np.concatenate([system.poles, system.poles[pairs].conj()])
-    residues = np.concatenate([system.residues, system.residues[pairs].conj()])
-    to_host = paths.load_torque_ratio(system.poles)
-    if resonator.on_structure:
-        to_host = to_host * paths.structure_per_load(system.poles)
-    by_host = residues * np.concatenate([to_host, to_host[pairs].conj()])
-    omega = 2 * np.pi * resonator.frequency_hz
-    spring = np.array([2 * resonator.damping_ratio * omega, omega**2])
-    own = np.concatenate([[1.0], spring])
-    denominator, (numerator, host_numerator) = numerators(every, np.stack([residues, by_host]))
-    resisting = resonator.inertia_ratio * np.concatenate([spring, [0.0, 0.0]])
-    taken = np.polymul(resisting, host_numerator)
-    closed = np.polyadd(np.polymul(denominator, own), taken)
-    poles = np.roots(closed).astype(np.complex128)
-    poles[np.argmin(np.abs(poles))] = 0.0 if np.any(system.poles == 0) else poles[np.argmin(np.abs(poles))]
-    slope = np.polyval(np.polyder(closed), poles)
-    passed = np.polyval(own, poles).astype(np.complex128)
-    if resonator.on_structure:
-        passed += np.polyval(resisting, poles) / paths.structure(poles)
-    found = np.polyval(numerator, poles) * passed / slope
-    keep = poles.imag >= 0
-    return np.asarray(poles[keep], np.complex128), np.asarray(found[keep], np.complex128)

@@ -142,7 +142,7 @@ def _posed(
     builder: Builder
     if isinstance(case, Case):
         builder = chains = ChainBuilder(case.model)
-        train, _ = chains.paths(chains.axis.nominal)
+        train = chains.train(chains.axis.nominal)
         scale = axis_scale(case.model, case.train, sigma, train.stiffness)
         effects, known = catalogue(without), set(LABEL_BLOCKS)
     else:

@@ -25,7 +25,16 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.drive_train_kernel import COUNT, KSS, matched, torque_gains, torque_polynomials
+from bayes_hw.gap.drive_train_kernel import (
+    COUNT,
+    CS,
+    KSS,
+    matched,
+    numerators,
+    torque_gains,
+    torque_polynomials,
+)
+from bayes_hw.gap.resonator import Resonator
 
 FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
@@ -45,6 +54,9 @@ ANTIRESONANCES = (0.0, -0.15, -0.3, -0.45)
 zeros of a given G do not quite belong together, the nearest match may be of another antiresonance."""
 
 _STRUCTURE = np.eye(COUNT)[KSS]
+
+RIGID, NOTHING_TAKEN = np.ones(1), np.zeros(1)
+"""A resonator's own polynomial and what it takes, where there is none."""
 
 VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
@@ -90,8 +102,9 @@ class UnknownTrain:
     corner: float = VELOCITY_LOOP_CORNER
     bandwidth: float = 15 * VELOCITY_LOOP_CORNER
 
-    def torque_system(self, system: ContinuousPoles) -> TorqueSystem:
-        """The paths of both torques, from the poles and residues of G."""
+    def torque_system(self, system: ContinuousPoles, resonator: Resonator | None = None) -> TorqueSystem:  # noqa: ARG002
+        """The paths of both torques, from the poles and residues of G; without the resonator, whose host is
+        not known."""
         s = np.concatenate([system.poles, [-self.corner + 0j]])
         at_corner = -self.corner * system.response(np.array([-self.corner + 0j]))
         residues = np.concatenate([system.residues * system.poles / (system.poles + self.corner), at_corner])
@@ -102,20 +115,29 @@ class UnknownTrain:
             residues * np.array([ones, ones, s, s]),
         )
 
-    def ratios(self, s: ComplexArray) -> ComplexArray:
+    def ratios(self, s: ComplexArray, resonator: Resonator | None = None) -> ComplexArray:  # noqa: ARG002
+        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""
         return np.array([np.ones_like(s), s, s], dtype=np.complex128)
 
-    def load_torque_ratio(self, s: ComplexArray) -> ComplexArray:
-        """Path from load torque to w over that from v to w (n,) at the poles `s` (n,)."""
-        return s / (self.bandwidth * (s + self.corner))
-
-    def structure(self, s: ComplexArray) -> ComplexArray:
-        """Acceleration of the structure per unit of its angle (n,): none is known, it moves with the load."""
-        return np.full_like(s, np.inf)
-
-    def structure_per_load(self, s: ComplexArray) -> ComplexArray:
-        """Path from structure torque to structure angle over that from load torque to w (n,) at the poles."""
-        return np.ones_like(s)
+    def with_resonator(
+        self, system: ContinuousPoles, resonator: Resonator
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Poles and residues of G / (1 + X H), H from load torque to w, X what the resonator takes."""
+        pairs = system.real == 0
+        to_host = system.poles / (self.bandwidth * (system.poles + self.corner))
+        every, residues, by_host = (
+            np.concatenate([upper, upper[pairs].conj()])
+            for upper in (system.poles, system.residues, system.residues * to_host)
+        )
+        denominator, (numerator, host_numerator) = numerators(every, np.stack([residues, by_host]))
+        taken = np.polymul(resonator.resisting, host_numerator)
+        closed = np.polyadd(np.polymul(denominator, resonator.own), taken)
+        poles = np.roots(closed).astype(np.complex128)
+        nearest = np.argmin(np.abs(poles))
+        poles[nearest] = 0.0 if np.any(system.poles == 0) else poles[nearest]
+        poles = poles[poles.imag >= 0]
+        passed = np.polyval(numerator, poles) * np.polyval(resonator.own, poles)
+        return poles, np.asarray(passed / np.polyval(np.polyder(closed), poles), np.complex128)
 
     @property
     def stiffness(self) -> tuple[float, float]:
@@ -132,63 +154,75 @@ class UnknownTrain:
 class DriveTrain:
     """The drive train of the module's docstring; `logs` holds log(kp, ki, km, kl, ks, kss, c, cs, bl, gain).
 
-    Shape (10,), or (10, n, 1) for n drive trains at once; units 1/s for kp, bl,
-    1/s^2 for ki and the stiffnesses, s for c and cs.
+    Shape (10,); units 1/s for kp, bl, 1/s^2 for ki and the stiffnesses, s for c and cs.
     """
 
     logs: FloatArray
     sign: float
     misfit: float
 
-    def polynomials(self, s: ComplexArray) -> tuple[ComplexArray, ...]:
-        """Motor M, load L, structure S, coupling C = 1 + c s, structural coupling at `s`, and kp s + ki."""
-        kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(self.logs)
-        coupling, structural = 1 + c * s, 1 + cs * s
-        motor = s**2 + kp * s + ki + km * coupling
-        load = s**2 + bl * s + kl * coupling + ks * structural
-        structure = s**2 + kss * structural
-        return motor, load, structure, coupling, structural, kp * s + ki
+    def _polynomials(self, resonator: Resonator | None) -> tuple[FloatArray, ...]:
+        """Those of `torque_polynomials`, with a resonator if given."""
+        if resonator is None:
+            found = torque_polynomials(self.logs, RIGID, NOTHING_TAKEN, False)
+        else:
+            on_structure = resonator.on_structure
+            found = torque_polynomials(self.logs, resonator.own, resonator.resisting, on_structure)
+        return tuple(found)
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """w per v at `s`."""
-        _, _, km, kl, ks, kss, *_, gain = np.exp(self.logs)
-        motor, load, structure, coupling, structural, loop = self.polynomials(s)
-        determinant = (
-            motor * (load * structure - ks * kss * structural**2) - km * kl * coupling**2 * structure
-        )
-        return self.sign * gain * loop * kl * coupling * structure / (s * determinant)
+        kp, ki, *_, gain = np.exp(self.logs)
+        whole, _, _, across = self._polynomials(None)
+        path = np.polyval(across, s) / np.polyval(whole, s)
+        return np.asarray(self.sign * gain * (kp * s + ki) / s * path)
 
-    def torque_system(self, system: ContinuousPoles) -> TorqueSystem:  # noqa: ARG002
-        """The paths of both torques, from the poles of the drive train itself.
+    def torque_system(
+        self,
+        system: ContinuousPoles,  # noqa: ARG002
+        resonator: Resonator | None = None,
+    ) -> TorqueSystem:
+        """The paths of both torques, from the poles of the drive train itself, a resonator on it if given.
 
         The integrator of the command does not answer to torques.
         """
-        polynomials = torque_polynomials(self.logs)
-        roots = np.roots(polynomials[0])
-        s = np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
+        polynomials = self._polynomials(resonator)
+        s = _upper_roots(polynomials[0])
         return TorqueSystem(s, *torque_gains(s, *polynomials))
 
-    def ratios(self, s: ComplexArray) -> ComplexArray:
-        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""
-        _, _, _, kl, ks, kss, *_ = np.exp(self.logs)
-        _, load, structure, coupling, structural, _ = self.polynomials(s)
-        angle = (load - ks * kss * structural**2 / structure) / (kl * coupling)
+    def ratios(self, s: ComplexArray, resonator: Resonator | None = None) -> ComplexArray:
+        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G, or of G with a
+        resonator."""
+        _, hung, _, across = self._polynomials(resonator)
+        angle = np.polyval(hung, s) / np.polyval(across, s)
         return np.array([angle, s * angle, s], dtype=np.complex128)
 
-    def load_torque_ratio(self, s: ComplexArray) -> ComplexArray:
-        """Path from load torque to w over that from v to w (n,) at the poles `s` (n,) of G."""
-        motor, _, _, coupling, _, loop = self.polynomials(s)
-        return self.sign * np.exp(-self.logs[-1]) * s * motor / (loop * np.exp(self.logs[3]) * coupling)
+    def with_resonator(
+        self, system: ContinuousPoles, resonator: Resonator
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Poles and residues of G times what the resonator does to the drive train's own response.
 
-    def structure(self, s: ComplexArray) -> ComplexArray:
-        """Acceleration of the structure per unit of its angle with the load held (n,), at `s` (n,)."""
-        return self.polynomials(s)[2]
-
-    def structure_per_load(self, s: ComplexArray) -> ComplexArray:
-        """Path from structure torque to structure angle over that from load torque to w (n,) at the poles."""
-        _, _, structure, _, structural, _ = self.polynomials(s)
-        ks, kss = np.exp(self.logs[4:6])
-        return np.asarray(ks * kss * structural**2 / structure**2)
+        Where G is not quite that of the drive train its own poles remain, with residues as small as the
+        misfit: a loop closed around G itself can be unstable, for all that nothing in it gives energy.
+        """
+        whole, _, _, across = self._polynomials(None)
+        closed, _, _, host_across = self._polynomials(resonator)
+        own = _upper_roots(closed)
+        free = _upper_roots(np.array([1.0, *np.exp(self.logs[KSS]) * np.array([np.exp(self.logs[CS]), 1.0])]))
+        hosted = free if resonator.on_structure else free[:0]
+        poles = np.concatenate([system.poles, own, hosted])
+        passed = np.polyval(host_across, poles) * np.polyval(whole, poles)
+        at_g, at_own = len(system.poles), len(system.poles) + len(own)
+        over = np.concatenate(
+            [
+                np.polyval(across, poles[:at_own]),
+                np.polyval(np.polyder(across), hosted),
+            ]
+        )
+        closing = np.polyval(closed, poles)
+        closing[at_g:at_own] = np.polyval(np.polyder(closed), own)
+        entering = np.concatenate([system.residues, system.response(poles[at_g:])])
+        return poles, np.asarray(entering * passed / (over * closing), np.complex128)
 
     @property
     def stiffness(self) -> tuple[float, float]:
@@ -227,6 +261,12 @@ def continuous_poles(
     residues = r * np.where(integrator, rate, s / (safe - 1))
     real = np.concatenate([np.ones(len(positive)), np.zeros(len(p) - len(positive))])
     return ContinuousPoles(s, residues, real)
+
+
+def _upper_roots(polynomial: FloatArray) -> ComplexArray:
+    """The real roots of a real polynomial and of every pair the upper one."""
+    roots = np.roots(polynomial)
+    return np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
 
 
 def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None) -> DriveTrain | None:

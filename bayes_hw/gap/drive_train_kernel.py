@@ -113,19 +113,36 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def torque_polynomials(logs):  # type: ignore[no-untyped-def]
-    """D, H, M S and kl C S as polynomials in s, the highest power first."""
+def _sum(one, other):  # type: ignore[no-untyped-def]
+    """The sum of two polynomials, highest power first."""
+    total = np.zeros(max(len(one), len(other)))
+    total[len(total) - len(one) :] += one
+    total[len(total) - len(other) :] += other
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-untyped-def]
+    """D, H, M S and kl C S as polynomials in s, the highest power first.
+
+    A resonator with the polynomial `own` that takes the torque `resisting` / `own` per angle of the load, or
+    of the structure, adds that to L, or to S; all four are then times `own`.
+    """
     kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(logs)
     coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
     motor = np.array([1.0, kp + km * c, ki + km])
     load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
     structure = np.array([1.0, kss * cs, kss])
-    hung = np.convolve(load, structure)
-    hung[2:] -= ks * kss * np.convolve(structural, structural)
-    across = kl * np.convolve(coupling, structure)
-    whole = np.convolve(motor, hung)
-    whole[2:] -= km * np.convolve(coupling, across)
-    return whole, hung, np.convolve(motor, structure), across
+    hosting = np.convolve(structure, own)
+    if on_structure:
+        hosting = _sum(hosting, resisting)
+        hung = np.convolve(load, hosting)
+    else:
+        hung = _sum(np.convolve(load, hosting), np.convolve(structure, resisting))
+    hung = _sum(hung, -ks * kss * np.convolve(np.convolve(structural, structural), own))
+    across = kl * np.convolve(coupling, hosting)
+    whole = _sum(np.convolve(motor, hung), -km * np.convolve(coupling, across))
+    return whole, hung, np.convolve(motor, hosting), across
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

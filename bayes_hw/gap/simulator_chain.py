@@ -12,9 +12,9 @@ from scipy.signal import fftconvolve
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.chain import Resonator
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.force_law import ForceLaw
+from bayes_hw.gap.resonator import Resonator
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signal_kernel import command_side, output_side
 from bayes_hw.gap.simulator import Simulator

@@ -133,7 +133,7 @@ def hypothesis(
 ) -> Hypothesis:
     """The base model of `model` with `effects` on the commands `inputs`."""
     builder = ChainBuilder(model)
-    train, _ = builder.paths(builder.axis.nominal)
+    train = builder.train(builder.axis.nominal)
     return Hypothesis(builder, scale_of(model, inputs, train.stiffness, sigma), inputs, effects)
 
 

@@ -22,7 +22,7 @@ from slow_reference import (
 )
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import ChainBuilder, Resonator
+from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.effects.catalogue import (
     CommandBias,
     CoulombFrictionAtLoad,
@@ -56,6 +56,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import BristleFriction, BristleFrictionAtLoad, StribeckFrictionAtLoad
 from bayes_hw.gap.effects.linear import ModeOnStructure
 from bayes_hw.gap.effects.sensor import OvalEncoder, OvalReading
+from bayes_hw.gap.resonator import Resonator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 SAMPLES = 240

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import Resonator
+from bayes_hw.gap.resonator import Resonator
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
 
