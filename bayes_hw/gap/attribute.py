@@ -136,6 +136,9 @@ class Attributor:
                 richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self._pairs.parts(best)
+            if self._unfinished(found):
+                self.tell("pairs once more")
+                found += self._once_more(found, firsts, singles)
         found += self._apart(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
@@ -155,6 +158,21 @@ class Attributor:
     def _goes_on(self, found: Sequence[Explanation]) -> bool:
         """Whether a further cause is to be sought, among effects that can be followed."""
         return _may_hide_a_cause(found) or self._unfinished(found)
+
+    def _once_more(
+        self, found: Sequence[Explanation], firsts: Sequence[Fit], singles: Sequence[Fit]
+    ) -> list[Explanation]:
+        """Partners of the best single effect, where that was found after `firsts`, and the best pair begun
+        again near where it ended."""
+        known = [e for e in sorted(found, key=_worst_first) if e.stochastic is None]
+        alone = next((e.fit for e in known if len(e.fit.hypothesis.effects) == 1), None)
+        more: list[Explanation] = []
+        if alone is not None and not any(alone is first for first in firsts):
+            more += self._pairs.beside(alone, singles)
+        pairs = [e for e in sorted([*known, *more], key=_worst_first) if len(e.fit.hypothesis.effects) == 2]
+        for pair in pairs[:1]:
+            more += self._restarts.near(pair)
+        return more
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""

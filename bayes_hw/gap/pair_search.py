@@ -69,6 +69,11 @@ class PairSearch:
         begun = self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT]
         return self._explained([*begun, *patient])
 
+    def beside(self, host: Fit, singles: Sequence[Fit]) -> list[Explanation]:
+        """The best partners of one effect more."""
+        starts = self._beside(host, singles, FURTHER_PARTNERS) + self._afresh(host)
+        return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
+
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
         """Every effect of every pair alone."""
         parts = [(pair.fit, kept) for pair in pairs for kept in range(len(pair.fit.hypothesis.effects))]
