@@ -136,13 +136,15 @@ class ChainBuilder:
         train = self._train(driving)
         if resonator is not None and resonator.inertia_ratio == 0:
             resonator = None
+        torque_path = self._torques(driving, resonator)
         if resonator is not None:
-            s, r = train.with_resonator(system, resonator)
+            own = np.concatenate([torque_path[0].astype(np.complex128), torque_path[3]])
+            s, r = train.with_resonator(system, resonator, own)
         outputs = np.concatenate([r[None], r * train.ratios(s, resonator)])
         real = s.imag == 0
         return Chain(
             (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
-            self._torques(driving, resonator),
+            torque_path,
             direct,
             self.model.linear.delay_samples,
             self.model.sample_rate_hz,

@@ -29,8 +29,10 @@ from bayes_hw.gap.drive_train_kernel import (
     COUNT,
     CS,
     KSS,
+    inner_ratios,
     matched,
     numerators,
+    resonant,
     torque_gains,
     torque_polynomials,
 )
@@ -120,7 +122,10 @@ class UnknownTrain:
         return np.array([np.ones_like(s), s, s], dtype=np.complex128)
 
     def with_resonator(
-        self, system: ContinuousPoles, resonator: Resonator
+        self,
+        system: ContinuousPoles,
+        resonator: Resonator,
+        own: ComplexArray,  # noqa: ARG002
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G / (1 + X H), H from load torque to w, X what the resonator takes."""
         pairs = system.real == 0
@@ -194,35 +199,24 @@ class DriveTrain:
         """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G, or of G with a
         resonator."""
         _, hung, _, across = self._polynomials(resonator)
-        angle = np.polyval(hung, s) / np.polyval(across, s)
-        return np.array([angle, s * angle, s], dtype=np.complex128)
+        return np.asarray(inner_ratios(s, hung, across))
 
     def with_resonator(
-        self, system: ContinuousPoles, resonator: Resonator
+        self, system: ContinuousPoles, resonator: Resonator, own: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G times what the resonator does to the drive train's own response.
 
-        Where G is not quite that of the drive train its own poles remain, with residues as small as the
-        misfit: a loop closed around G itself can be unstable, for all that nothing in it gives energy.
+        `own` are the poles of `torque_system` with the resonator. Where G is not quite that of the drive
+        train its own poles remain, with residues as small as the misfit: a loop closed around G itself can be
+        unstable, for all that nothing in it gives energy.
         """
         whole, _, _, across = self._polynomials(None)
         closed, _, _, host_across = self._polynomials(resonator)
-        own = _upper_roots(closed)
-        free = _upper_roots(np.array([1.0, *np.exp(self.logs[KSS]) * np.array([np.exp(self.logs[CS]), 1.0])]))
+        kss, structural = np.exp(self.logs[[KSS, CS]])
+        free = _upper_roots(np.array([1.0, kss * structural, kss]))
         hosted = free if resonator.on_structure else free[:0]
-        poles = np.concatenate([system.poles, own, hosted])
-        passed = np.polyval(host_across, poles) * np.polyval(whole, poles)
-        at_g, at_own = len(system.poles), len(system.poles) + len(own)
-        over = np.concatenate(
-            [
-                np.polyval(across, poles[:at_own]),
-                np.polyval(np.polyder(across), hosted),
-            ]
-        )
-        closing = np.polyval(closed, poles)
-        closing[at_g:at_own] = np.polyval(np.polyder(closed), own)
-        entering = np.concatenate([system.residues, system.response(poles[at_g:])])
-        return poles, np.asarray(entering * passed / (over * closing), np.complex128)
+        residues = resonant(*system, own, hosted, whole, across, closed, host_across)
+        return np.concatenate([system.poles, own, hosted]), np.asarray(residues)
 
     @property
     def stiffness(self) -> tuple[float, float]:
@@ -264,8 +258,10 @@ def continuous_poles(
 
 
 def _upper_roots(polynomial: FloatArray) -> ComplexArray:
-    """The real roots of a real polynomial and of every pair the upper one."""
-    roots = np.roots(polynomial)
+    """The real roots of a real polynomial and of every pair the upper one: eigenvalues of its companion."""
+    companion = np.eye(len(polynomial) - 1, k=-1)
+    companion[0] = -polynomial[1:] / polynomial[0]
+    roots = np.linalg.eigvals(companion)
     return np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
 
 

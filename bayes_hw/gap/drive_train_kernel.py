@@ -162,6 +162,53 @@ def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _slope(polynomial, s):  # type: ignore[no-untyped-def]
+    """The derivative of a polynomial at `s`."""
+    total, slope = 0.0j, 0.0j
+    for coefficient in polynomial:
+        slope = slope * s + total
+        total = total * s + coefficient
+    return slope
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inner_ratios(s, hung, across):  # type: ignore[no-untyped-def]
+    """Motor angle, motor speed and load speed over w (3, n) at `s` (n,)."""
+    ratios = np.empty((3, len(s)), dtype=np.complex128)
+    for i in range(len(s)):
+        angle = _value(hung, s[i]) / _value(across, s[i])
+        ratios[0, i], ratios[1, i], ratios[2, i] = angle, s[i] * angle, s[i]
+    return ratios
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def resonant(poles, residues, real, own, hosted, whole, across, closed, host_across):  # type: ignore[no-untyped-def]
+    """Residues of G P at the `poles` of G, at `own` and at `hosted`, P = (D / kl C S) (kl C S' / D').
+
+    G has `residues` and the upper poles of pairs, `real` one where a pole is real. The polynomials are those
+    of `torque_polynomials` without the resonator (`whole`, `across`) and with it; `own` are the roots of
+    `closed`, `hosted` those of `across` that `host_across` does not share.
+    """
+    at_g, at_own = len(poles), len(poles) + len(own)
+    found = np.empty(at_own + len(hosted), dtype=np.complex128)
+    for i in range(len(found)):
+        s = poles[i] if i < at_g else (own[i - at_g] if i < at_own else hosted[i - at_own])
+        passed = _value(host_across, s) * _value(whole, s)
+        over = _value(across, s) if i < at_own else _slope(across, s)
+        over *= _slope(closed, s) if at_g <= i < at_own else _value(closed, s)
+        entering = 0j
+        if i < at_g:
+            entering = residues[i]
+        else:
+            for j in range(at_g):
+                entering += residues[j] / (s - poles[j])
+                if real[j] == 0:
+                    entering += np.conj(residues[j]) / (s - np.conj(poles[j]))
+        found[i] = entering * passed / over
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def numerators(poles, residues):  # type: ignore[no-untyped-def]
     """prod (s - pole) (n + 1,) and the numerators (rows, n) of sum residue / (s - pole), highest power first.
 

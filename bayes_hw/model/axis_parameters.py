@@ -185,8 +185,13 @@ class AxisParameters:
         """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""
         if self._integrator is None:
             return np.full(values.shape[1], np.nan)
-        residues, _, _ = self.linear_batch(values).separated().residues()
-        return residues[self._integrator] * self.model.sample_rate_hz
+        batch, rate = self.linear_batch(values), self.model.sample_rate_hz
+        if not isinstance(batch, LinearBatch):
+            return batch.separated().residues()[0][self._integrator] * rate
+        pole = batch.real_poles[self._integrator]
+        others = np.delete(batch.real_poles, self._integrator, axis=0)
+        passed = np.prod(pole - others, axis=0) * np.prod(np.abs(pole - batch.pair_poles) ** 2, axis=0)
+        return np.asarray(batch.gain * np.prod(pole - batch.zeros, axis=0).real / passed * rate)
 
     def frequency_response(self, values: FloatArray, frequency_hz: FloatArray) -> ComplexArray:
         """G at every frequency for every column of `values`, shape (walkers, frequencies)."""
