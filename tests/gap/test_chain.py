@@ -10,6 +10,7 @@ import pytest
 from drive_axis import LOAD_SPEED, MOTOR_SPEED, RATE, command, drive_axis, hypothesis
 from slow_reference import (
     Setting,
+    Torques,
     coulomb,
     dahl,
     free_gap,
@@ -174,6 +175,46 @@ def test_a_resonator_may_hang_on_the_structure(inertia: float) -> None:
     values = (inertia, 2.3, 0.02)
     setting = Setting(resonator=values, on_structure=True, fine=False)
     assert relative_error(ModeOnStructure(), values, setting) < 1e-6
+
+
+@pytest.mark.parametrize("mode", [UnmodelledMode(), ModeOnStructure()], ids=lambda mode: mode.name)
+@pytest.mark.parametrize(
+    ("effect", "values", "torques", "tolerance"),
+    [
+        (CoulombFrictionAtLoad(), (1.0, 0.02), coulomb(1.0, 0.02, LOAD_SPEED), 0.03),
+        (CoulombFrictionAtMotor(), (8.0, 0.02), coulomb(8.0, 0.02, MOTOR_SPEED), 0.03),
+        (CubicStiffness(), (3e4,), stiffening(3e4), 0.03),
+        (LoadRippleWithOvertone(), ON_LOAD, overtone(ON_LOAD, "load"), 0.04),
+    ],
+    ids=lambda value: value.name if isinstance(value, Effect) else "",
+)
+def test_torques_act_on_a_drive_train_with_a_resonator(
+    mode: UnmodelledMode, effect: Effect, values: tuple[float, ...], torques: Torques, tolerance: float
+) -> None:
+    """One more mass changes what a torque does, as a share of what the torque changes."""
+    hung, on_structure = (0.8, 1.3, 0.02), isinstance(mode, ModeOnStructure)
+    expected, without = (
+        slow_w(U, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
+        for setting in (
+            Setting(torques, resonator=hung, on_structure=on_structure),
+            Setting(resonator=hung, on_structure=on_structure, fine=False),
+        )
+    )
+    found = hypothesis(AXIS, [U], mode, effect)
+    w, _ = found.simulate_signals(np.concatenate([found.builder.axis.nominal, hung, values]))[0]
+    assert np.sqrt(np.mean((w - expected) ** 2) / np.mean((expected - without) ** 2)) < tolerance
+
+
+@pytest.mark.parametrize("on_structure", [False, True])
+def test_a_heavy_resonator_on_a_g_with_modes_a_little_off_is_stable(on_structure: bool) -> None:
+    """Nothing in it gives energy, so no pole may leave the left half plane."""
+    builder = ChainBuilder(AXIS)
+    for frequency in np.geomspace(0.5, 6, 8):
+        for factor in (0.97, 1.03):
+            values = builder.axis.nominal * np.array([1, 1, 1, 1, factor, 0.7, 1 / factor, 0.7])
+            chain = builder.chain(values, Resonator(2.0, float(frequency), 0.01, on_structure))
+            real, _, pairs, _ = chain.command_path
+            assert real.max() <= 0 and pairs.real.max() < 0
 
 
 def test_an_oval_disc_has_a_second_harmonic() -> None:
