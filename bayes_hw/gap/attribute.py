@@ -13,6 +13,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chaotic_search import ChaoticSearch
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
@@ -139,6 +140,8 @@ class Attributor:
             if self._unfinished(found):
                 self.tell("pairs once more")
                 found += self._once_more(found, firsts, singles)
+        if structure and self._unfinished(found):
+            found += self._with_chaos(found)
         found += self._apart(min(found, key=_worst_first))
         for explanation in _with_parts(found):
             found += self._restarts.near(explanation)
@@ -158,6 +161,15 @@ class Attributor:
     def _goes_on(self, found: Sequence[Explanation]) -> bool:
         """Whether a further cause is to be sought, among effects that can be followed."""
         return _may_hide_a_cause(found) or self._unfinished(found)
+
+    def _with_chaos(self, found: Sequence[Explanation]) -> list[Explanation]:
+        """Second effects beside motion that is lost in chaos, or chaos beside what is best otherwise."""
+        self.tell("chaotic motion")
+        search = ChaoticSearch(self.base, self.measured, self.effects, self.plain, self.stochastic, self.each)
+        best = min(found, key=_worst_first)
+        more = [] if best.lost_motion else search.beside(found)
+        best = min([*found, *more], key=_worst_first)
+        return more + (search.partners(best) if best.lost_motion else [])
 
     def _once_more(
         self, found: Sequence[Explanation], firsts: Sequence[Fit], singles: Sequence[Fit]

@@ -16,7 +16,7 @@ from importlib.resources import files
 import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.explanation import Explanation, best_of_each, is_far_ahead
+from bayes_hw.gap.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.leftover import GUSTS, Leftover
 
 NONE, OTHER = "none", "other"
@@ -135,10 +135,10 @@ def _earned(
     """Whether both effects of a pair earn their place against the pair without the one or the other.
 
     How much error an effect removes says nothing where base parameters far from the nominal model had made up
-    for it.
+    for it, or where the motion is chaotic: then evidence alone counts, and small changes make much of it.
     """
     pair = best[labels]
-    if pair.stochastic is not None and pair.stochastic.label == "timing_jitter" and pair.chaotic:
+    if pair.chaotic and (pair.strained or (pair.stochastic and pair.stochastic.label == "timing_jitter")):
         return False
     for label in labels:
         reference = best.get((label,), best[()])
@@ -147,6 +147,10 @@ def _earned(
                 continue
         elif scores[labels] < scores[reference.labels] + calibration.pair_gain:
             return False
+        if pair.chaotic:
+            if scores[labels] < scores[reference.labels] + CHAOS_MARGIN:
+                return False
+            continue
         if pair.stochastic is not None and pair.stochastic.label != label:
             least = calibration.slow_pair_size * pair.encoder_sigma
             if pair.stochastic.size is not None and pair.stochastic.size < least:

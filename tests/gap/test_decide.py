@@ -130,6 +130,20 @@ def test_error_removed_does_not_count_where_a_base_far_off_made_up_for_it(
     assert len(chosen(Stub((), 0, rmse=2.0), friction, backlash, both)) == named
 
 
+@pytest.mark.parametrize(("evidence", "strained", "answer"), [
+    (260, False, ("backlash", "friction")), (240, False, ("backlash",)), (260, True, ("backlash",)),
+])  # fmt: skip
+def test_beside_chaos_a_second_effect_must_be_far_ahead(
+    evidence: float, strained: bool, answer: tuple[str, ...]
+) -> None:
+    """By more than small changes of a chaotic motion make, and without base parameters far off."""
+    wind = SimpleNamespace(label="wind", size=4.0, display=None)
+    lost = {"rmse": 4.0, "stochastic": wind, "chaotic": True, "lost_motion": True}
+    alone = Stub(("backlash",), 200, **lost)
+    both = Stub(("backlash", "friction"), evidence, strained=strained, **lost)
+    assert chosen(Stub((), 0), alone, Stub(("friction",), 100), both) == answer
+
+
 def test_rounded_data_are_rounded() -> None:
     """A lattice is a fact: it is chosen however the evidences compare."""
     rounded = ("encoder_quantization",)
