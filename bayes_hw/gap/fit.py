@@ -63,6 +63,16 @@ class Fit:
             total = total + white.T @ white
         return total
 
+    def promised_cost(self) -> float:
+        """The cost at the minimum of its own quadratic model: lower where the fit has far to go."""
+        prior = self.hypothesis.prior_jacobian(self.coordinates)
+        gradient = prior.T @ self.hypothesis.prior_deviations(self.coordinates)
+        for record, (jacobian, residual) in enumerate(zip(self.jacobians, self.residuals, strict=True)):
+            white = self.whitener.whiten(np.column_stack([jacobian, residual]), record)
+            gradient = gradient - white[:, :-1].T @ white[:, -1]
+        step = _damped_step(self.precision(), gradient, 0.0)
+        return self.cost if step is None else self.cost - 0.5 * float(gradient @ step)
+
     def covariance(self) -> FloatArray:
         """Inverse of the precision, symmetric to the bit."""
         inverse = np.linalg.inv(self.precision())

@@ -15,6 +15,8 @@ from bayes_hw.gap.whitener import Plain
 
 FIRST_ITERATIONS = 4
 MORE_ITERATIONS = 10
+HOPEFUL = 2
+"""Fits that go on although others are ahead, for what their quadratic model promises."""
 
 
 @dataclass(frozen=True)
@@ -28,17 +30,21 @@ class JointFits:
     def in_two_rounds(
         self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int, times: int = 1
     ) -> list[Fit]:
-        """A few iterations of every host with its candidates, more of the best `finished`; best first.
+        """A few iterations of every host with its candidates, more of the best `finished` and of the few
+        others that promise most; best first.
 
         Of both `times` as many as usual.
         """
         begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
         first = sorted(begun, key=lambda f: f.cost)
+        behind = first[finished:]
+        promised = self.each(lambda f: f.promised_cost(), behind)
+        hopeful = [behind[i] for i in np.argsort(promised)[:HOPEFUL]]
         done = self.each(
             lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, times * MORE_ITERATIONS),
-            first[:finished],
+            [*first[:finished], *hopeful],
         )
-        return cheapest_of_each([*done, *first[finished:]])
+        return cheapest_of_each([*done, *behind])
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, values = host.hypothesis, host.values

@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.fit import Fit, evaluated, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.joint_screen import promising_pairs
@@ -60,12 +60,14 @@ class PairSearch:
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def further(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
-        """Less promising pairs, more of `firsts` with more partners, and pairs screened together with the
-        iterations that it takes from far off."""
+        """Less promising pairs, more of `firsts` with more partners, and pairs screened together from the
+        model as it is given, with the iterations that it takes from far off."""
         starts = self._promising(singles)[JOINT_STARTS:FURTHER_JOINT_STARTS]
         for host in firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]:
             starts += self._beside(host, singles, FURTHER_PARTNERS)
-        patient = self.joint.in_two_rounds(self._together, FAR_PAIRS_KEPT, FAR_ITERATIONS)[:FAR_PAIRS_KEPT]
+        given = evaluated(self.base, self.joint.measured, self.base.prior_means, self.joint.plain)
+        afar = [(given, pair) for _, pair in self._together]
+        patient = self.joint.in_two_rounds(afar, FAR_PAIRS_KEPT, FAR_ITERATIONS)[:FAR_PAIRS_KEPT]
         begun = self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT]
         return self._explained([*begun, *patient])
 

@@ -16,6 +16,7 @@ from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects import catalogue as catalogue_module
 from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue
 from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect
+from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness
 from bayes_hw.gap.effects.priors import positive
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
@@ -213,3 +214,10 @@ def test_scales_follow_the_records() -> None:
     slow = hypothesis(AXIS, [0.1 * U]).scale
     assert slow.speed == pytest.approx(0.1 * np.abs(U).max())
     assert slow.output_speed == pytest.approx(slow.speed * 0.75)
+
+
+def test_a_spring_that_softens_is_tried_in_the_form_that_keeps_its_sign() -> None:
+    """Both are the same for small deflections; one that stiffens has no other form."""
+    ((form, start),) = CubicStiffness().refined(np.array([-30.0]))
+    assert isinstance(form, SofteningStiffness) and start == (30.0,)
+    assert list(CubicStiffness().refined(np.array([30.0]))) == []

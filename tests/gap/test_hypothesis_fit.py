@@ -117,6 +117,18 @@ def test_known_parameters_are_recovered(effect: Effect, values: tuple[float, ...
     assert done.cost == pytest.approx(700, rel=0.12)
 
 
+def test_a_promised_cost_is_where_a_nearly_linear_fit_ends() -> None:
+    """Nine tenths of the way from a bias far too small; at the minimum nothing more is promised."""
+    found = hypothesis(AXIS, INPUTS, CommandBias())
+    measured = simulated_with(CommandBias(), (2e-3,), INPUTS)
+    measured = [y + white(len(y), SIGMA, 3 + i) for i, y in enumerate(measured)]
+    start = found.to_coordinates(np.append(found.builder.axis.nominal, 1e-5))
+    begun, done = evaluated(found, measured, start, PLAIN), fit(found, measured, start, PLAIN)
+    assert begun.cost > 1.5 * done.cost
+    assert abs(begun.promised_cost() - done.cost) < 0.1 * (begun.cost - done.cost)
+    assert done.promised_cost() == pytest.approx(done.cost, rel=1e-4)
+
+
 def test_parameters_not_free_stay() -> None:
     found = hypothesis(AXIS, INPUTS)
     measured = [y + white(700, SIGMA, i) for i, y in enumerate(found.simulate(found.builder.axis.nominal))]

@@ -7,6 +7,7 @@ import pytest
 from drive_axis import SIGMA, command, hypothesis
 from fitted import AXIS, noisy, of_records
 
+from bayes_hw.gap import joint_fits
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
@@ -64,3 +65,17 @@ def test_several_candidates_are_fitted_together(fits: tuple[JointFits, list[Fit]
     (pair,) = joint.in_two_rounds([(host, both)], 1)
     assert pair.hypothesis.labels == ("transport_delay", "command_bias")
     assert pair.rmse <= found[0].rmse * 1.0001
+
+
+def test_a_fit_that_is_behind_goes_on_for_what_it_promises(
+    fits: tuple[JointFits, list[Fit]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of starts not yet fitted the nearest is the wrong effect; the right one is finished all the same."""
+    monkeypatch.setattr(joint_fits, "FIRST_ITERATIONS", 0)
+    joint, _ = fits
+    host = of_records(joint.measured, BASE)
+    wrong = [Candidate(CommandBias(), (bias,), 0.0) for bias in (1e-6, 2e-6)]
+    right = Candidate(TransportDelay(), (6.0,), 0.0)
+    found = joint.in_two_rounds([(host, [c]) for c in [*wrong, right]], 1)
+    assert candidate_of(found[0]).effect.label == "transport_delay"
+    assert abs(candidate_of(found[0]).values[0] - DELAY) < 0.02

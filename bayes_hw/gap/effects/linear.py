@@ -122,6 +122,10 @@ class CubicStiffness(Effect):
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(factor * self._usual(scale),) for factor in (-0.02, 1e-4, 1e-3, 0.01, 0.1, 1.0, 10.0)]
 
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        """A spring that softens, in the form that keeps its sign: the same for small deflections."""
+        return [(SofteningStiffness(), (-float(values[0]),))] if values[0] < 0 else []
+
 
 class SofteningStiffness(CubicStiffness):
     """Spring torque k phi / (1 + softening phi^2): a gear train that yields under load.
@@ -142,3 +146,6 @@ class SofteningStiffness(CubicStiffness):
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(factor * self._usual(scale),) for factor in (1e-4, 1e-3, 0.02, 0.1, 0.5, 2.0, 10.0)]
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return []
