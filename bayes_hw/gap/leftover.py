@@ -23,6 +23,7 @@ from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.state_noise import StateNoise
+from bayes_hw.gap.stochastic import JitterWhitener
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -69,7 +70,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     fit = explanation.fit
     found = [_line(residuals, white)]
     if not rounded:
-        found.append(_step(residuals, _hidden(residuals, fit.whitener)))
+        found.append(_step(_evened(residuals, fit.whitener), _hidden(residuals, fit.whitener)))
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, inputs)
     found += [
@@ -145,6 +146,13 @@ def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> t
     statistic = -2 * samples * np.log(max(ratio, 1e-12))
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
     return "spectrum", _tail(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
+
+
+def _evened(residuals: Sequence[FloatArray], whitener: Whitener) -> list[FloatArray]:
+    """Residuals with the spread of a sample at rest everywhere, where untimely samples make it change."""
+    if not isinstance(whitener, JitterWhitener):
+        return list(residuals)
+    return [e / whitener.relative_spread(record) for record, e in enumerate(residuals)]
 
 
 def _hidden(residuals: Sequence[FloatArray], whitener: Whitener) -> list[BoolArray]:

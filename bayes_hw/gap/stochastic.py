@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
@@ -27,6 +28,9 @@ from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
 
 MAX_AGE = 12
+LEAST_OF_SPEED = 0.3
+"""Of what the speed alone makes of an untimely sample: where the expansion gives less, it ends."""
+
 NOISE_ORDER = 1
 SMALLEST_STEP = 1.8
 """Of the noise: a coarser lattice of y is quantization, a finer one is not told from noise."""
@@ -113,6 +117,10 @@ class JitterWhitener:
     def sigma(self) -> float:
         return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
 
+    def relative_spread(self, record: int) -> FloatArray:
+        """Standard deviation (samples,) of every sample over that of one at rest."""
+        return np.sqrt(1 + self.extra[record] / self.sigma**2)
+
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         white = np.empty_like(columns)
         jitter_filter(
@@ -144,9 +152,18 @@ def outliers(fit: Fit) -> StochasticFit | None:
 
 
 def clock_jitter(fit: Fit) -> StochasticFit | None:
-    """Samples off their instants: white noise whose variance grows with the square of the speed."""
+    """Samples off their instants by epsilon ~ N(0, tau^2): white noise whose variance grows with the speed.
+
+    The mean square of y(t + epsilon) - y(t) is tau^2 y'^2 + tau^4 (3/4 y''^2 + y' y''') to fourth order, the
+    derivatives those of a cubic spline: differences of samples lose the speed of vibrations.
+    """
     rate = fit.hypothesis.scale.rate
-    speeds = [np.gradient(s) * rate for s in fit.simulated]
+    splines = [CubicSpline(np.arange(len(s)) / rate, s) for s in fit.simulated]
+    speeds, turns = ([spline(spline.x, order) for spline in splines] for order in (1, 2))
+    bends = [
+        0.75 * a**2 + v * rate**2 * np.diff(v, 2, prepend=v[0], append=v[-1])
+        for v, a in zip(speeds, turns, strict=True)
+    ]
     noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
     power = float(np.mean(np.concatenate(speeds) ** 2))
     if power == 0:
@@ -155,7 +172,11 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
 
     def at(p: FloatArray) -> JitterWhitener:
         coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
-        variance, extra = np.exp(2 * p[1]), tuple(np.exp(2 * p[2]) * v**2 for v in speeds)
+        variance, square = np.exp(2 * p[1]), np.exp(2 * p[2])
+        extra = tuple(
+            np.maximum(square * v**2 + square**2 * bend, LEAST_OF_SPEED * square * v**2)
+            for v, bend in zip(speeds, bends, strict=True)
+        )
         total = 0.0
         for e, r in zip(fit.residuals, extra, strict=True):
             white = np.empty((len(e), 1))

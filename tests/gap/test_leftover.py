@@ -9,12 +9,14 @@ import pytest
 from drive_axis import RATE, SIGMA, coloured, command, white
 from fitted import AXIS, SAMPLES, explained, with_residuals
 from scipy import signal
+from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.decide import Calibration
 from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.slow_noise import random_walk
+from bayes_hw.gap.stochastic import clock_jitter
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 T = np.arange(SAMPLES) / RATE
@@ -55,6 +57,24 @@ def test_a_jump_is_a_step() -> None:
     assert step.surprise > TRIFLE
     share = np.mean([np.var(jump) for jump in jumps]) / np.mean(np.concatenate(residuals) ** 2)
     assert step.size == pytest.approx(np.sqrt(share), rel=0.15)
+
+
+def test_a_fast_move_between_untimely_samples_is_no_step() -> None:
+    """The local mean then changes as the spread does; a lasting jump at rest still counts."""
+    moving = [np.where((T > 30) & (T < 32), 60 * SIGMA * (T - 30) ** 2, 0.0) for _ in range(2)]
+    moving = [np.maximum.accumulate(y) for y in moving]
+    found = {}
+    for jump in (0.0, 5 * SIGMA):
+        rng = np.random.default_rng(9)
+        untimely = [CubicSpline(T, y)(T + rng.normal(0, 0.03, SAMPLES)) - y for y in moving]
+        residuals = [e + d + np.where(T > 15, jump, 0.0) for e, d in zip(noise(5), untimely, strict=True)]
+        fit = replace(with_residuals(residuals), simulated=moving)
+        jitter = clock_jitter(fit)
+        assert jitter is not None
+        left = leftovers(with_stochastic(jitter, fit), INPUTS)
+        found[jump] = next(item for item in left if item.kind == "step")
+    assert found[0.0].surprise == 0
+    assert found[5 * SIGMA].surprise > TRIFLE
 
 
 def test_a_resonance_is_a_spectrum() -> None:
