@@ -182,9 +182,7 @@ class Attributor:
         if alone is not None and not any(alone is first for first in firsts):
             more += self._pairs.beside(alone, singles)
         pairs = [e for e in sorted([*known, *more], key=_worst_first) if len(e.fit.hypothesis.effects) == 2]
-        for pair in pairs[:1]:
-            more += self._restarts.near(pair)
-        return more
+        return more + (self._restarts.near(pairs[0]) if pairs else [])
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""

@@ -56,22 +56,24 @@ class Fit:
 
     def precision(self) -> FloatArray:
         """Gauss-Newton precision of the coordinates (parameters, parameters), prior included."""
-        prior = self.hypothesis.prior_jacobian(self.coordinates)
-        total = prior.T @ prior
-        for record, jacobian in enumerate(self.jacobians):
-            white = self.whitener.whiten(jacobian, record)
-            total = total + white.T @ white
-        return total
+        return self._quadratic()[0]
 
     def promised_cost(self) -> float:
         """The cost at the minimum of its own quadratic model: lower where the fit has far to go."""
+        precision, gradient = self._quadratic()
+        step = _damped_step(precision, gradient, 0.0)
+        return self.cost if step is None else self.cost - 0.5 * float(gradient @ step)
+
+    def _quadratic(self) -> tuple[FloatArray, FloatArray]:
+        """Precision (parameters, parameters) and gradient (parameters,) of the cost, to first order."""
         prior = self.hypothesis.prior_jacobian(self.coordinates)
+        precision = prior.T @ prior
         gradient = prior.T @ self.hypothesis.prior_deviations(self.coordinates)
         for record, (jacobian, residual) in enumerate(zip(self.jacobians, self.residuals, strict=True)):
-            white = self.whitener.whiten(np.column_stack([jacobian, residual]), record)
-            gradient = gradient - white[:, :-1].T @ white[:, -1]
-        step = _damped_step(self.precision(), gradient, 0.0)
-        return self.cost if step is None else self.cost - 0.5 * float(gradient @ step)
+            white = self.whitener.whiten(jacobian, record)
+            precision = precision + white.T @ white
+            gradient = gradient - white.T @ self.whitener.whiten(residual[:, None], record)[:, 0]
+        return precision, gradient
 
     def covariance(self) -> FloatArray:
         """Inverse of the precision, symmetric to the bit."""

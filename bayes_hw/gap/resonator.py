@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,3 @@ class Resonator:
     def resisting(self) -> FloatArray:
         """The numerator of X (4,), highest power first."""
         return np.concatenate([self.inertia_ratio * self.own[1:], [0.0, 0.0]])
-
-    def torque_per_angle(self, s: ComplexArray) -> ComplexArray:
-        """X at `s` (n,)."""
-        return np.asarray(np.polyval(self.resisting, s) / np.polyval(self.own, s))
