@@ -30,7 +30,11 @@ TAU = 2 * np.pi
 W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 BY_MOTOR, BY_LOAD = range(2)
 
-STATIC_ROUNDS = 6
+STATIC_ROUNDS = 3
+"""Newton's steps to the speed at which a falling friction and the motion agree."""
+
+SMALLEST_SLOPE = 0.25
+"""Below which the slope of Newton's equation is not believed: near one the axis can as well slide as stick."""
 
 
 @njit(cache=True, inline="always")
@@ -56,17 +60,23 @@ def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothin
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
     """
-    zero, one, half = broadcast(0.0), broadcast(1.0), broadcast(0.5)
+    zero, one = broadcast(0.0), broadcast(1.0)
     end, torque = speed, zero
     for _ in range(rounds):
         sliding = coulomb
         if rounds > 1:
             sliding = _level(end, coulomb, static, per_stribeck_speed)
         viscous = sliding * per_smoothing
-        slow = speed / (one + response * viscous)
-        sliding_torque = where_less(zero, speed, zero - sliding, sliding)
-        torque = where_less(absolute(slow), smoothing, zero - viscous * slow, sliding_torque)
-        end = half * (end + speed + response * torque)
+        held = one / (one + response * viscous)
+        slow = speed * held
+        slides = where_less(zero, speed, zero - one, one)
+        stopped = absolute(slow)
+        torque = where_less(stopped, smoothing, zero - viscous * slow, slides * sliding)
+        if rounds > 1:
+            fall = broadcast(-2.0) * end * per_stribeck_speed * per_stribeck_speed * (sliding - coulomb)
+            per_level = where_less(stopped, smoothing, zero - slow * held * per_smoothing, slides)
+            slope = maximum(one - response * per_level * fall, broadcast(SMALLEST_SLOPE))
+            end = end + (speed + response * torque - end) / slope
     return torque
 
 
