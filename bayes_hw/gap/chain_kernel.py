@@ -34,7 +34,7 @@ STATIC_ROUNDS = 3
 """Newton's steps to the speed at which a falling friction and the motion agree."""
 
 SMALLEST_SLOPE = 0.25
-"""Below which the slope of Newton's equation is not believed: near one the axis can as well slide as stick."""
+"""Below which the slope of Newton's equation is not believed: there the axis can as well slide as stick."""
 
 
 @njit(cache=True, inline="always")
