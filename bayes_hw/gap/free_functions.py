@@ -8,8 +8,9 @@ says where. Base tangents are projected off: what re-estimating the base could d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -29,6 +30,9 @@ SMALLEST_DIRECTION = 1e-5
 
 WEAK_DIRECTION = 0.03
 """Of a shape's own norm: combinations that reach the output less are shrunk in what is shown as taken."""
+
+
+NO_MORE: Mapping[str, tuple[Door, list[FloatArray]]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -129,15 +133,19 @@ def free_functions(
     residuals: Sequence[FloatArray],
     tangents: Sequence[FloatArray],
     whitener: Whitener,
+    more: Mapping[str, tuple[Door, list[FloatArray]]] = NO_MORE,
 ) -> list[FreeFunction]:
-    """What the free function of every block takes of `residuals` (samples,), a record each."""
+    """What the free function of every block takes of `residuals` (samples,), a record each.
+
+    `more` are doors and shapes as `shapes_of_blocks` gives them, by other names.
+    """
     lengths = np.cumsum([len(e) for e in residuals])[:-1]
     plain = np.concatenate(list(tangents))
     basis, triangle = np.linalg.qr(np.concatenate([whitener.whiten(j, r) for r, j in enumerate(tangents)]))
     left = np.concatenate([whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)])
     left = left - basis @ (basis.T @ left)
     results = []
-    for block, (door, shapes) in shapes_of_blocks(found).items():
+    for block, (door, shapes) in {**shapes_of_blocks(found), **more}.items():
         if not has_door(chain, door):
             continue
         responses = [door_responses(chain, door, s) for s in shapes]

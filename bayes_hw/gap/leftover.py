@@ -22,6 +22,7 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, unevenness
+from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import JitterWhitener
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
@@ -72,17 +73,19 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     if not rounded:
         found.append(_step(_evened(residuals, fit.whitener), _hidden(residuals, fit.whitener)))
     chain = fit.hypothesis.chain(fit.values)
-    moved = motions(fit, inputs)
+    moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
+    drifts = stochastic is not None and stochastic.size is not None
+    memories = shapes_of_memories(moved, rate) if drifts else {}
     found += [
-        (f"function at {function.block}", _tail(2 * function.gain, function.shapes), function.size**2)
-        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener)
+        (_named(function.block), _tail(2 * function.gain, function.shapes), function.size**2)
+        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, memories)
     ]
     if stochastic is None or stochastic.display is None:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
     if stochastic is None or (stochastic.display is None and "outliers" not in stochastic.labels):
         found.append(_tails(white, sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
-        uneven = unevenness(fit.whitener, residuals, regimes_of(moved, fit.hypothesis.scale.rate))
+        uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
         found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
     return sorted(
         (
@@ -103,6 +106,11 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
         left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
         for left in leftovers(explanation, inputs)
     )
+
+
+def _named(block: str) -> str:
+    """The kind of a function: where it enters, or for memories what it follows."""
+    return f"function {block}" if block.startswith("after") else f"function at {block}"
 
 
 def _tail(statistic: float, degrees: int) -> float:
