@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from scipy.signal import coherence
@@ -16,12 +17,16 @@ from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import free_functions, motions
 from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.spectra import mean_spectrum
 
 EXCESS_SHARE = 0.8
 """Of the power above the noise floor that the named band holds."""
 
 SEGMENTS = 12
+
+BLOCK_OF_MEMORY = MappingProxyType({"after a limit": "input", "after a reversal": "drive"})
+"""Where what remembers an event sits."""
 
 CHANCE = 3.0
 """Standard deviations of chi-squared below which a free function is chance."""
@@ -90,7 +95,7 @@ def locate(
 
 
 def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict[str, float]:
-    """Share of every block in what helps: its free function on the base's residual, and its best effect.
+    """Share of every block in what helps: its free functions on the base's residual, and its best effect.
 
     Of the free functions counts how far twice the gain is beyond chance, in standard deviations of
     chi-squared; of the effects of the response half the share of the base's deficit that they make up.
@@ -98,10 +103,17 @@ def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict
     base = attribution.base
     chain = base.fit.hypothesis.chain(base.fit.values)
     moved = motions(base.fit, inputs)
-    functions = free_functions(moved, chain, base.fit.residuals, base.fit.jacobians, base.fit.whitener)
-    help_ = {f.block: max(0.0, (2 * f.gain - f.shapes) / np.sqrt(2 * f.shapes) - CHANCE) for f in functions}
+    memories = shapes_of_memories(moved, base.fit.hypothesis.scale.rate)
+    functions = free_functions(
+        moved, chain, base.fit.residuals, base.fit.jacobians, base.fit.whitener, memories
+    )
+    help_: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
+    for f in functions:
+        beyond = (2 * f.gain - f.shapes) / np.sqrt(2 * max(f.shapes, 1)) - CHANCE
+        block = BLOCK_OF_MEMORY.get(f.block, f.block)
+        help_[block] = max(help_[block], beyond)
     most = max(max(help_.values()), 1.0)
-    found = {block: help_.get(block, 0.0) / most for block in BLOCKS}
+    found = {block: help_[block] / most for block in BLOCKS}
     deficit = attribution.best.log_evidence - base.log_evidence
     for explanation in attribution.explanations:
         if len(explanation.labels) != 1 or explanation.stochastic is not None or deficit <= 0:

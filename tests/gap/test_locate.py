@@ -13,6 +13,7 @@ from fitted import AXIS, SAMPLES, base, explained, with_residuals
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
+from bayes_hw.gap.free_functions import motions
 from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.locate import (
     block_shares,
@@ -22,6 +23,8 @@ from bayes_hw.gap.locate import (
     regime_masks,
     regime_ratios,
 )
+from bayes_hw.gap.memories import shapes_of_memories
+from bayes_hw.gap.signals import door_responses
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 T = np.arange(SAMPLES) / RATE
@@ -58,6 +61,19 @@ def test_shares_of_the_blocks() -> None:
     shapes = [e + 2 * SIGMA * np.cos(6 * y / np.ptp(y)) for e, y in zip(noise(), simulated, strict=True)]
     shown = block_shares(attribution(shapes, command_bias=25.0), INPUTS)
     assert max(shown, key=lambda block: shown[block]) == "sensor"
+
+
+def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
+    """A torque largest 0.4 s after the axis turned: without memory it would be taken for lags."""
+    fit = with_residuals(noise())
+    chain = fit.hypothesis.chain(fit.values)
+    moved = motions(fit, INPUTS)
+    door, shapes = shapes_of_memories(moved, RATE)["after a reversal"]
+    responses = [door_responses(chain, door, own)[:, 2] for own in shapes]
+    size = 2 * SIGMA / np.sqrt(np.mean(np.concatenate(responses) ** 2))
+    residuals = [e + size * r for e, r in zip(noise(), responses, strict=True)]
+    shares = block_shares(attribution(residuals, command_bias=25.0), INPUTS)
+    assert max(shares, key=lambda block: shares[block]) == "drive"
 
 
 @pytest.mark.parametrize(
