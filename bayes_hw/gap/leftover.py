@@ -3,8 +3,9 @@
 Encoder noise is taken to be first-order and Gaussian. Under a right explanation the whitened residuals are
 then white, of unit variance, and independent of command, motion and time. Descriptions that name no cause
 are held against that: a free function at every block, a spread that changes with the motion, heavy tails, a
-sine of constant frequency in time, a lasting step, a spectrum that first-order noise does not have, and slow
-noise that is stronger when the axis does certain things.
+sine of constant frequency in time, a lasting step, a spectrum that first-order noise does not have, and where
+slow noise is part of the explanation, what follows limits and reversals, and noise that is stronger when the
+axis does certain things.
 Each says how surprising the residuals are where the explanation holds (minus the natural logarithm of the
 tail probability) and how large what it describes is, in units of the encoder's noise.
 """
