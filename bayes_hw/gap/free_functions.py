@@ -90,11 +90,10 @@ def _signs(signals: Sequence[FloatArray]) -> list[FloatArray]:
     return [np.sign(s)[:, None] for s in signals]
 
 
-def _lagged(signals: Sequence[FloatArray]) -> list[FloatArray]:
-    return [
-        np.stack([np.concatenate([np.zeros(lag), s[: len(s) - lag]]) - s for lag in LAGS], axis=1)
-        for s in signals
-    ]
+def lagged(signal: FloatArray, lags: Sequence[int]) -> FloatArray:
+    """A signal (samples,) some samples ago, less the signal now: (samples, lags)."""
+    earlier = [np.concatenate([np.zeros(lag), signal[: len(signal) - lag]]) for lag in lags]
+    return np.stack(earlier, axis=1) - signal[:, None]
 
 
 def _knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
@@ -120,7 +119,7 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
     change = [np.gradient(c) for c in command]
     return {
         "input": ("command", _beside(hats(command), hats(change, 5), hats(w), _signs(change))),
-        "linear": ("command", _lagged(limited)),
+        "linear": ("command", [lagged(c, LAGS) for c in limited]),
         "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
         "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
         "disturbance": ("load_torque", _knots_in_time([len(m.w) for m in found])),

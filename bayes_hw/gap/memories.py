@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.free_functions import Motion
+from bayes_hw.gap.free_functions import Motion, lagged
 
 AGES_S = (0.0, 0.15, 0.4, 1.0, 2.5)
 """Knots of the hats over the time since an event."""
@@ -41,11 +41,9 @@ def _after_limits(motion: Motion, rate: float) -> FloatArray:
     left = np.concatenate([[False], (beyond[:-1] != 0) & (beyond[1:] == 0)])
     side, age = _since(left, np.concatenate([[0.0], beyond[:-1]]), rate)
     side = np.where(beyond == 0, side, 0.0)
-    changes = []
-    for lag in LAGS:
-        earlier = np.concatenate([np.zeros(lag), motion.limited[: len(motion.limited) - lag]])
-        changes += [(earlier - motion.limited) * ((side != 0) & (age < soon)) for soon in SOON_S]
-    return np.concatenate([_hats_of_age(age) * side[:, None], np.stack(changes, axis=1)], axis=1)
+    soon = np.stack([(side != 0) & (age < seconds) for seconds in SOON_S], axis=1)
+    changes = [change[:, None] * soon for change in lagged(motion.limited, LAGS).T]
+    return np.concatenate([_hats_of_age(age) * side[:, None], *changes], axis=1)
 
 
 def _after_reversals(motion: Motion, rate: float) -> FloatArray:
