@@ -130,16 +130,19 @@ class Attributor:
             self.tell("pairs of effects")
             firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
             found += self._under_noise(found) + self._pairs.first(firsts, singles)
+            hosts_of_pairs = list(firsts)
+            if _may_hide_a_cause(found):
+                found += self._partners(found, hosts_of_pairs, singles)
             if self._unfinished(found):
                 self.tell("further pairs of effects")
                 found += self._pairs.further(firsts, singles)
             if self._unfinished(found):
-                richer = self._richer(sorted(found, key=_worst_first)[:REFINED_PAIRS])
+                richer = self._richer(_worth_refining(found))
                 best = sorted(richer, key=_worst_first)[:1]
                 found += richer + self._pairs.parts(best)
             if self._unfinished(found):
                 self.tell("pairs once more")
-                found += self._once_more(found, firsts, singles)
+                found += self._once_more(found, hosts_of_pairs, singles)
         if structure and self._unfinished(found):
             found += self._with_chaos(found)
         found += self._apart(min(found, key=_worst_first))
@@ -172,17 +175,25 @@ class Attributor:
         return more + (search.partners(best) if best.lost_motion else [])
 
     def _once_more(
-        self, found: Sequence[Explanation], firsts: Sequence[Fit], singles: Sequence[Fit]
+        self, found: Sequence[Explanation], hosts: list[Fit], singles: Sequence[Fit]
     ) -> list[Explanation]:
-        """Partners of the best single effect, where that was found after `firsts`, and the best pair begun
-        again near where it ended."""
-        known = [e for e in sorted(found, key=_worst_first) if e.stochastic is None]
-        alone = next((e.fit for e in known if len(e.fit.hypothesis.effects) == 1), None)
-        more: list[Explanation] = []
-        if alone is not None and not any(alone is first for first in firsts):
-            more += self._pairs.beside(alone, singles)
-        pairs = [e for e in sorted([*known, *more], key=_worst_first) if len(e.fit.hypothesis.effects) == 2]
+        """Partners of the best single effects that were found after `hosts`, and the best pair begun again
+        near where it ended."""
+        more = self._partners(found, hosts, singles)
+        known = [e for e in [*found, *more] if e.stochastic is None and len(e.fit.hypothesis.effects) == 2]
+        pairs = sorted(known, key=_worst_first)
         return more + (self._restarts.near(pairs[0]) if pairs else [])
+
+    def _partners(
+        self, found: Sequence[Explanation], hosts: list[Fit], singles: Sequence[Fit]
+    ) -> list[Explanation]:
+        """Pairs of the best single effect and of the best beside slow noise, which may stand for a second
+        effect; not of `hosts`, which they join."""
+        alone = [e for e in sorted(found, key=_worst_first) if len(e.fit.hypothesis.effects) == 1]
+        best = [next((e.fit for e in alone if kind(e)), None) for kind in (_hides, _is_coloured)]
+        new = [f for f in best if f is not None and not any(f is host for host in hosts)]
+        hosts += new
+        return [pair for f in new for pair in self._pairs.beside(f, singles)]
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""
@@ -301,9 +312,24 @@ def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
 
 def _may_hide_a_cause(found: Sequence[Explanation]) -> bool:
     """Whether the best explanation is an effect beside slow noise, which takes up any second slow effect."""
-    best = min(found, key=_worst_first)
-    slow = best.cause_of_noise is not None and best.cause_of_noise.size is not None
-    return slow and bool(best.fit.hypothesis.effects)
+    return _hides(min(found, key=_worst_first))
+
+
+def _hides(explanation: Explanation) -> bool:
+    cause = explanation.cause_of_noise
+    return cause is not None and cause.size is not None and bool(explanation.fit.hypothesis.effects)
+
+
+def _is_coloured(explanation: Explanation) -> bool:
+    return explanation.stochastic is None
+
+
+def _worth_refining(found: Sequence[Explanation]) -> list[Explanation]:
+    """The best by name, and the best by labels of two effects that can be followed."""
+    named = list(best_of_each(found, lambda e: e.name).values())[:REFINED_PAIRS]
+    followed = (e for e in found if e.stochastic is None and len(e.labels) == 2)
+    pairs = list(best_of_each(followed, lambda e: e.labels).values())[:REFINED_PAIRS]
+    return named + [e for e in pairs if not any(e is other for other in named)]
 
 
 def _leaders(singles: Sequence[Explanation]) -> list[Explanation]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -32,6 +32,7 @@ PAIRS_PRUNED = 2
 
 FURTHER_FIRST_EFFECTS = 5
 FURTHER_PARTNERS = 6
+FINE_PARTNERS = 2
 FURTHER_JOINT_STARTS = 18
 """Of the second search, where the first left structure."""
 
@@ -74,6 +75,7 @@ class PairSearch:
     def beside(self, host: Fit, singles: Sequence[Fit]) -> list[Explanation]:
         """The best partners of one effect more."""
         starts = self._beside(host, singles, FURTHER_PARTNERS) + self._afresh(host)
+        starts += self._finely(host)
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
@@ -108,6 +110,19 @@ class PairSearch:
 
         best = _best_candidates(self.joint.each(beside, singles))[:partners]
         return [(host, [candidate]) for candidate in best]
+
+    def _finely(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
+        """The best partners periodic in position, of periods down to what the samples can follow."""
+        screen = Screen(host, self.joint.plain.widened(host.rmse))
+        periodic = [
+            e
+            for e in self.effects
+            if isinstance(e, PeriodicEffect)
+            and not e.only_saturated
+            and e.label not in host.hypothesis.labels
+        ]
+        found = self.joint.each(partial(screen.candidates, finely=True), periodic)
+        return [(host, [candidate]) for candidate in _best_candidates(found)[:FINE_PARTNERS]]
 
     def _afresh(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
         """All effects screened for what they promise beside that of `host`, from the nominal modes."""

@@ -141,6 +141,7 @@ def _sized_effect(
             ]
 
         strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target, effect.largest)
+        gap = min(gap, RefittedGap(true, commands, outputs)(strength))
         if 0.95 * smallest <= gap <= 1.05 * largest:
             return effect, strength, gap
     raise UnreachableGapError(f"no {label} of the wanted size (seed {identity[0]}, case {identity[1]})")
@@ -149,7 +150,9 @@ def _sized_effect(
 class RefittedGap:
     """What a refitted simulator leaves of a fault of some strength, as root mean square in deg.
 
-    Each fit begins where the last one ended; `outputs` gives the faulty training outputs at a strength.
+    Each fit begins where the last one ended, or at the true axis where that is nearer to the records: a strong
+    fault can bend the simulator so far that a weak one would not bring it back. `outputs` gives the faulty
+    training outputs at a strength.
     """
 
     def __init__(
@@ -162,8 +165,12 @@ class RefittedGap:
         measured = self._outputs(strength)
         if not all(np.isfinite(y).all() for y in measured):
             return float("inf")
-        self._fitted = refit(self._true, self._commands, measured, self._fitted)
-        return _rms([self._fitted.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
+        start = min((self._true, self._fitted), key=lambda one: self._left(one, measured))
+        self._fitted = refit(self._true, self._commands, measured, start)
+        return self._left(self._fitted, measured)
+
+    def _left(self, simulator: Nominal, measured: Sequence[FloatArray]) -> float:
+        return _rms([simulator.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
 
 
 def _draw_axis(

@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plant_axes import an_axis
 
-from bayes_hw.plant.case import make_case
+from bayes_hw.arrays import FloatArray
+from bayes_hw.plant.case import RefittedGap, make_case
 from bayes_hw.plant.excitation import FAMILIES
 from bayes_hw.plant.kinds import KINDS, LABELS
+from bayes_hw.plant.nominal import nominal_of
 
 SHORT = replace(KINDS["easy"], durations_s=(60.0,))
 
@@ -25,6 +28,21 @@ def test_gap_is_what_a_refit_leaves(label: str) -> None:
     assert left == pytest.approx(gap, rel=0.2)
     noise = np.concatenate([r.measured - r.without_noise for r in case.train])
     assert np.std(noise) == pytest.approx(sigma, rel=0.05)
+
+
+def test_gap_of_a_weak_fault_does_not_depend_on_a_strong_one_tried_before() -> None:
+    """A command ramped almost to rest bends the simulator; without the ramp nothing may be left."""
+    true = nominal_of(an_axis(1))
+    commands = [FAMILIES["steps_and_triangles"](np.random.default_rng(5), true.sample_rate_hz, 2400)]
+    ramped = [slowed(true.simulate(u)) for u in commands]
+    gap = RefittedGap(true, commands, lambda ramp: ramped if ramp else [true.simulate(u) for u in commands])
+    assert gap(1.0) > 0.1
+    assert gap(0.0) < 1e-9
+
+
+def slowed(outputs: FloatArray) -> FloatArray:
+    """The same curve at a third of its pace, half as high."""
+    return 0.5 * np.interp(np.arange(len(outputs)) / 3, np.arange(len(outputs)), outputs)
 
 
 def test_without_a_fault_the_true_model_leaves_the_noise() -> None:

@@ -63,7 +63,8 @@ class Effect(ABC):
         return []
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
-        """Forms of more parameters, with their starts, to try where this one at `values` leaves structure."""
+        """Forms of more parameters or of another place, with their starts, to try where this one at `values`
+        leaves structure."""
         return []
 
     @abstractmethod

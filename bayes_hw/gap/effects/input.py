@@ -32,6 +32,9 @@ class RateLimit(Effect):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.COMMAND_RATE] = values[0]
 
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(EarlyRateLimit(), tuple(values))]
+
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(float(factor) * scale.speed,) for factor in np.geomspace(0.5, 100.0, 16)]
 
@@ -46,6 +49,9 @@ class EarlyRateLimit(RateLimit):
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.EARLY_RATE] = values[0]
+
+    def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:
+        return [(RateLimit(), tuple(values))]
 
 
 class SaturationDrift(PeriodicEffect):
