@@ -150,9 +150,9 @@ def _sized_effect(
 class RefittedGap:
     """What a refitted simulator leaves of a fault of some strength, as root mean square in deg.
 
-    Each fit begins where the last one ended, or at the true axis where that is nearer to the records: a strong
-    fault can bend the simulator so far that a weak one would not bring it back. `outputs` gives the faulty
-    training outputs at a strength.
+    Each fit begins where the last one ended, or at the true axis where that is nearer to the records: a
+    strong fault can bend the simulator so far that a weak one would not bring it back. `outputs` gives the
+    faulty training outputs at a strength.
     """
 
     def __init__(

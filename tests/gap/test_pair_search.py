@@ -7,10 +7,12 @@ import pytest
 from drive_axis import SIGMA, command, hypothesis
 from fitted import AXIS, noisy, of_records
 
+from bayes_hw.gap.effects.drive import LoadRipple
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.fit import fit
 from bayes_hw.gap.joint_fits import JointFits
 from bayes_hw.gap.pair_search import PairSearch
 from bayes_hw.gap.parallel import Each
@@ -65,3 +67,22 @@ def test_the_patient_search_finds_the_pair_too(found: tuple[PairSearch, list[Exp
     alone = search.further([], [])
     assert max(alone, key=lambda e: e.log_evidence).labels == best.labels
     assert max(e.log_evidence for e in alone) == pytest.approx(best.log_evidence, abs=2)
+
+
+def test_a_periodic_partner_is_found() -> None:
+    """An uneven rail beside a delay, from the fit of the delay alone."""
+    period = 0.31
+    both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(LoadRipple())
+    clean = both.simulate(np.concatenate([BASE.builder.axis.nominal, (1.6, 4.0, 3.0, period)]))
+    measured = noisy(clean)
+    effects = (TransportDelay(), LoadRipple())
+    delayed = hypothesis(AXIS, INPUTS, TransportDelay())
+    start = delayed.to_coordinates(np.append(BASE.builder.axis.nominal, 1.6))
+    plain = Plain(SIGMA)
+    host = fit(delayed, measured, start, plain)
+    origin = Screen(of_records(measured, BASE), plain.widened(host.rmse))
+    forms = [origin.candidates(effect) for effect in effects]
+    search = PairSearch(BASE, origin, effects, JointFits(measured, plain, Each(1)), forms)
+    best = max(search.beside(host, []), key=lambda e: e.log_evidence)
+    assert best.labels == ("torque_ripple", "transport_delay")
+    assert best.fit.values[-1] == pytest.approx(period, rel=0.01)

@@ -7,7 +7,7 @@ from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, simulated_with
 
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
-from bayes_hw.gap.effects.input import CommandBias
+from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, RateLimit
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import fit
 from bayes_hw.gap.parallel import Each
@@ -40,6 +40,19 @@ def test_an_overtone_is_found_from_its_fundamental() -> None:
     assert found.name == "torque_ripple (motor, with overtone)" and found.labels == sine.labels
     assert found.log_evidence > sine.log_evidence + 50
     np.testing.assert_allclose(found.fit.values[8:14], values, rtol=0.15, atol=0.6)
+
+
+def test_a_ramp_is_found_behind_the_limiter_from_one_in_front_of_it() -> None:
+    measured = [
+        y + white(len(y), SIGMA, i) for i, y in enumerate(simulated_with(RateLimit(), (0.7,), INPUTS))
+    ]
+    early = hypothesis(AXIS, INPUTS, EarlyRateLimit())
+    start = early.to_coordinates(np.array([*early.builder.axis.nominal, 0.7]))
+    wrong = with_coloured_noise(fit(early, measured, start, PLAIN), measured)
+    (found,) = refined(measured, wrong)
+    assert found.name == "rate_limit" and found.labels == wrong.labels
+    assert found.log_evidence > wrong.log_evidence + 50
+    assert abs(found.fit.values[-1] - 0.7) < 0.05
 
 
 def test_effects_without_richer_forms_are_left_alone() -> None:
