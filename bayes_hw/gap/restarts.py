@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from bayes_hw.gap.fit import FARTHEST, Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.stochastic_search import StochasticSearch
-from bayes_hw.gap.whitener import Plain
+from bayes_hw.gap.whitener import Plain, no_glitches
 
 DRAWS = 48
 FAR_STARTS = 2
@@ -96,6 +96,7 @@ class Restarts:
         if noise is not None:
             return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
         plain = fit(host.hypothesis, self.measured, host.coordinates, self.plain, ITERATIONS_NEAR)
+        starts += self._without_a_record(host)
         failed = 0
         for _ in range(GENERATIONS):
             found = min(self._fitted(host.hypothesis, starts), key=lambda f: f.cost)
@@ -120,6 +121,20 @@ class Restarts:
         factors = np.exp(rng.uniform(low, high, CLOSE_DRAWS))[:, None]
         centred = rng.multivariate_normal(0 * host.coordinates, host.covariance(), CLOSE_DRAWS, method="eigh")
         return list(self._ranked(host, host.coordinates + factors * centred)[:CLOSE_STARTS])
+
+    def _without_a_record(self, host: Fit) -> list[FloatArray]:
+        """Starts fitted to all records but one: a single record can make the likelihood rugged, as where a
+        stiffening spring jumps between two amplitudes."""
+        if len(self.measured) < 2:
+            return []
+
+        def fitted(left_out: int) -> FloatArray:
+            masks = self.plain.masked or tuple(no_glitches(self.measured))
+            masked = tuple(mask | (record == left_out) for record, mask in enumerate(masks))
+            noise = replace(self.plain, masked=masked)
+            return fit(host.hypothesis, self.measured, host.coordinates, noise, ITERATIONS_NEAR).coordinates
+
+        return self.each(fitted, range(len(self.measured)))
 
     def _ranked(self, host: Fit, draws: FloatArray) -> FloatArray:
         """Draws in order of their error, none farther from the prior mean than a fit may move."""
