@@ -20,6 +20,9 @@ from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from bayes_hw.report.blind_report import blind_report, share_text
 
+ROUND = 1
+"""Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""
+
 NUMBERS = {"easy": 240, "hard": 140, "wide": 20}
 QUICK_NUMBERS = {"easy": 2}
 BASELINES = {
@@ -62,7 +65,7 @@ def main() -> None:
 
 def seed_of(study: Study, kind: str) -> int:
     """The seed of the set of one kind, outside the seeds of the calibration."""
-    seed = REPORT_SEEDS.start + 10 * study.seed + list(NUMBERS).index(kind)
+    seed = REPORT_SEEDS.start + 100 * ROUND + 10 * study.seed + list(NUMBERS).index(kind)
     assert seed in REPORT_SEEDS
     assert seed not in CALIBRATION_SEEDS
     return seed
