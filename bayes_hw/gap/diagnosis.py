@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,15 @@ from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import OTHER, Calibration, Decision, choose, decide, expected_left
+from bayes_hw.gap.decide import (
+    OTHER,
+    Calibration,
+    Decision,
+    best_of_sets,
+    choose,
+    decide,
+    expected_left,
+)
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
@@ -26,6 +34,7 @@ from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
 from bayes_hw.gap.parallel import Each
@@ -55,6 +64,9 @@ UNKNOWN_NOISE_SHARE = 1e-3
 RIVAL_FITS = 3
 """Of a chaotic response, whose distance from the best tells how well its parameters are known."""
 
+CLEAR_ERRORS = 3.0
+"""Standard errors by which another answer must predict left-out blocks better to be spoken of."""
+
 SECONDS_FOR_DRAWS = 20.0
 CHAOS_IN_NOISE = 0.1
 """Share by which the noise's estimate beside a chaotic response may be off: some of its motion passes for it.
@@ -66,7 +78,10 @@ Of 17 simulated backlashes in the compliance 13 estimates were within it, the ot
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Everything a report needs: the case, fits, decision, predictions of the first record held out."""
+    """Everything a report needs: the case, fits, decision, predictions of the first record held out.
+
+    `left_out` compares sets of labels by how they predict blocks of the training records left out.
+    """
 
     case: Case | SimulatorCase
     attribution: Attribution
@@ -76,6 +91,7 @@ class Diagnosis:
     after: FloatArray
     low: FloatArray
     high: FloatArray
+    left_out: Mapping[tuple[str, ...], LeftOut]
 
 
 def diagnose(
@@ -229,6 +245,7 @@ def _finished(
     base_estimates = {name: Estimate.of(averaged[:, i], base_units[i]) for i, name in enumerate(base_names)}
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
     confusable = confusable_pairs(decision.answer, scores)
+    left_out = compare_left_out(best_of_sets(attribution))
     verdict = Verdict(
         decision.answer,
         decision.probability,
@@ -240,7 +257,7 @@ def _finished(
         base_estimates,
         next_experiment(decision.answer, confusable),
         time.perf_counter() - begin,
-        _notes(case, attribution, decision),
+        _notes(case, attribution, decision, left_out),
         white_choice(attribution),
     )
     return Diagnosis(
@@ -252,6 +269,7 @@ def _finished(
         after_held[0],
         shown_held[0] - half,
         shown_held[0] + half,
+        left_out,
     )
 
 
@@ -284,7 +302,12 @@ def _marginal_variance(explanation: Explanation) -> float:
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
 
 
-def _notes(case: Case | SimulatorCase, attribution: Attribution, decision: Decision) -> list[str]:
+def _notes(
+    case: Case | SimulatorCase,
+    attribution: Attribution,
+    decision: Decision,
+    left_out: Mapping[tuple[str, ...], LeftOut],
+) -> list[str]:
     """What a reader should know beside the verdict."""
     notes = []
     costs = np.array(attribution.base_costs)
@@ -307,7 +330,21 @@ def _notes(case: Case | SimulatorCase, attribution: Attribution, decision: Decis
             "no model here holds: base parameters are given about the best explanation that failed, as far "
             "off as those lie apart"
         )
+    else:
+        notes += _of_left_out(decision.explanation.labels, left_out)
     return notes
+
+
+def _of_left_out(chosen: tuple[str, ...], left_out: Mapping[tuple[str, ...], LeftOut]) -> list[str]:
+    """That left-out blocks speak for another set of labels, where they clearly do."""
+    own = left_out.get(chosen)
+    if own is None or own.density >= -CLEAR_ERRORS * own.error:
+        return []
+    best = max(left_out, key=lambda labels: left_out[labels].density)
+    return [
+        f"blocks of the records left out are predicted better by {' and '.join(best) or 'no effect'}, by "
+        f"{-own.density:.0f} ± {own.error:.0f} in log-density; the answer goes by the evidence of all"
+    ]
 
 
 def _of_lost_motion(explanation: Explanation, unit: str) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.decide import best_of_sets
+from bayes_hw.gap.left_out import LeftOut
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,8 @@ class Ranked:
 
     `gain` is the log-evidence over the base model with coloured noise, None where the set was screened on
     plain residuals only; `rmse` what it leaves, output units; `closes` the share of the reducible squared
-    error of the base model that it removes, None where a stochastic effect leaves the response as it is.
+    error of the base model that it removes, None where a stochastic effect leaves the response as it is;
+    `left_out` how it predicts blocks left out, None where it was not compared.
     """
 
     name: str
@@ -22,9 +25,12 @@ class Ranked:
     gain: float | None
     rmse: float
     closes: float | None
+    left_out: LeftOut | None = None
 
 
-def ranking(attribution: Attribution, noise_sigma: float) -> list[Ranked]:
+def ranking(
+    attribution: Attribution, noise_sigma: float, left_out: Mapping[tuple[str, ...], LeftOut]
+) -> list[Ranked]:
     """The best explanation of every set of labels, then labels that came less far, by the error left."""
     base = attribution.base
     reducible = base.fit.rmse**2 - noise_sigma**2
@@ -40,6 +46,7 @@ def ranking(attribution: Attribution, noise_sigma: float) -> list[Ranked]:
             e.log_evidence - base.log_evidence,
             e.fit.rmse,
             closes(e.fit.rmse) if e.fit.hypothesis.effects else None,
+            left_out.get(labels),
         )
         for labels, e in sorted(best.items(), key=lambda item: -item[1].log_evidence)
     ]

@@ -147,16 +147,20 @@ def _one_paragraph(docstring: str) -> str:
 
 def ranking_table(diagnosis: Diagnosis) -> Table:
     unit = diagnosis.case.model.units.output
-    ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor)
+    floor = diagnosis.verdict.gap_train.noise_floor
+    ranked = ranking(diagnosis.attribution, floor, diagnosis.left_out)
     return Table(
-        ("effect", "gain in log-evidence", f"rmse left ({unit})", "would close"),
+        ("effect", "gain in log-evidence", "left-out blocks", "weight", f"rmse left ({unit})", "would close"),
         tuple(_ranked_row(row, diagnosis.decision.explanation.labels) for row in ranked[:RANKED_SHOWN]),
         "Ranking of what was tried, the best form of every effect and pair, on the training records. The "
         f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
-        "plain residuals only, and not among the best. “Would close”: share of the reducible squared error "
-        f"that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation chosen. "
-        "Evidences are raw; the probabilities above are tempered; they are not calibrated on many cases yet.",
-        (1, 2, 3),
+        "plain residuals only, and not among the best. “Left-out blocks”: log predictive density of every "
+        "twelfth of a record given the rest, against the best, ± its standard error; “weight”: in the "
+        "mixture of predictions that is best at it (stacking). “Would close”: share of the reducible squared "
+        f"error that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation "
+        "chosen. Evidences are raw, the probabilities above tempered; how far those can be relied on is "
+        "what `bayes-hw blind` measures.",
+        (1, 2, 3, 4, 5),
     )
 
 
@@ -167,7 +171,12 @@ def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
         closes = NO_NUMBER
     else:
         closes = format_percent(row.closes) if row.closes >= -1 else f"< {MINUS}100 %"
-    return (mark + row.name, gain, format_number(row.rmse), closes)
+    if row.left_out is None:
+        density = weight = NO_NUMBER
+    else:
+        density = f"{row.left_out.density:.1f} ± {row.left_out.error:.1f}".replace("-", MINUS)
+        weight = f"{row.left_out.weight:.2f}"
+    return (mark + row.name, gain, density, weight, format_number(row.rmse), closes)
 
 
 def how_far_section(diagnosis: Diagnosis) -> Section:

@@ -13,8 +13,9 @@ from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
 from bayes_hw.gap.case import Case
-from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
+from bayes_hw.gap.diagnosis import Diagnosis, _of_left_out, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
+from bayes_hw.gap.left_out import LeftOut
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.record import Record
@@ -121,3 +122,15 @@ def test_held_out_outputs_are_never_fitted(case: Case, diagnosis: Diagnosis) -> 
     assert again.verdict.answer == diagnosis.verdict.answer
     assert again.verdict.probability == diagnosis.verdict.probability
     assert again.verdict.gap_holdout.rmse_after > 5 * diagnosis.verdict.gap_holdout.rmse_after
+
+
+@pytest.mark.parametrize(("error", "said"), [(8.0, 0), (4.0, 1)])
+def test_another_answer_is_spoken_of_where_left_out_blocks_are_clearly_for_it(
+    error: float, said: int
+) -> None:
+    """Twenty nats behind are three standard errors or not."""
+    compared = {("wind",): LeftOut(-20.0, error, 0.1), (): LeftOut(0.0, 0.0, 0.9)}
+    notes = _of_left_out(("wind",), compared)
+    assert len(notes) == said
+    assert all("better by no effect, by 20 ± 4 " in note for note in notes)
+    assert _of_left_out((), compared) == _of_left_out(("friction",), compared) == []

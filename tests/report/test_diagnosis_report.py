@@ -78,12 +78,14 @@ def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) 
 def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, diagnosis: Diagnosis) -> None:
     rows = _tables(report, "Which effect")[0].rows
     assert [row[0] for row in rows if row[0].startswith("▸")] == ["▸ command_bias"]
-    ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor)
+    ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor, diagnosis.left_out)
     base = next(row for row in ranked if not row.labels)
     assert base.gain == 0.0
     assert base.rmse == pytest.approx(diagnosis.attribution.base.fit.rmse)
     best = next(row for row in ranked if row.labels == ("command_bias",))
     assert best.closes == pytest.approx(1.0, abs=0.1)
+    assert best.left_out is not None and best.left_out.density == 0 and best.left_out.weight > 0.9
+    assert base.left_out is not None and base.left_out.density < -5 * base.left_out.error
     gains = [row.gain for row in ranked if row.gain is not None]
     assert gains == sorted(gains, reverse=True)
 
