@@ -154,12 +154,12 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
         tuple(_ranked_row(row, diagnosis.decision.explanation.labels) for row in ranked[:RANKED_SHOWN]),
         "Ranking of what was tried, the best form of every effect and pair, on the training records. The "
         f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
-        "plain residuals only, and not among the best. “Left-out blocks”: log predictive density of every "
-        "twelfth of a record given the rest, against the best, ± its standard error; “weight”: in the "
-        "mixture of predictions that is best at it (stacking). “Would close”: share of the reducible squared "
-        f"error that it removes; a stochastic effect alone leaves it ({NO_NUMBER}). ▸ the explanation "
-        "chosen. Evidences are raw, the probabilities above tempered; how far those can be relied on is "
-        "what `bayes-hw blind` measures.",
+        "plain residuals only, and not among the best. “Left-out blocks”, of the first few that have "
+        "one: log predictive density of every twelfth of a record given the rest, less that of the best, ± "
+        "its standard error; “weight”: in the mixture of predictions that is best at it (stacking). "
+        "“Would close”: share of the reducible squared error that it removes; a stochastic effect alone "
+        f"leaves it ({NO_NUMBER}). ▸ the explanation chosen. Evidences are raw, the probabilities above tempered; how far those can be relied on is "
+        "what a blind check measures.",
         (1, 2, 3, 4, 5),
     )
 
@@ -174,7 +174,8 @@ def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
     if row.left_out is None:
         density = weight = NO_NUMBER
     else:
-        density = f"{row.left_out.density:.1f} ± {row.left_out.error:.1f}".replace("-", MINUS)
+        behind = f"{row.left_out.density:.1f} ± {row.left_out.error:.1f}".replace("-", MINUS)
+        density = behind if row.left_out.density < 0 else "best"
         weight = f"{row.left_out.weight:.2f}"
     return (mark + row.name, gain, density, weight, format_number(row.rmse), closes)
 
