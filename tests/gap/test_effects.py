@@ -103,12 +103,14 @@ def test_every_effect_shows_and_vanishes_with_its_size(effect: Effect) -> None:
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
 def test_richer_forms_start_where_the_simple_one_is(effect: Effect) -> None:
-    """Starts have a value for every parameter and move the output, forms keep label and block."""
+    """Starts have a value for every parameter and move the output, forms keep label and block. Richer forms
+    have none themselves; one of as many parameters, in another place, leads back to where it came from."""
     for form, start in effect.refined(np.array(effect.test_values)):
         assert (form.label, form.block) == (effect.label, effect.block) and form.name != effect.name
         assert len(start) == len(form.parameters(SCALE))
         assert np.abs(output(form, start) - Y).max() > 1e-5
-        assert not form.refined(np.array(form.test_values))
+        again = [other.name for other, _ in form.refined(np.array(form.test_values))]
+        assert again == ([effect.name] if len(start) == len(effect.test_values) and again else [])
 
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
