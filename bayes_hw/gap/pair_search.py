@@ -57,7 +57,7 @@ class PairSearch:
         starts = self._promising(singles)[:JOINT_STARTS]
         starts += self._together
         for host in firsts[:FIRST_EFFECTS]:
-            starts += self._beside(host, singles, PARTNERS_TRIED) + self._afresh(host)
+            starts += self._beside(self._at(host), singles, PARTNERS_TRIED) + self._afresh(host)
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def further(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
@@ -65,7 +65,7 @@ class PairSearch:
         model as it is given, with the iterations that it takes from far off."""
         starts = self._promising(singles)[JOINT_STARTS:FURTHER_JOINT_STARTS]
         for host in firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]:
-            starts += self._beside(host, singles, FURTHER_PARTNERS)
+            starts += self._beside(self._at(host), singles, FURTHER_PARTNERS)
         given = evaluated(self.base, self.joint.measured, self.base.prior_means, self.joint.plain)
         afar = [(given, pair) for _, pair in self._together]
         patient = self.joint.in_two_rounds(afar, FAR_PAIRS_KEPT, FAR_ITERATIONS)[:FAR_PAIRS_KEPT]
@@ -74,8 +74,8 @@ class PairSearch:
 
     def beside(self, host: Fit, singles: Sequence[Fit]) -> list[Explanation]:
         """The best partners of one effect more."""
-        starts = self._beside(host, singles, FURTHER_PARTNERS) + self._afresh(host)
-        starts += self._finely(host)
+        screen = self._at(host)
+        starts = self._beside(screen, singles, FURTHER_PARTNERS) + self._afresh(host) + self._finely(screen)
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
@@ -95,9 +95,15 @@ class PairSearch:
         promised.sort(key=lambda pair: -pair[0])
         return [(self.origin.base, pair) for _, pair in promised]
 
-    def _beside(self, host: Fit, singles: Sequence[Fit], partners: int) -> list[tuple[Fit, list[Candidate]]]:
-        """The `partners` of most promise beside `host`, from its own estimate."""
-        screen = Screen(host, self.joint.plain.widened(host.rmse))
+    def _at(self, host: Fit) -> Screen:
+        """The screen of a fit under white noise."""
+        return Screen(host, self.joint.plain.widened(host.rmse))
+
+    def _beside(
+        self, screen: Screen, singles: Sequence[Fit], partners: int
+    ) -> list[tuple[Fit, list[Candidate]]]:
+        """The `partners` of most promise beside the host of `screen`, from its own estimate."""
+        host = screen.base
 
         def beside(other: Fit) -> list[Candidate]:
             candidate = candidate_of(other)
@@ -111,9 +117,9 @@ class PairSearch:
         best = _best_candidates(self.joint.each(beside, singles))[:partners]
         return [(host, [candidate]) for candidate in best]
 
-    def _finely(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
+    def _finely(self, screen: Screen) -> list[tuple[Fit, list[Candidate]]]:
         """The best partners periodic in position, of periods down to what the samples can follow."""
-        screen = Screen(host, self.joint.plain.widened(host.rmse))
+        host = screen.base
         periodic = [
             e
             for e in self.effects
