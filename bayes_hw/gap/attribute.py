@@ -27,6 +27,7 @@ from bayes_hw.gap.refinement import Refinement
 from bayes_hw.gap.restarts import Restarts, drawn_about, nearest
 from bayes_hw.gap.screen import Candidate, Screen, distinct, most_promising
 from bayes_hw.gap.stochastic_search import StochasticSearch
+from bayes_hw.gap.trimmed_search import TrimmedSearch
 from bayes_hw.gap.whitener import Plain
 
 BASE_DRAWS = 80
@@ -113,6 +114,10 @@ class Attributor:
             richer = self._richer(sorted(coloured, key=_worst_first)[:REFINED])
             found += richer
             coloured += richer
+        if structure and not is_far_ahead(found) and self._unfinished(found):
+            self.tell("pairs on the stretches that fit best")
+            search = TrimmedSearch(self.nominal, self.measured, self.effects, self.plain, self.each)
+            found += search.run(self._forms_at_nominal)
         if structure and self._unfinished(found):
             self.tell("short periods and other starts")
             short = self._short_periods(bases[0])

@@ -11,6 +11,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.trimming import best_stretches
 from bayes_hw.gap.whitener import Whitener
 
 MAX_ITERATIONS = 25
@@ -122,10 +123,12 @@ def fit(
     whitener: Whitener,
     max_iterations: int = MAX_ITERATIONS,
     free: BoolArray | None = None,
+    left_out: float = 0.0,
 ) -> Fit:
     """The coordinates near `start` that minimise the whitened squared error and the priors' pull.
 
-    Where `free` (parameters,) is given, the others stay at their start.
+    Where `free` (parameters,) is given, the others stay at their start. The share `left_out` of the records'
+    stretches, those that fit worst, does not count, nor in the cost.
     """
     means, sds = hypothesis.prior_means, hypothesis.prior_sds
 
@@ -136,6 +139,9 @@ def fit(
             whitener.whiten(y[:, None] - s, record)
             for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
         ]
+        kept = best_stretches(white, left_out) if left_out else None
+        if kept is not None:
+            white = [np.where(k, e, 0.0) for k, e in zip(kept, white, strict=True)]
         costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
         return [
             _Point(
@@ -143,6 +149,7 @@ def fit(
                 float(cost) if np.isfinite(cost) else np.inf,
                 [np.ascontiguousarray(s[:, i]) for s in simulated],
                 [np.ascontiguousarray(e[:, i]) for e in white],
+                None if kept is None else [k[:, i] for k in kept],
             )
             for i, (point, cost) in enumerate(zip(points, costs, strict=True))
         ]
@@ -156,6 +163,8 @@ def fit(
         gradient = -prior.T @ hypothesis.prior_deviations(at.coordinates)
         for record, jacobian in enumerate(derivatives):
             filtered = whitener.whiten(jacobian, record)
+            if at.kept is not None:
+                filtered = np.where(at.kept[record][:, None], filtered, 0.0)
             precision = precision + filtered.T @ filtered
             gradient = gradient + filtered.T @ at.white[record]
         if free is not None:
@@ -200,12 +209,14 @@ def fit(
 
 
 class _Point(NamedTuple):
-    """Coordinates with their cost, and simulated outputs and whitened residuals (samples,) a record."""
+    """Coordinates with their cost, and simulated outputs and whitened residuals (samples,) a record, these
+    zero where the samples are not `kept`."""
 
     coordinates: FloatArray
     cost: float
     simulated: list[FloatArray]
     white: list[FloatArray]
+    kept: list[BoolArray] | None
 
 
 def _damped_step(precision: FloatArray, gradient: FloatArray, damping: float) -> FloatArray | None:

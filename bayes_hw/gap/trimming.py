@@ -1,0 +1,41 @@
+"""Least trimmed squares: errors without the stretches of the records that fit worst.
+
+Where an axis can move in two ways at one command, as on a spring that stiffens, the least difference decides
+which, and the squared error of a right model is as large as that of a wrong one. Over the stretches that fit
+best it is not (least trimmed squares: Rousseeuw, doi 10.1080/01621459.1984.10477105).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+
+STRETCHES = 24
+"""Of every record."""
+
+
+def best_stretches(white: Sequence[FloatArray], left_out: float) -> list[BoolArray]:
+    """Where errors (samples, n), a record each, fit best: false in the share `left_out` of all stretches that
+    have the largest mean squares, each column's own. All true in a column of which no share is finite."""
+    bounds = [_bounds(len(e)) for e in white]
+    sizes = [np.diff([*starts, len(e)]) for e, starts in zip(white, bounds, strict=True)]
+    squares = [
+        np.add.reduceat(e**2, starts, axis=0) / size[:, None]
+        for e, starts, size in zip(white, bounds, sizes, strict=True)
+    ]
+    every = np.nan_to_num(np.concatenate(squares), nan=np.inf, posinf=np.inf)
+    kept = max(round((1 - left_out) * len(every)), 1)
+    largest = np.partition(every, kept - 1, axis=0)[kept - 1]
+    ends = np.cumsum([len(s) for s in squares])[:-1]
+    return [
+        np.repeat(part <= largest, size, axis=0)
+        for part, size in zip(np.split(every, ends), sizes, strict=True)
+    ]
+
+
+def _bounds(samples: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Where each stretch of a record begins."""
+    return np.unique(np.linspace(0, samples, min(STRETCHES, samples) + 1)[:-1].astype(np.int64))

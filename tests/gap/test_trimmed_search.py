@@ -1,0 +1,48 @@
+"""Effects sought on the stretches that fit best: a pair is found where one stretch goes its own way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis
+from fitted import AXIS, noisy, of_records
+
+from bayes_hw.gap.effects.input import CommandBias
+from bayes_hw.gap.effects.linear import CubicStiffness, TransportDelay
+from bayes_hw.gap.effects.sensor import GainAsymmetry
+from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.screen import Screen
+from bayes_hw.gap.trimmed_search import TrimmedSearch
+from bayes_hw.gap.whitener import Plain
+
+INPUTS = [command(900, 1), command(900, 2)]
+BASE = hypothesis(AXIS, INPUTS)
+EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry(), CubicStiffness())
+DELAY, CUBIC = 1.6, 2e4
+
+
+@pytest.fixture(scope="module")
+def found() -> list[Explanation]:
+    both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(CubicStiffness())
+    measured = noisy(both.simulate(np.concatenate([BASE.builder.axis.nominal, (DELAY, CUBIC)])))
+    measured[0][400:470] += 40 * SIGMA
+    origin = of_records(measured, BASE)
+    plain = Plain(SIGMA)
+    screen = Screen(origin, plain.widened(origin.rmse))
+    forms = [screen.candidates(effect) for effect in EFFECTS]
+    return TrimmedSearch(origin, measured, EFFECTS, plain, Each(1)).run(forms)
+
+
+def test_the_pair_is_found_beside_a_stretch_that_goes_its_own_way(found: list[Explanation]) -> None:
+    best = max(found, key=lambda e: e.log_evidence)
+    assert best.labels == ("cubic_stiffness", "transport_delay")
+    own = dict(zip(best.fit.hypothesis.labels, best.fit.values[BASE.base_count :], strict=True))
+    assert own["cubic_stiffness"] == pytest.approx(CUBIC, rel=0.1)
+    assert own["transport_delay"] == pytest.approx(DELAY, abs=0.25)
+
+
+def test_singles_and_pairs_come_back_none_with_itself(found: list[Explanation]) -> None:
+    assert {len(e.labels) for e in found} == {1, 2}
+    assert all(len(set(e.fit.hypothesis.labels)) == len(e.fit.hypothesis.effects) for e in found)
+    assert len({e.name for e in found}) == len(found)
