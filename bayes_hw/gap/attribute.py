@@ -278,7 +278,7 @@ class Attributor:
         """The response of `best` without its noise and the noise without the response, both from where they
         were found together: either can have led the fit to where it needs the other no more."""
         found, noise = best.fit, best.stochastic
-        if not found.hypothesis.effects or noise is None or noise.display is not None:
+        if not found.hypothesis.effects or noise is None or best.display is not None:
             return []
         plain = fit(found.hypothesis, self.measured, found.coordinates, self.plain, MORE_ITERATIONS)
         alone = self.stochastic.moved(best, self.base, found.coordinates[: self.base.base_count])

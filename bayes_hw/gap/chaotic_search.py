@@ -45,7 +45,7 @@ class ChaoticSearch:
         These are screened by their responses without the chaos: with it, any small change grows.
         """
         host, noise = chaotic.fit, chaotic.stochastic
-        if noise is None or noise.display is not None or len(host.hypothesis.effects) != 1:
+        if noise is None or chaotic.display is not None or len(host.hypothesis.effects) != 1:
             return []
         calm = evaluated(self.base, self.measured, host.coordinates[: self.base.base_count], self.plain)
         screen = Screen(replace(calm, residuals=host.residuals), noise.whitener)

@@ -199,9 +199,7 @@ def expected_left(base: Explanation, explanation: Explanation, calibration: Cali
     """What even a right explanation may leave, a share of the gap of the base, in units of the noise."""
     sigma = max(explanation.encoder_sigma, 1e-300)
     gap = float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
-    stochastic = explanation.stochastic
-    loose = stochastic is not None and stochastic.display is not None
-    loose = loose or explanation.chaotic
+    loose = explanation.display is not None or explanation.chaotic
     return gap * (calibration.loose_share if loose else calibration.left_share)
 
 

@@ -59,6 +59,11 @@ class Explanation:
         return None if self.lost_motion else self.stochastic
 
     @property
+    def display(self) -> Display | None:
+        """How the encoder repeats or rounds samples, where it does."""
+        return None if self.stochastic is None else self.stochastic.display
+
+    @property
     def lost_motion(self) -> bool:
         """Whether slow noise stands for motion of a chaotic effect that no simulation can follow."""
         return self.chaotic and self.stochastic is not None and self.stochastic.label in LIKE_CHAOS

@@ -9,6 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Candidate
 from bayes_hw.gap.whitener import Plain
@@ -47,12 +48,17 @@ class JointFits:
         return cheapest_of_each([*done, *behind])
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
-        hypothesis, values = host.hypothesis, host.values
-        for candidate in candidates:
-            hypothesis = hypothesis.with_effect(candidate.effect)
-            values = np.concatenate([values, candidate.values])
-        start = hypothesis.to_coordinates(values)
+        hypothesis, start = joined(host, candidates)
         return fit(hypothesis, self.measured, start, self.plain, iterations)
+
+
+def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, FloatArray]:
+    """The hypothesis of `host` with the effects of `candidates` too, and the coordinates of both."""
+    hypothesis, values = host.hypothesis, host.values
+    for candidate in candidates:
+        hypothesis = hypothesis.with_effect(candidate.effect)
+        values = np.concatenate([values, candidate.values])
+    return hypothesis, hypothesis.to_coordinates(values)
 
 
 def candidate_of(single: Fit) -> Candidate:

@@ -42,7 +42,7 @@ def compare_left_out(found: Mapping[tuple[str, ...], Explanation]) -> dict[tuple
     Those whose encoder repeats or rounds samples have no density of single samples, and are not compared.
     """
     best = sorted(found.items(), key=lambda item: -item[1].log_evidence)[:MOST_COMPARED]
-    densities = {labels: block_densities(e) for labels, e in best if not _is_displayed(e)}
+    densities = {labels: block_densities(e) for labels, e in best if e.display is None}
     if len(densities) < 2:
         return {}
     every = np.array(list(densities.values()))
@@ -103,7 +103,3 @@ def _log_scales(whitener: Whitener, white: list[FloatArray]) -> list[FloatArray]
     total = whitener.log_likelihood + 0.5 * sum(float(w @ w) for w in white)
     missing = (total - sum(float(s.sum()) for s in found)) / sum(map(len, white))
     return [s + missing for s in found]
-
-
-def _is_displayed(explanation: Explanation) -> bool:
-    return explanation.stochastic is not None and explanation.stochastic.display is not None

@@ -81,9 +81,9 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         (_named(function.block), _tail(2 * function.gain, function.shapes), function.size**2)
         for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, memories)
     ]
-    if stochastic is None or stochastic.display is None:
+    if explanation.display is None:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
-    if stochastic is None or (stochastic.display is None and "outliers" not in stochastic.labels):
+    if explanation.display is None and (stochastic is None or "outliers" not in stochastic.labels):
         found.append(_tails(white, sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
@@ -123,10 +123,10 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
     """Residuals with the glitches that the explanation knows of bridged, and the display applied."""
     fit, stochastic = explanation.fit, explanation.stochastic
     residuals = fit.residuals
-    if stochastic is not None and stochastic.display is not None:
+    display = explanation.display
+    if display is not None:
         residuals = [
-            y - stochastic.display.show(s, r)
-            for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
+            y - display.show(s, r) for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
     if stochastic is not None and "outliers" in stochastic.labels:
         residuals = bridged_records(residuals, find_glitches(residuals))

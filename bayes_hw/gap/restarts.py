@@ -87,7 +87,7 @@ class Restarts:
         None where it has no effect, or a display, whose likelihood is another.
         """
         host, noise = best.fit, best.stochastic
-        if not host.hypothesis.effects or (noise is not None and noise.display is not None):
+        if not host.hypothesis.effects or best.display is not None:
             return []
         rng = np.random.default_rng(self.seed + 2)
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds

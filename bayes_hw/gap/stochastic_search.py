@@ -8,14 +8,13 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TypeAlias
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochastic
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.glitchy_noise import WITH_GLITCHES, walk_and_glitches, wind_and_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.joint_fits import joined
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.slow_noise import random_walk, wind
@@ -144,9 +143,7 @@ class StochasticSearch:
         ranked = [c[0] for c in forms if c[0].effect.label not in explanation.labels]
 
         def begun(rank: int) -> Fit:
-            candidate = ranked[rank]
-            hypothesis = host.hypothesis.with_effect(candidate.effect)
-            start = hypothesis.to_coordinates(np.concatenate([host.values, candidate.values]))
+            hypothesis, start = joined(host, [ranked[rank]])
             return fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_AT_FIRST)
 
         first = sorted(self.each(begun, range(min(SCREENED_UNDER_NOISE, len(ranked)))), key=lambda f: f.cost)

@@ -16,7 +16,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.joint_fits import MORE_ITERATIONS, cheapest_of_each
+from bayes_hw.gap.joint_fits import MORE_ITERATIONS, cheapest_of_each, joined
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct
 from bayes_hw.gap.trimming import best_stretches
@@ -56,11 +56,7 @@ class TrimmedSearch:
         return cheapest_of_each(self.each(lambda start: self._begun(*start), starts))
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
-        hypothesis, values = host.hypothesis, host.values
-        for candidate in candidates:
-            hypothesis = hypothesis.with_effect(candidate.effect)
-            values = np.concatenate([values, candidate.values])
-        return self._fitted(hypothesis, hypothesis.to_coordinates(values), FIRST_ITERATIONS, LEFT_OUT)
+        return self._fitted(*joined(host, candidates), FIRST_ITERATIONS, LEFT_OUT)
 
     def _fitted(self, hypothesis: Hypothesis, start: FloatArray, iterations: int, left_out: float) -> Fit:
         return fit(hypothesis, self.measured, start, self.plain, iterations, left_out=left_out)

@@ -40,6 +40,7 @@ class Stub:
     chaotic: bool = False
     lost_motion: bool = False
     strained: bool = False
+    display: Any = None
 
     @property
     def fit(self) -> Any:
@@ -212,7 +213,7 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     """A share of the gap, a larger one where the motion is chaotic or the display repeats or rounds."""
     base, plain = Stub((), 0, rmse=5.0), Stub(("friction",), 9, rmse=1.0)
     chaotic = Stub(("backlash",), 9, rmse=1.0, chaotic=True)
-    rounded = Stub(("timing_jitter",), 9, rmse=1.0, stochastic=SimpleNamespace(display=object(), size=None))
+    rounded = Stub(("timing_jitter",), 9, rmse=1.0, display=object())
     gap = 24**0.5
     assert expected(base, plain) == pytest.approx(CONSTANTS.left_share * gap)
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
