@@ -139,10 +139,12 @@ def fit(
             whitener.whiten(y[:, None] - s, record)
             for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
         ]
+        costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
         kept = best_stretches(white, left_out) if left_out else None
         if kept is not None:
             white = [np.where(k, e, 0.0) for k, e in zip(kept, white, strict=True)]
-        costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
+            trimmed = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
+            costs = np.where(np.isfinite(costs), trimmed, np.inf)
         return [
             _Point(
                 point,

@@ -53,7 +53,8 @@ class TrimmedSearch:
 
     def _trimmed(self, starts: Sequence[tuple[Fit, list[Candidate]]]) -> list[Fit]:
         """Every host with its candidates, the best of each combination of effects, best first."""
-        return cheapest_of_each(self.each(lambda start: self._begun(*start), starts))
+        begun = self.each(lambda start: self._begun(*start), starts)
+        return cheapest_of_each([f for f in begun if np.isfinite(f.cost)])
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
         return self._fitted(*joined(host, candidates), FIRST_ITERATIONS, LEFT_OUT)

@@ -9,12 +9,13 @@ from fitted import AXIS, simulated_with
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayes_hw.gap.effects.catalogue import TransportDelay
+from bayes_hw.gap.effects.catalogue import CubicStiffness, TransportDelay
 from bayes_hw.gap.fit import fit
 from bayes_hw.gap.trimming import STRETCHES, best_stretches
 from bayes_hw.gap.whitener import Plain
 
 PLAIN = Plain(SIGMA)
+NOMINAL = hypothesis(AXIS, [command(10, 1)]).builder.axis.nominal
 
 
 def test_the_loudest_stretches_of_all_records_are_left_out() -> None:
@@ -72,3 +73,17 @@ def test_a_stretch_that_no_model_follows_does_not_move_the_fit() -> None:
     assert trimmed.values[-1] == pytest.approx(1.6, abs=0.05)
     assert abs(fit(found, measured, start, PLAIN).values[-1] - 1.6) > 0.2
     assert trimmed.cost < 0.5 * sum(len(y) for y in measured)
+
+
+def test_a_simulation_that_runs_away_in_a_stretch_is_no_fit() -> None:
+    """A spring that yields runs away for part of a record only: leaving that part out would hide it."""
+    inputs = [command(700, seed) for seed in (1, 2)]
+    measured = [y + white(len(y), SIGMA, i) for i, y in enumerate(hypothesis(AXIS, inputs).simulate(NOMINAL))]
+    found = hypothesis(AXIS, inputs, CubicStiffness())
+    costs = []
+    with np.errstate(all="ignore"):
+        for cubic in -np.geomspace(1e2, 1e7, 26):
+            start = found.to_coordinates(np.append(NOMINAL, cubic))
+            costs.append(fit(found, measured, start, PLAIN, 0, left_out=0.5).cost)
+            assert np.isfinite(costs[-1]) == np.isfinite(fit(found, measured, start, PLAIN, 0).cost)
+    assert np.isfinite(costs).any() and not np.isfinite(costs).all()
