@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from bayes_hw.gap.fit import FARTHEST, Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.stochastic_search import StochasticSearch
-from bayes_hw.gap.whitener import Plain, no_glitches
+from bayes_hw.gap.whitener import Plain
 
 DRAWS = 48
 FAR_STARTS = 2
@@ -129,9 +129,9 @@ class Restarts:
             return []
 
         def fitted(left_out: int) -> FloatArray:
-            masks = self.plain.masked or tuple(no_glitches(self.measured))
-            masked = tuple(mask | (record == left_out) for record, mask in enumerate(masks))
-            noise = replace(self.plain, masked=masked)
+            noise = self.plain.without(
+                [np.full(len(y), record == left_out) for record, y in enumerate(self.measured)]
+            )
             return fit(host.hypothesis, self.measured, host.coordinates, noise, ITERATIONS_NEAR).coordinates
 
         return self.each(fitted, range(len(self.measured)))

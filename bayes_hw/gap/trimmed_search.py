@@ -7,7 +7,7 @@ least trimmed squares mostly does not (`bayes_hw.gap.trimming`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -65,10 +65,8 @@ class TrimmedSearch:
     def _beside(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
         """The effects that promise most beside that of `host`, on the stretches that it fits best."""
         white = [self.plain.whiten(e[:, None], record) for record, e in enumerate(host.residuals)]
-        kept = [k[:, 0] for k in best_stretches(white, LEFT_OUT)]
-        masks = self.plain.masked or tuple(np.zeros_like(k) for k in kept)
-        masked = tuple(mask | ~k for mask, k in zip(masks, kept, strict=True))
-        screen = Screen(host, replace(self.plain, masked=masked))
+        worst = [~kept[:, 0] for kept in best_stretches(white, LEFT_OUT)]
+        screen = Screen(host, self.plain.without(worst))
         others = [e for e in self.effects if e.label not in host.hypothesis.labels]
         forms = best_forms(self.each(screen.candidates, others))[:PARTNER_LABELS]
         return [(host, [c]) for candidates in forms for c in distinct(candidates)]

@@ -58,6 +58,11 @@ class Plain:
         """The same with `sigma` where that is larger."""
         return replace(self, sigma=max(sigma, self.sigma))
 
+    def without(self, masks: Sequence[BoolArray]) -> Plain:
+        """The same with the samples in `masks`, a mask a record, not counted either."""
+        own = self.masked or tuple(np.zeros_like(mask) for mask in masks)
+        return replace(self, masked=tuple(one | other for one, other in zip(own, masks, strict=True)))
+
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         white = columns / self.sigma
         if self.masked:

@@ -64,3 +64,12 @@ def test_bridges_stand_between_their_neighbours() -> None:
     gaps = np.array([False, True, False, False])
     np.testing.assert_array_equal(bridge(columns, gaps)[:, 0], [0, 2, 4, 6])
     assert bridge(columns, np.zeros(4, dtype=np.bool_)) is columns
+
+
+def test_samples_masked_by_either_do_not_count() -> None:
+    """What was masked stays so; without a mask of its own, only the given one counts."""
+    columns = np.ones((6, 2))
+    first, second = np.arange(6) < 2, np.arange(6) > 4
+    masked = Plain(0.5).without([first])
+    np.testing.assert_array_equal(masked.whiten(columns, 0)[:, 0], [0, 0, 2, 2, 2, 2])
+    np.testing.assert_array_equal(masked.without([second]).whiten(columns, 0)[:, 1], [0, 0, 2, 2, 2, 0])
