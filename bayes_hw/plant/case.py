@@ -23,6 +23,9 @@ SHAPE_ATTEMPTS = 6
 
 CASE_ATTEMPTS = 12
 
+HIGHEST_MODE = 0.4
+"""Largest frequency of a mode, in sample rates: a simulator may be off and must stay below one half."""
+
 NOISE_STREAM = 7
 
 
@@ -180,6 +183,8 @@ def _draw_axis(
     rate = float(rng.choice(kind.rates_hz))
     duration = float(rng.choice(kind.durations_s))
     drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
+    while drive.modes()[-1][0] > HIGHEST_MODE * rate:
+        drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
     speed = kind.speed(rng)
     axis = Axis(
         drive,

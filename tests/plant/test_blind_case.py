@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.case import RefittedGap, make_case
 from bayes_hw.plant.excitation import FAMILIES
 from bayes_hw.plant.kinds import KINDS, LABELS
-from bayes_hw.plant.nominal import nominal_of
+from bayes_hw.plant.nominal import nominal_of, refit
 
 SHORT = replace(KINDS["easy"], durations_s=(60.0,))
 
@@ -41,8 +41,8 @@ def test_gap_of_a_weak_fault_does_not_depend_on_a_strong_one_tried_before() -> N
 
 
 def slowed(outputs: FloatArray) -> FloatArray:
-    """The same curve at a third of its pace, half as high."""
-    return 0.5 * np.interp(np.arange(len(outputs)) / 3, np.arange(len(outputs)), outputs)
+    """The same curve at a third of its pace, half as high and upside down."""
+    return -0.5 * np.interp(np.arange(len(outputs)) / 3, np.arange(len(outputs)), outputs)
 
 
 def test_without_a_fault_the_true_model_leaves_the_noise() -> None:
@@ -50,6 +50,25 @@ def test_without_a_fault_the_true_model_leaves_the_noise() -> None:
     assert case.truth["gap_rms"]["train"] < 1e-6  # type: ignore[index]
     for record in (*case.train, case.holdout):
         np.testing.assert_array_equal(record.noise_free, record.without_noise)
+
+
+def test_a_missing_mode_is_no_matter_of_other_base_frequencies() -> None:
+    """From modes begun elsewhere a refit leaves no less: the gap is the fault's, not the search's."""
+    case = make_case(1880, 1, SHORT, ["unmodelled_mode"])
+    true = case.simulator.with_vector(np.array(list(case.truth["base"].values())[:8]))  # type: ignore[attr-defined]
+    commands, outputs = [r.command for r in case.train], [r.without_noise for r in case.train]
+    for factors in ((0.85, 1.0), (1.0, 0.85), (1.15, 1.0), (1.0, 1.15)):
+        start = true.with_vector(true.vector() * np.array([1, 1, 1, 1, factors[0], 2, factors[1], 2]))
+        found = refit(true, commands, outputs, start)
+        errors = [found.simulate(u) - y for u, y in zip(commands, outputs, strict=True)]
+        assert np.sqrt(np.mean(np.square(errors))) > 0.9 * case.truth["gap_rms"]["train"]  # type: ignore[index]
+
+
+def test_modes_of_slowly_sampled_axes_stay_below_half_the_sample_rate() -> None:
+    kind = replace(KINDS["wide"], rates_hz=(10.0,), durations_s=(60.0,))
+    for index in range(12):
+        case = make_case(1880, index, kind, [])
+        assert max(frequency for frequency, _ in case.simulator.modes) < 0.5 * 10.0
 
 
 def test_pair_carries_both() -> None:

@@ -14,7 +14,7 @@ from bayes_hw.plant.run import Run
 CLEAR_OF_MODES = 0.12
 LONGEST_EXTRA_DELAY_S = 0.2
 MASS_RATIO = 0.02
-LARGEST_MASS_RATIO = 1.0
+LARGEST_MASS_RATIO = 0.3
 LARGEST_SOFTENING = 0.06
 """|b| D^2 at the root mean square twist: at four times that the torque is still rising with the twist."""
 
