@@ -18,6 +18,7 @@ import numpy as np
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.leftover import GUSTS, Leftover
+from bayes_hw.gap.stochastic import ROUNDING
 
 NONE, OTHER = "none", "other"
 SLOW_TORQUE = "function at disturbance"
@@ -34,7 +35,8 @@ class Calibration:
     functions and gusts under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
     `left_share` of the gap) are the leftover at which "other" is
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
-    sample by sample (chaotic motion, repeated or rounded samples); `left_sharpness` how fast the odds
+    sample by sample (chaotic motion, repeated or rounded samples), `bent_share` of wind through a path that
+    an effect bends; `left_sharpness` how fast the odds
     change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
     missed the cause; `sigma_log_sd` how far a nominal noise may be off.
@@ -51,6 +53,7 @@ class Calibration:
     left_size: float
     left_share: float
     loose_share: float
+    bent_share: float
     left_sharpness: float
     floor: float
     pair_ceiling: float
@@ -104,7 +107,7 @@ def choose(
     best = best_of_sets(attribution)
     scores = {labels: score(e, nominal_sigma, calibration) for labels, e in best.items()}
     chosen: tuple[str, ...] = ()
-    rounded: tuple[str, ...] = ("encoder_quantization",)
+    rounded: tuple[str, ...] = (ROUNDING,)
     if rounded in best:
         chosen = rounded
     singles = [labels for labels in best if len(labels) == 1]
@@ -138,12 +141,14 @@ def _earned(
     for it, or where the motion is chaotic: then evidence alone counts, and small changes make much of it.
     """
     pair = best[labels]
-    if pair.chaotic and (pair.strained or (pair.stochastic and pair.stochastic.label == "timing_jitter")):
+    alone = [best.get((label,), best[()]) for label in labels]
+    strain_tells = pair.strained and not all(reference.strained for reference in alone)
+    jitters = pair.stochastic is not None and pair.stochastic.label == "timing_jitter"
+    if pair.chaotic and (strain_tells or jitters):
         return False
-    for label in labels:
-        reference = best.get((label,), best[()])
-        if "encoder_quantization" in labels:
-            if label != "encoder_quantization":
+    for label, reference in zip(labels, alone, strict=True):
+        if ROUNDING in labels:
+            if label != ROUNDING:
                 continue
         elif scores[labels] < scores[reference.labels] + calibration.pair_gain:
             return False
@@ -196,11 +201,13 @@ def probability_of_other(
 
 
 def expected_left(base: Explanation, explanation: Explanation, calibration: Calibration) -> float:
-    """What even a right explanation may leave, a share of the gap of the base, in units of the noise."""
+    """What even a right explanation may leave, in units of the noise: shares of the gap of the base and of
+    wind through a path that bends."""
     sigma = max(explanation.encoder_sigma, 1e-300)
     gap = float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma
     loose = explanation.display is not None or explanation.chaotic
-    return gap * (calibration.loose_share if loose else calibration.left_share)
+    share = calibration.loose_share if loose else calibration.left_share
+    return float(np.hypot(gap * share, calibration.bent_share * explanation.bent_gusts / sigma))
 
 
 def decide(
@@ -224,9 +231,9 @@ def decide(
         other = min(other, 1 - calibration.other_ceiling)
     centre = scores[explanation.labels] - calibration.handicap(explanation.labels)
     weights = {}
-    rounded = "encoder_quantization" in explanation.labels
+    rounded = ROUNDING in explanation.labels
     for key, value in scores.items():
-        if rounded and "encoder_quantization" not in key:
+        if rounded and ROUNDING not in key:
             continue
         weights[key] = float(
             np.exp(np.clip((value - calibration.handicap(key) - centre) / calibration.temperature, -700, 0.0))

@@ -25,7 +25,7 @@ from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
-from bayes_hw.gap.stochastic import JitterWhitener
+from bayes_hw.gap.stochastic import ROUNDING, JitterWhitener
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -68,7 +68,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     sigma = max(explanation.encoder_sigma, 1e-300)
     stochastic = explanation.stochastic
-    rounded = stochastic is not None and stochastic.label == "encoder_quantization"
+    rounded = stochastic is not None and stochastic.label == ROUNDING
     fit = explanation.fit
     found = [_line(residuals, white)]
     if not rounded:

@@ -72,7 +72,7 @@ def locate(
     known = tuple(effect for e in attribution.explanations for effect in e.fit.hypothesis.effects)
     named = [block_of(label, known) for label in answer if label != "other"]
     block = max(named, key=lambda b: share.get(b, 0.0)) if named else max(share, key=lambda b: share[b])
-    if answer == ("other",) and _looks_like_a_reading(left):
+    if answer == ("other",) and (_looks_like_a_reading(left) or not any(share.values())):
         block = "sensor"
     if not answer:
         block = "none"

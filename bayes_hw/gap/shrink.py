@@ -11,7 +11,7 @@ from scipy.stats import truncnorm
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.glitches import find_glitches
-from bayes_hw.gap.stochastic import MAX_AGE, HeldDisplay
+from bayes_hw.gap.stochastic import MAX_AGE, ROUNDING, HeldDisplay
 
 PROBABILITY = 0.94
 LOWER_TAIL = 0.03
@@ -66,7 +66,7 @@ class Closure:
 def hides_motion(explanation: Explanation) -> bool:
     """Whether errors of the readings alone, drift, rounding or glitches, hide the motion that is left."""
     stochastic = explanation.stochastic
-    return stochastic is not None and stochastic.label in ("encoder_quantization", "sensor_drift", "outliers")
+    return stochastic is not None and stochastic.label in (ROUNDING, "sensor_drift", "outliers")
 
 
 def moves_unseen(explanation: Explanation) -> bool:

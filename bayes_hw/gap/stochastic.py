@@ -27,6 +27,9 @@ from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
 from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
 
+ROUNDING = "encoder_quantization"
+"""The label of a fact rather than a hypothesis: a lattice of the measured values is seen."""
+
 MAX_AGE = 12
 LEAST_OF_SPEED = 0.3
 """Of what the speed alone makes of an untimely sample: where the expansion gives less, it ends."""
@@ -295,7 +298,7 @@ def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
     spread = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
     whitener = Plain(max(spread, 0.3 * sigma), totals[best])
     return StochasticFit(
-        "encoder_quantization",
+        ROUNDING,
         "",
         whitener,
         totals[best],

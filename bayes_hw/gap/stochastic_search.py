@@ -20,6 +20,7 @@ from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import (
+    ROUNDING,
     StochasticFit,
     autoregression,
     clock_jitter,
@@ -79,7 +80,7 @@ class StochasticSearch:
     @cached_property
     def lattice(self) -> bool:
         """Whether the records lie on a lattice, and rounding is in the catalogue."""
-        return "encoder_quantization" in self.labels and lattice_step(self.measured) > 0
+        return ROUNDING in self.labels and lattice_step(self.measured) > 0
 
     def rounded(self, host: Fit) -> bool:
         """Whether the records lie on a lattice well above the noise: a fact, no hypothesis."""

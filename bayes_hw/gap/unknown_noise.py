@@ -20,14 +20,11 @@ from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.plain_noise import CorrelatedPlain
-from bayes_hw.gap.stochastic import autoregression
+from bayes_hw.gap.stochastic import ROUNDING, autoregression
 from bayes_hw.gap.whitener import Plain
 
 SMALL_SHARE = 0.2
 """Of the base model's root mean square error: 4 % of its square."""
-
-FACT = "encoder_quantization"
-"""A lattice of the measured values is seen, not inferred from an error."""
 
 LARGEST_WANDER = 1.3
 """Growth of the plain error under coloured noise at which plain least squares is the better estimate."""
@@ -100,7 +97,7 @@ def without_small_seconds(attribution: Attribution) -> Attribution:
     kept = tuple(
         e
         for e in attribution.explanations
-        if len(e.labels) < 2 or FACT in e.labels or not any((label,) in enough for label in e.labels)
+        if len(e.labels) < 2 or ROUNDING in e.labels or not any((label,) in enough for label in e.labels)
     )
     return replace(attribution, explanations=kept)
 

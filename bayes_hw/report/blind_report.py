@@ -75,7 +75,8 @@ def _verdict(score: Score) -> str:
         if head[name].trials
     ]
     sentence = "; ".join(parts)
-    failed = f" {score.failed} cases gave no verdict." if score.failed else ""
+    cases = "case" if score.failed == 1 else "cases"
+    failed = f" {score.failed} {cases} gave no verdict." if score.failed else ""
     return f"{sentence[:1].upper()}{sentence[1:]}.{failed}"
 
 

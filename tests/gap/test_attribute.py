@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pytest
 from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, noisy, simulated_with
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
@@ -51,6 +52,26 @@ def test_rounding_is_held_against_the_response_beside_it() -> None:
     best = max(rounded, key=lambda e: e.log_evidence)
     assert best.labels == ("encoder_quantization", "transport_delay")
     assert abs(best.fit.values[-1] - 1.6) < 0.1
+
+
+@pytest.mark.parametrize("label", ["encoder_quantization", "timing_jitter"])
+def test_a_display_that_explains_all_ends_the_search(label: str) -> None:
+    """Readings in coarse steps, or one in three repeated, of an axis without a fault in its response: a free
+    form would follow some of either, but pairs of responses are not sought."""
+    measured = noisy(BASE.simulate(BASE.to_values(BASE.prior_means)))
+    rng = np.random.default_rng(6)
+    if label == "encoder_quantization":
+        measured = [8 * SIGMA * np.round(y / (8 * SIGMA)) for y in measured]
+    else:
+        measured = [held(y, rng.random(len(y)) < 0.33) for y in measured]
+    stages: list[str] = []
+    Attributor(BASE, measured, EFFECTS, frozenset({label}), rng, tell=stages.append).run()
+    assert "single effects" in stages and not any("pairs" in stage for stage in stages)
+
+
+def held(y: FloatArray, repeats: BoolArray) -> FloatArray:
+    """y with the sample before in the place of those in `repeats`."""
+    return y[np.maximum.accumulate(np.where(repeats, 0, np.arange(len(y))))]
 
 
 def test_a_second_slow_effect_does_not_pass_for_noise() -> None:

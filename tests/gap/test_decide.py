@@ -25,7 +25,8 @@ LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(
     temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, slow_pair_share=0.1,
     left_surprise=40.0, slow_left_surprise=15.0, left_size=0.3, left_share=0.05, loose_share=0.3,
-    left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999, other_ceiling=0.999)  # fmt: skip
+    bent_share=0.2, left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999,
+    other_ceiling=0.999)  # fmt: skip
 
 
 @dataclass
@@ -41,6 +42,7 @@ class Stub:
     lost_motion: bool = False
     strained: bool = False
     display: Any = None
+    bent_gusts: float = 0.0
 
     @property
     def fit(self) -> Any:
@@ -131,18 +133,24 @@ def test_error_removed_does_not_count_where_a_base_far_off_made_up_for_it(
     assert len(chosen(Stub((), 0, rmse=2.0), friction, backlash, both)) == named
 
 
-@pytest.mark.parametrize(("evidence", "strained", "answer"), [
-    (260, False, ("backlash", "friction")), (240, False, ("backlash",)), (260, True, ("backlash",)),
+@pytest.mark.parametrize(("evidence", "strained", "alone_too", "answer"), [
+    (260, False, False, ("backlash", "friction")),
+    (240, False, False, ("backlash",)),
+    (260, True, False, ("backlash",)),
+    (260, True, True, ("backlash", "friction")),
+    (240, True, True, ("backlash",)),
 ])  # fmt: skip
 def test_beside_chaos_a_second_effect_must_be_far_ahead(
-    evidence: float, strained: bool, answer: tuple[str, ...]
+    evidence: float, strained: bool, alone_too: bool, answer: tuple[str, ...]
 ) -> None:
-    """By more than small changes of a chaotic motion make, and without base parameters far off."""
+    """By more than small changes of a chaotic motion make, and without base parameters that either effect
+    alone does not need as far off."""
     wind = SimpleNamespace(label="wind", size=4.0, display=None)
     lost = {"rmse": 4.0, "stochastic": wind, "chaotic": True, "lost_motion": True}
-    alone = Stub(("backlash",), 200, **lost)
+    alone = Stub(("backlash",), 200, strained=alone_too, **lost)
     both = Stub(("backlash", "friction"), evidence, strained=strained, **lost)
-    assert chosen(Stub((), 0), alone, Stub(("friction",), 100), both) == answer
+    friction = Stub(("friction",), 100, strained=alone_too)
+    assert chosen(Stub((), 0), alone, friction, both) == answer
 
 
 def test_rounded_data_are_rounded() -> None:
@@ -216,6 +224,8 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     rounded = Stub(("timing_jitter",), 9, rmse=1.0, display=object())
     gap = 24**0.5
     assert expected(base, plain) == pytest.approx(CONSTANTS.left_share * gap)
+    bent = Stub(("cubic_stiffness", "wind"), 9, rmse=1.0, bent_gusts=3.0)
+    assert expected(base, bent) == pytest.approx(np.hypot(CONSTANTS.left_share * gap, 0.2 * 3.0))
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
 
 

@@ -11,8 +11,15 @@ from fitted import SAMPLES, base, with_residuals
 
 from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import LARGEST_STRAIN, with_stochastic
-from bayes_hw.gap.stochastic import StochasticFit, autoregression
+from bayes_hw.gap.effects.linear import CubicStiffness
+from bayes_hw.gap.explanation import (
+    LARGEST_STRAIN,
+    REPEATS_MARGIN,
+    Explanation,
+    repeats_far_ahead,
+    with_stochastic,
+)
+from bayes_hw.gap.stochastic import HeldDisplay, RoundedDisplay, StochasticFit, autoregression
 
 
 def test_a_fit_that_ran_away_has_no_evidence() -> None:
@@ -59,3 +66,36 @@ def test_base_parameters_far_from_the_nominal_strain_an_explanation(moved: float
     found = StochasticFit("outliers", "", noise, noise.log_likelihood, {})
     host = replace(fit, hypothesis=hypothesis, coordinates=at)
     assert replace(with_stochastic(found, fit), fit=host).strained == strained
+
+
+def shown(label: str, display: HeldDisplay | RoundedDisplay | None, log_evidence: float) -> Explanation:
+    fit = with_residuals([white(SAMPLES, SIGMA, 0)])
+    noise = autoregression(fit)
+    found = StochasticFit(label, "", noise, noise.log_likelihood, {}, display)
+    return replace(with_stochastic(found, fit), log_evidence=log_evidence)
+
+
+def test_repeats_are_far_ahead_of_everything_fresh_or_not_at_all() -> None:
+    """Rounding is a fact of its own and counts among what does not repeat."""
+    held = shown("timing_jitter", HeldDisplay(()), 0.0)
+    rounded = RoundedDisplay(0.1, 0.0, SIGMA)
+    for other in (shown("wind", None, 0.0), shown("encoder_quantization", rounded, 0.0)):
+        assert not repeats_far_ahead([other, replace(held, log_evidence=REPEATS_MARGIN - 1)])
+        assert repeats_far_ahead([other, replace(held, log_evidence=REPEATS_MARGIN + 1)])
+        assert not repeats_far_ahead([other])
+    assert shown("encoder_quantization", rounded, 0.0).rounded and not held.rounded
+
+
+@pytest.mark.parametrize(("effect", "label", "gusts"), [
+    (CubicStiffness(), "wind", 0.3),
+    (CubicStiffness(), "sensor_drift", 0.0),
+    (KinematicBacklash(), "wind", 0.0),
+])  # fmt: skip
+def test_wind_counts_as_bent_where_the_effect_changes_its_path(
+    effect: Effect, label: str, gusts: float
+) -> None:
+    fit = with_residuals([white(SAMPLES, SIGMA, 0), white(SAMPLES, SIGMA, 1)])
+    noise = autoregression(fit)
+    found = StochasticFit(label, "", noise, noise.log_likelihood, {}, size=0.3)
+    moved = replace(fit, hypothesis=base().with_effect(effect), coordinates=np.append(fit.coordinates, 0.0))
+    assert replace(with_stochastic(found, fit), fit=moved).bent_gusts == gusts

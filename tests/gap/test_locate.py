@@ -85,6 +85,12 @@ def test_the_block_is_that_of_the_answer(answer: tuple[str, ...], block: str) ->
     assert locate(found, answer, [], INPUTS, SIGMA).block == block
 
 
+def test_what_no_function_of_the_motion_takes_is_the_sensor() -> None:
+    """Another cause in what is white noise to the blocks: the response is right, the reading is not."""
+    left = [Leftover("step", 700.0, 1.3)]
+    assert locate(attribution(noise()), ("other",), left, INPUTS, SIGMA).block == "sensor"
+
+
 def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
     """Where nothing is named and what is left is in single samples."""
     found = attribution(noise(), friction=100.0)

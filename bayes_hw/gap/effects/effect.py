@@ -29,7 +29,8 @@ class Effect(ABC):
     the catalogue, `form` tells forms of one label apart, `test_values` are parameters that a test can use,
     `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
     screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations,
-    `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic.
+    `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic,
+    `bends_path` that the resonances by which a load torque reaches the encoder change with the motion.
     """
 
     label: ClassVar[str]
@@ -40,6 +41,7 @@ class Effect(ABC):
     starts_tried: ClassVar[int] = 1
     derivative_step: ClassVar[float] = 3e-4
     chaotic: ClassVar[bool] = False
+    bends_path: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
