@@ -2,8 +2,9 @@
 
 Cases that carry one effect each are diagnosed twice without their truth: with the whole catalogue, and with
 the entry of that effect struck from it. Without the entry the answer must be `other`, or a label that
-cannot be told from the missing one, and the block right; with it the gap must shrink. Finished cases stay in
-OUT/work until the results are written, so that a run that was stopped goes on.
+cannot be told from the missing one, the block right, and the free residual must show what is missing, held
+against the truth; with it the gap must shrink. Finished cases stay in OUT/work until the results are
+written, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -18,11 +19,15 @@ from study import Study, start_study
 from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import Evidence
-from bayes_hw.gap.blind.leave_out import LeftOut, left_out
+from bayes_hw.gap.blind.leave_out import LeftOut, left_out, shown_share
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
+from bayes_hw.gap.diagnosis import FREE_RESIDUAL
+from bayes_hw.plant.case import make_case
+from bayes_hw.plant.kinds import KINDS
 from bayes_hw.report.leave_out_report import leave_out_report
 
 EACH = 6
+KIND = "easy"
 
 
 def main() -> None:
@@ -32,14 +37,15 @@ def main() -> None:
     for number, label in enumerate(labels):
         complete = evidence_of(study, number, label, {})
         struck = evidence_of(study, number, label, {"without": label})
-        rows.append(left_out(label, complete, struck))
+        rows.append(left_out(label, complete, struck, shown_shares(study, number, label)))
     study.write_document(leave_out_report(rows, study.origin()))
     study.write_results({"entries": [row_to_dict(row) for row in rows]})
     shutil.rmtree(study.out / "work")
     for row in rows:
         print(
             f"{row.label:22} other or confusable {row.acceptable.hits}/{row.acceptable.trials}, block"
-            f" {row.block.hits}/{row.block.trials}, closed {row.closed_without:.2f} -> {row.closed_with:.2f}"
+            f" {row.block.hits}/{row.block.trials}, shown {row.shown:.2f},"
+            f" closed {row.closed_without:.2f} -> {row.closed_with:.2f}"
         )
 
 
@@ -48,8 +54,8 @@ def evidence_of(study: Study, number: int, label: str, options: Mapping[str, str
     return check_blind(
         study.out / "work" / label,
         study.part_of(EACH),
-        REPORT_SEEDS.start + 700 + 20 * study.seed + number,
-        "easy",
+        seed_of(study, number),
+        KIND,
         labels=[[label]],
         options=options,
         diagnosis=study.diagnosis,
@@ -58,10 +64,24 @@ def evidence_of(study: Study, number: int, label: str, options: Mapping[str, str
     )
 
 
+def seed_of(study: Study, number: int) -> int:
+    """The seed of the set of the label of this number."""
+    return REPORT_SEEDS.start + 700 + 20 * study.seed + number
+
+
+def shown_shares(study: Study, number: int, label: str) -> list[float]:
+    """What the free residuals show of what is missing, of every case that was answered `other`."""
+    found = []
+    for path in sorted((study.out / "work" / label).glob(f"verdicts_*_without_{label}/*/{FREE_RESIDUAL}")):
+        index = int(path.parent.name.removeprefix("case_"))
+        found.append(shown_share(make_case(seed_of(study, number), index, KINDS[KIND], [label]), path))
+    return found
+
+
 def row_to_dict(row: LeftOut) -> dict[str, object]:
     """For results.json: a closed fraction that is not known is null."""
     content = asdict(row)
-    for name in ("closed_without", "closed_with"):
+    for name in ("closed_without", "closed_with", "shown"):
         content[name] = content[name] if np.isfinite(content[name]) else None
     return content
 

@@ -35,7 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="labels to strike from the catalogue of effects",
     )
     parser.add_argument("--no-report", action="store_true", help="leave out report.html and report.pdf")
-    add_output(parser, "folder for verdict.json, holdout_prediction.csv, report.html, report.pdf")
+    add_output(
+        parser,
+        "folder for verdict.json, holdout_prediction.csv, report.html, report.pdf; where the answer is other,"
+        " free_residual.csv too: the missing force over time",
+    )
     add_common(parser)
 
 

@@ -34,6 +34,7 @@ from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.latent_force import free_residual
 from bayes_hw.gap.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
@@ -66,6 +67,8 @@ RIVAL_FITS = 3
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which another answer must predict left-out blocks better to be spoken of."""
+
+FREE_RESIDUAL = "free_residual.csv"
 
 SECONDS_FOR_DRAWS = 20.0
 CHAOS_IN_NOISE = 0.1
@@ -370,7 +373,7 @@ def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without:
 
 
 def write_results(diagnosis: Diagnosis, out: Path) -> None:
-    """verdict.json and holdout_prediction.csv."""
+    """verdict.json and holdout_prediction.csv; where the answer is `other`, free_residual.csv too."""
     out.mkdir(parents=True, exist_ok=True)
     columns = {
         "t": diagnosis.case.holdout[0].t,
@@ -380,4 +383,9 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
         "hi": diagnosis.high,
     }
     write_csv(out / "holdout_prediction.csv", columns)
+    if diagnosis.verdict.answer == (OTHER,):
+        noise = diagnosis.decision.explanation.encoder_noise
+        write_csv(out / FREE_RESIDUAL, free_residual(diagnosis.attribution.base.fit, noise))
+    else:
+        (out / FREE_RESIDUAL).unlink(missing_ok=True)
     diagnosis.verdict.write(out / "verdict.json")

@@ -11,7 +11,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import ROUNDING, Display, StochasticFit, autoregression
+from bayes_hw.gap.whitener import Autoregression, no_glitches
 
 NOISE_ROUNDS = 2
 
@@ -82,6 +84,20 @@ class Explanation:
     def rounded(self) -> bool:
         """Whether the encoder rounds: a fact where the records lie on a lattice, no hypothesis."""
         return self.display is not None and ROUNDING in self.labels
+
+    @property
+    def encoder_noise(self) -> Autoregression:
+        """First-order noise of the encoder alone, without what a stochastic effect or coloured residuals of a
+        model that lacks something add to it."""
+        whitener, sigma = self.fit.whitener, self.encoder_sigma
+        correlation = 0.0
+        if isinstance(whitener, StateNoise):
+            correlation = float(whitener.transition[-1, -1])
+        elif isinstance(whitener, Autoregression) and len(whitener.coefficients) == 1:
+            correlation = float(whitener.coefficients[0])
+        gaps = whitener.glitches if isinstance(whitener, Autoregression) else no_glitches(self.fit.residuals)
+        innovation = sigma * float(np.sqrt(1 - correlation**2))
+        return Autoregression(np.array([correlation]), innovation, sigma, float("nan"), gaps)
 
     @property
     def chaotic(self) -> bool:

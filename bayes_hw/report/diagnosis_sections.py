@@ -96,7 +96,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
         regimes_and_coherences(where.regimes, where.coherences, where.regime),
         time_segments(where.segments),
         latent_force_figure(
-            latent_force(base, loudest),
+            latent_force(base, loudest, explanation.encoder_noise),
             diagnosis.case.train[loudest].name,
             (diagnosis.case.model.units.output, diagnosis.case.model.units.time),
         ),

@@ -11,7 +11,7 @@ from bayes_hw.report.document import Figure
 from bayes_hw.report.drawing import drawing_settings, finished, new_canvas, with_unit
 from bayes_hw.report.palette import BAND_NOISE, INK, MODEL, MUTED
 
-BINS = 18
+SPEED_BINS, PLACE_BINS = 18, 60
 FEWEST = 10
 """Samples that a bin must hold to be drawn."""
 
@@ -30,10 +30,10 @@ def latent_force_figure(found: LatentForce, record_name: str, units: tuple[str, 
         whole.set_xlabel(with_unit("time", time))
         whole.set_ylabel(with_unit("missing force", found.unit))
         by_speed, by_place = canvas.add_subplot(grid[1, 0]), canvas.add_subplot(grid[1, 1])
-        _binned(by_speed, found.speed, found.mean)
+        _binned(by_speed, found.speed, found.mean, SPEED_BINS)
         by_speed.set_xlabel(with_unit("speed", f"{output}/{time}"))
         by_speed.set_ylabel(with_unit("missing force", found.unit))
-        _binned(by_place, found.position, found.mean)
+        _binned(by_place, found.position, found.mean, PLACE_BINS)
         by_place.set_xlabel(with_unit("position", output))
         return finished(
             canvas,
@@ -45,11 +45,11 @@ def latent_force_figure(found: LatentForce, record_name: str, units: tuple[str, 
         )
 
 
-def _binned(axes: Axes, x: FloatArray, force: FloatArray) -> None:
+def _binned(axes: Axes, x: FloatArray, force: FloatArray, bins: int) -> None:
     low, high = np.quantile(x, [0.01, 0.99])
-    edges = np.linspace(float(low), float(high), BINS + 1)
+    edges = np.linspace(float(low), float(high), bins + 1)
     index = np.digitize(x, edges) - 1
-    rows = [(i, force[index == i]) for i in range(BINS) if np.sum(index == i) >= FEWEST]
+    rows = [(i, force[index == i]) for i in range(bins) if np.sum(index == i) >= FEWEST]
     middle = np.array([0.5 * (edges[i] + edges[i + 1]) for i, _ in rows])
     lower, upper = (np.array([np.quantile(f, q) for _, f in rows]) for q in (0.25, 0.75))
     axes.fill_between(middle, lower, upper, color=BAND_NOISE, linewidth=0)

@@ -51,6 +51,9 @@ def leave_out_report(rows: Sequence[LeftOut], provenance: Provenance) -> Report:
                         "Closed is the true fraction of the squared error of the hold-out that is removed, on"
                         " its noise-free angle. Stochastic effects and those that the angle does not show"
                         " (wind, drift, rounding, glitches, held samples) cannot be closed by a simulator."
+                        " The free residual is a free force at the drive, over time, on the training"
+                        " records: what enters the reading sample by sample (glitches, rounding, jitter)"
+                        " is no force's doing."
                     ),
                 ),
             ),
@@ -85,20 +88,30 @@ def closures(rows: Sequence[LeftOut]) -> Figure:
 
 def _table(rows: Sequence[LeftOut]) -> Table:
     return Table(
-        ("effect", "other", "other or confusable", "block right", "closed without", "closed with"),
+        (
+            "effect",
+            "other",
+            "other or confusable",
+            "block right",
+            "missing response shown",
+            "closed without",
+            "closed with",
+        ),
         tuple(
             (
                 row.label,
                 f"{row.other.hits} of {row.other.trials}",
                 share_text(row.acceptable),
                 f"{row.block.hits} of {row.block.trials}",
+                _percent(row.shown),
                 _percent(row.closed_without),
                 _percent(row.closed_with),
             )
             for row in rows
         ),
-        "Answers and blocks with the entry struck; closed fractions without and with it.",
-        (4, 5),
+        "Answers and blocks with the entry struck; share of the missing response that the free residual"
+        " then shows; closed fractions without and with it.",
+        (4, 5, 6),
     )
 
 

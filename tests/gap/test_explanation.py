@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drive_axis import SIGMA, white
-from fitted import SAMPLES, base, with_residuals
+from fitted import SAMPLES, base, explained, with_residuals
+from scipy.signal import lfilter
 
 from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
 from bayes_hw.gap.effects.effect import Effect
@@ -19,7 +20,9 @@ from bayes_hw.gap.explanation import (
     repeats_far_ahead,
     with_stochastic,
 )
+from bayes_hw.gap.state_noise import walking_noise
 from bayes_hw.gap.stochastic import HeldDisplay, RoundedDisplay, StochasticFit, autoregression
+from bayes_hw.gap.whitener import fit_autoregression, no_glitches
 
 
 def test_a_fit_that_ran_away_has_no_evidence() -> None:
@@ -99,3 +102,21 @@ def test_wind_counts_as_bent_where_the_effect_changes_its_path(
     found = StochasticFit(label, "", noise, noise.log_likelihood, {}, size=0.3)
     moved = replace(fit, hypothesis=base().with_effect(effect), coordinates=np.append(fit.coordinates, 0.0))
     assert replace(with_stochastic(found, fit), fit=moved).bent_gusts == gusts
+
+
+def test_encoder_noise_is_what_is_left_beside_every_cause() -> None:
+    """First-order noise of its own correlation; beside slow noise that of the encoder alone; white where the
+    residuals ask for a higher order, as those of a model that lacks something do."""
+    rng = np.random.default_rng(8)
+    coloured = lfilter([1.0], [1.0, -0.6], rng.standard_normal(6000))
+    fit = with_residuals([coloured])
+    alone = replace(explained([coloured]), fit=replace(fit, whitener=autoregression(fit)))
+    assert alone.encoder_noise.coefficients == pytest.approx([0.6], abs=0.04)
+    assert alone.encoder_noise.sigma == pytest.approx(np.std(coloured), rel=0.05)
+    walk = walking_noise(0.5, 0.3, 0.01)
+    found = StochasticFit("sensor_drift", "random walk", walk, 0.0, {}, encoder_sigma=0.5, size=2.0)
+    beside = with_stochastic(found, fit).encoder_noise
+    assert beside.sigma == 0.5 and beside.coefficients == pytest.approx([0.3])
+    assert beside.innovation_sigma == pytest.approx(0.5 * np.sqrt(1 - 0.3**2))
+    second_order = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 2)
+    assert replace(alone, fit=replace(fit, whitener=second_order)).encoder_noise.coefficients == [0.0]

@@ -79,7 +79,15 @@ def test_power_report_states_bounds_in_words() -> None:
 
 def test_leave_out_report_counts() -> None:
     row = LeftOut(
-        "wind", Share(3, 4), Share(4, 4), Share(2, 4), Share(4, 4), 0.1, 0.8, (("other", 3), ("friction", 1))
+        "wind",
+        Share(3, 4),
+        Share(4, 4),
+        Share(2, 4),
+        Share(4, 4),
+        0.1,
+        0.8,
+        0.9,
+        (("other", 3), ("friction", 1)),
     )
     shown = texts(leave_out_report([row], ORIGIN))
     assert "4 of 4" in shown

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.gap.blind.counts import BLOCKS, Share, answer_name, named_right, share, true_closure
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
+from bayes_hw.plant.case import BlindCase
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,9 @@ class LeftOut:
 
     `other` counts answers `other` without the entry, `acceptable` those and answers that the verdict with the
     entry calls confusable with the label; `answers` are the answers without it, most frequent first. The
-    closures are medians of the true closed fraction of the hold-out (NaN without a prediction).
+    closures are medians of the true closed fraction of the hold-out (NaN without a prediction), `shown` that
+    of the share of the missing response that the free residual without the entry shows (NaN where no answer
+    was `other`).
     """
 
     label: str
@@ -27,11 +32,15 @@ class LeftOut:
     named_with: Share
     closed_without: float
     closed_with: float
+    shown: float
     answers: tuple[tuple[str, int], ...]
 
 
-def left_out(label: str, complete: Evidence, struck: Evidence) -> LeftOut:
-    """Compare the verdicts on the same cases with the whole catalogue and with `label` struck from it."""
+def left_out(label: str, complete: Evidence, struck: Evidence, shown: Sequence[float]) -> LeftOut:
+    """Compare the verdicts on the same cases with the whole catalogue and with `label` struck from it.
+
+    `shown` is the `shown_share` of every case that has one.
+    """
     cases = [
         (truth, full, lacking)
         for truth, full, lacking in zip(complete.truths, complete.verdicts, struck.verdicts, strict=True)
@@ -45,6 +54,7 @@ def left_out(label: str, complete: Evidence, struck: Evidence) -> LeftOut:
         named_with=share(named_right(t, v) for t, v, _ in cases),
         closed_without=_median_closure([(t, v) for t, _, v in cases]),
         closed_with=_median_closure([(t, v) for t, v, _ in cases]),
+        shown=_median(shown),
         answers=tuple(Counter(answer_name(v.answer) for _, _, v in cases).most_common()),
     )
 
@@ -56,7 +66,20 @@ def acceptable(label: str, full: CaseVerdict, lacking: CaseVerdict) -> bool:
     return len(lacking.answer) == 1 and frozenset((label, *lacking.answer)) in full.confusable
 
 
+def shown_share(case: BlindCase, free_residual: Path) -> float:
+    """Share of what the base model lacks on the training records that free_residual.csv shows of it.
+
+    One minus the squared error of its response over the squared response that is missing, free of noise.
+    """
+    table = np.genfromtxt(free_residual, delimiter=",", names=True)
+    missing = np.concatenate([record.without_noise for record in case.train]) - table["before"]
+    return 1 - float(np.sum((missing - table["response"]) ** 2) / np.sum(missing**2))
+
+
 def _median_closure(cases: list[tuple[CaseTruth, CaseVerdict]]) -> float:
-    closures = [true_closure(truth, verdict) for truth, verdict in cases]
-    known = [closure for closure in closures if np.isfinite(closure)]
+    return _median([true_closure(truth, verdict) for truth, verdict in cases])
+
+
+def _median(values: Sequence[float]) -> float:
+    known = [value for value in values if np.isfinite(value)]
     return float(np.median(known)) if known else float("nan")
