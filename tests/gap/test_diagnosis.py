@@ -112,6 +112,20 @@ def test_writes_both_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> 
     assert {path.name for path in out.iterdir()} == {"verdict.json", "holdout_prediction.csv"}
 
 
+def test_the_missing_force_is_written_for_other_alone(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    """Both training records, one below the other; gone with the next answer of another kind."""
+    other = replace(diagnosis, verdict=replace(diagnosis.verdict, answer=("other",)))
+    write_results(other, tmp_path)
+    with (tmp_path / "free_residual.csv").open(encoding="utf-8") as lines:
+        rows = list(csv.DictReader(lines))
+    assert [row["record"] for row in rows] == ["0"] * SAMPLES + ["1"] * SAMPLES
+    residual = np.concatenate(diagnosis.attribution.base.fit.residuals)
+    shown = np.array([float(row["response"]) for row in rows])
+    assert np.mean((residual - shown) ** 2) < 0.5 * np.mean(residual**2)
+    write_results(diagnosis, tmp_path)
+    assert not (tmp_path / "free_residual.csv").exists()
+
+
 def test_held_out_outputs_are_never_fitted(case: Case, diagnosis: Diagnosis) -> None:
     """Another output of the record held out: predictions and parameters stay, the score moves."""
     held = case.holdout[0]
