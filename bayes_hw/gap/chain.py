@@ -28,6 +28,9 @@ STATIC_COUNT = GAIN = 3
 
 KEPT = 24
 
+W, MOTOR_ANGLE, MOTOR_SPEED = range(3)
+"""Rows of the outputs of a path."""
+
 
 CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
 TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray, ComplexArray]
@@ -140,7 +143,7 @@ class ChainBuilder:
         if resonator is not None:
             own = np.concatenate([torque_path[0].astype(np.complex128), torque_path[3]])
             s, r = train.with_resonator(system, resonator, own)
-        outputs = np.concatenate([r[None], r * train.ratios(s, resonator)])
+        outputs = turning_together(s, np.concatenate([r[None], r * train.ratios(s, resonator)]))
         real = s.imag == 0
         return Chain(
             (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
@@ -151,6 +154,27 @@ class ChainBuilder:
             train.stiffness,
             train.contact_damping,
         )
+
+
+def turning_together(poles: ComplexArray, outputs: ComplexArray) -> ComplexArray:
+    """`outputs` (4, n) with the motor at the load's speed whenever the command has been constant for long.
+
+    The fastest real pole, that of the velocity loop, lies near the zero of the gear's damping. There w shows
+    next to nothing of it while the motor's ratio to w is nearly infinite, so that a damping a few per cent
+    off would have the motor turn at another speed than the load. Both turn at the residue of the integrator;
+    without one, or without such a pole, nothing is changed.
+    """
+    real = (poles.imag == 0) & (poles != 0)
+    if not np.any(real) or not np.any(poles == 0):
+        return outputs
+    fastest = int(np.argmax(np.where(real, np.abs(poles), 0.0)))
+    others = (poles != 0) & (np.arange(len(poles)) != fastest)
+    each = outputs[MOTOR_SPEED, others] / poles[others]
+    settled = np.sum(np.where(poles[others].imag == 0, each.real, 2 * each.real))
+    turned = outputs.copy()
+    turned[MOTOR_SPEED, fastest] = -poles[fastest] * (outputs[W, poles == 0].real.sum() + settled)
+    turned[MOTOR_ANGLE, fastest] = turned[MOTOR_SPEED, fastest] / poles[fastest]
+    return turned
 
 
 def _torque_path(torques: TorqueSystem) -> TorquePath:

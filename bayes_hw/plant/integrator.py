@@ -4,7 +4,7 @@ One step integrates the linear part exactly (matrix exponential, inputs held) an
 Heun's rule on top of it (exponential time differencing, Cox and Matthews, doi 10.1006/jcph.2002.6995, without
 their higher stages). Dry friction is a set-valued force: the torque that would stop the body within the step,
 limited to what friction can give, so that it sticks exactly (Moreau's time stepping,
-doi 10.1007/978-3-7091-2624-0_1).
+doi 10.1007/978-3-7091-2624-0_1); bristles bend at the speed at which the step ends.
 """
 
 from __future__ import annotations
@@ -33,6 +33,9 @@ from bayes_hw.plant.drive_train import (
 
 EXTERNAL_MOTOR, EXTERNAL_LOAD, EXTERNAL_STRUCTURE, EXTERNAL_BRAKE, EXTERNAL_GAIN, EXTERNAL_BIAS = range(6)
 EXTERNALS = 6
+
+BISECTIONS = 40
+"""For the speed at which a step with bristles ends."""
 
 
 class Friction(NamedTuple):
@@ -157,6 +160,23 @@ def _torques(
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
+def _sliding(speed: float, friction: Friction) -> float:
+    """Stribeck's curve."""
+    if friction.static <= friction.coulomb:
+        return friction.coulomb
+    fallen = math.exp(-((speed / friction.stribeck_speed) ** 2))
+    return friction.coulomb + (friction.static - friction.coulomb) * fallen
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _lugre(speed: float, friction: Friction, bristle: float, step: float) -> tuple[float, float]:
+    """Torque and deflection of bristles at the end of a step that ends at `speed`."""
+    relaxation = friction.bristle_stiffness * abs(speed) / _sliding(speed, friction)
+    new = (bristle + step * speed) / (1.0 + step * relaxation)
+    return -friction.bristle_stiffness * new - friction.bristle_damping * (new - bristle) / step, new
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def _rub(
     x: FloatArray,
     speed: int,
@@ -167,21 +187,29 @@ def _rub(
     step: float,
 ) -> float:
     """Apply dry friction to the body whose speed is x[speed], whose answer to unit torque over the step is
-    `response`; the new bristle deflection."""
-    free = x[speed]
-    level = friction.coulomb
-    if friction.static > friction.coulomb:
-        level += (friction.static - friction.coulomb) * math.exp(-((free / friction.stribeck_speed) ** 2))
-    if friction.bristle_stiffness > 0.0 and level > 0.0:
-        relaxation = friction.bristle_stiffness * abs(free) / level
-        new = (bristle + step * free) / (1.0 + step * relaxation)
-        torque = -friction.bristle_stiffness * new - friction.bristle_damping * (new - bristle) / step
+    `response`; the new bristle deflection.
+
+    Bristles bend at the speed at the end of the step, which their own torque decides: that of a body without
+    friction would have them slide while it sticks.
+    """
+    free, answer = x[speed], response[speed]
+    if friction.bristle_stiffness > 0.0 and friction.coulomb > 0.0:
+        reach = answer * (friction.bristle_stiffness + friction.bristle_damping / step)
+        reach *= abs(bristle) + step * abs(free) + friction.static / friction.bristle_stiffness
+        low, high = free - reach, free + reach
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            if middle - free - answer * _lugre(middle, friction, bristle, step)[0] > 0.0:
+                high = middle
+            else:
+                low = middle
+        torque, new = _lugre(0.5 * (low + high), friction, bristle, step)
     else:
         new = 0.0
-        level += extra
+        level = _sliding(free, friction) + extra
         if level == 0.0:
             return new
-        torque = min(max(-free / response[speed], -level), level)
+        torque = min(max(-free / answer, -level), level)
     for i in range(STATES):
         x[i] += response[i] * torque
     return new

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from drive_axis import LOAD_SPEED, MOTOR_SPEED, RATE, command, drive_axis, hypothesis
+from drive_axis import LOAD_SPEED, MOTOR_SPEED, RATE, KnownTrain, command, drive_axis, hypothesis
 from slow_reference import (
     Setting,
     Torques,
@@ -24,6 +25,7 @@ from slow_reference import (
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.drive_train import DriveTrain
 from bayes_hw.gap.effects.catalogue import (
     CommandBias,
     CoulombFrictionAtLoad,
@@ -329,3 +331,22 @@ def test_errors_behind_the_dead_zone() -> None:
     shown = simulated(ReadingEccentricity(), (sine, cosine, period))[1]
     x = 2 * np.pi * w / period
     np.testing.assert_allclose(shown, plain + sine * np.sin(x) + cosine * (np.cos(x) - 1), atol=1e-9)
+
+
+@pytest.mark.parametrize("off", [0.95, 1.05])
+def test_motor_and_load_turn_together_though_the_gear_damping_is_a_little_off(off: float) -> None:
+    """The zero of the gear's damping lies on the pole of the velocity loop, where the motor's ratio to w has
+    a pole of its own: with the damping read back 5 % off, friction at the motor is still nearly that of the
+    drive train itself."""
+    exact = KnownTrain(kp=330.0, ki=3300.0, c=0.00315)
+    axis = drive_axis(exact)
+    found = hypothesis(axis, [U], CoulombFrictionAtMotor())
+    start = np.concatenate([found.builder.axis.nominal, (8.0, 0.02)])
+    logs = {factor: exact.logs + np.log(factor) * (np.arange(len(exact.logs)) == 6) for factor in (1.0, off)}
+    w: dict[float, FloatArray] = {}
+    for factor, log in logs.items():
+        builder = ChainBuilder(axis)
+        builder._train = lambda _, log=log: DriveTrain(log, 1.0, 0.0)  # type: ignore[assignment, misc]
+        w[factor] = replace(found, builder=builder).simulate_signals(start)[0][0]
+    rubbed = np.sqrt(np.mean((w[1.0] - axis.simulate(U).w) ** 2))
+    assert np.sqrt(np.mean((w[off] - w[1.0]) ** 2)) < 0.1 * rubbed

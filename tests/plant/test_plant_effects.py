@@ -7,6 +7,7 @@ import pytest
 from plant_axes import an_axis
 
 from bayes_hw.gap.blind.counts import BLOCKS
+from bayes_hw.plant.drive_train import MOTOR_SPEED, STATES
 from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
 from bayes_hw.plant.effects.command import RateLimit
 from bayes_hw.plant.effects.disturbance import Wind, davenport_spectrum, kaimal_spectrum
@@ -14,7 +15,7 @@ from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
 from bayes_hw.plant.excitation import steps_and_triangles
-from bayes_hw.plant.integrator import EXTERNAL_LOAD, Friction
+from bayes_hw.plant.integrator import EXTERNAL_LOAD, Friction, _rub
 from bayes_hw.plant.run import Axis, Run
 
 SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.05, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
@@ -164,3 +165,24 @@ def test_the_rail_leaves_the_axis_one_place_to_rest() -> None:
             assert steepest <= 1.001 * SCALES.torque / SCALES.twist
         else:
             assert ripple.largest * ripple.torque == pytest.approx(8 * SCALES.torque)
+
+
+def test_bristles_hold_like_a_spring_and_slide_at_the_coulomb_level() -> None:
+    """LuGre's friction of one body of unit inertia: a torque below the level bends it to where its spring
+    holds, and a body that slides is slowed by the level."""
+    stiffness = (2 * np.pi * 12) ** 2
+    friction = Friction(20.0, 20.0, 1.0, stiffness, 0.1 * np.sqrt(stiffness))
+    step, response = 1e-3, np.zeros(STATES)
+    response[MOTOR_SPEED] = step
+    x, bristle = np.zeros(STATES), 0.0
+    for _ in range(4000):
+        x[MOTOR_SPEED] += step * 8.0
+        bristle = _rub(x, MOTOR_SPEED, response, friction, 0.0, bristle, step)
+    assert stiffness * bristle == pytest.approx(8.0, rel=0.02) and abs(x[MOTOR_SPEED]) < 1e-3
+    sliding = np.zeros(STATES)
+    sliding[MOTOR_SPEED], bristle, speeds = 3.0, 0.0, []
+    for _ in range(100):
+        bristle = _rub(sliding, MOTOR_SPEED, response, friction, 0.0, bristle, step)
+        speeds.append(sliding[MOTOR_SPEED])
+    assert -np.diff(speeds)[-20:] / step == pytest.approx(20.0, rel=1e-3)
+    assert stiffness * bristle == pytest.approx(20.0, rel=1e-3)
