@@ -42,8 +42,8 @@ FREQUENCIES = 40
 LARGEST_MISFIT = 0.2
 """Relative misfit of the frequency response above which G is not that of this drive train."""
 
-MISFIT_ROUNDS = 7
-ROUNDS_FROM_NEAR = 4
+MISFIT_ROUNDS = 14
+ROUNDS_FROM_NEAR = 10
 STEPS_PER_ROUND = 3
 FIRST_MISFIT = 0.03
 SMALLEST_MISFIT = 1e-6
