@@ -143,7 +143,9 @@ class ChainBuilder:
         if resonator is not None:
             own = np.concatenate([torque_path[0].astype(np.complex128), torque_path[3]])
             s, r = train.with_resonator(system, resonator, own)
-        outputs = turning_together(s, np.concatenate([r[None], r * train.ratios(s, resonator)]))
+        outputs = np.concatenate([r[None], r * train.ratios(s, resonator)])
+        if isinstance(train, DriveTrain):
+            outputs = turning_together(s, outputs)
         real = s.imag == 0
         return Chain(
             (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
