@@ -10,6 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.chain_kernel import MOTOR_ANGLE, MOTOR_SPEED, W
 from bayes_hw.gap.drive_train import (
     ContinuousPoles,
     DriveTrain,
@@ -27,10 +28,6 @@ STATIC_COUNT = GAIN = 3
 """Base parameters before those of G: both limits and the dead zone; the row of the gain, its first."""
 
 KEPT = 24
-
-W, MOTOR_ANGLE, MOTOR_SPEED = range(3)
-"""Rows of the outputs of a path."""
-
 
 CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
 TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray, ComplexArray]

@@ -43,6 +43,7 @@ from bayes_hw.gap.repeats import repeats
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,
+    NORMAL_HALF_WIDTH,
     Closure,
     closure,
     hides_motion,
@@ -230,14 +231,14 @@ def _finished(
     spread = np.sqrt(_marginal_variance(final))
     first = np.array([d[0] for d in draws_held])
     wide = np.std(first, axis=0)
-    half = 1.8808 * np.sqrt(wide**2 + spread**2)
+    half = NORMAL_HALF_WIDTH * np.sqrt(wide**2 + spread**2)
     names = [p.name for p in hypothesis.parameters]
     units = [p.unit for p in hypothesis.parameters]
     count = hypothesis.base_count
     own = {n: Estimate.of(draws[:, i], units[i]) for i, n in enumerate(names) if i >= count}
     if final.cause_of_noise is not None:
         for name, (value, error, unit) in final.cause_of_noise.parameters.items():
-            own[name] = Estimate(value, error, (value - 1.8808 * error, value + 1.8808 * error), unit)
+            own[name] = Estimate.normal(value, error, unit)
     drawn_sigma = posterior.sigma
     if drawn_sigma is None:
         drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))

@@ -11,7 +11,6 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import ROUNDING, Display, StochasticFit, autoregression
 from bayes_hw.gap.whitener import Autoregression, no_glitches
 
@@ -90,11 +89,7 @@ class Explanation:
         """First-order noise of the encoder alone, without what a stochastic effect or coloured residuals of a
         model that lacks something add to it."""
         whitener, sigma = self.fit.whitener, self.encoder_sigma
-        correlation = 0.0
-        if isinstance(whitener, StateNoise):
-            correlation = float(whitener.transition[-1, -1])
-        elif isinstance(whitener, Autoregression) and len(whitener.coefficients) == 1:
-            correlation = float(whitener.coefficients[0])
+        correlation = whitener.correlation
         gaps = whitener.glitches if isinstance(whitener, Autoregression) else no_glitches(self.fit.residuals)
         innovation = sigma * float(np.sqrt(1 - correlation**2))
         return Autoregression(np.array([correlation]), innovation, sigma, float("nan"), gaps)
@@ -107,9 +102,10 @@ class Explanation:
     @property
     def bent_gusts(self) -> float:
         """Root mean square of wind, output units, whose path an effect bends: the noise's path is linear."""
+        if self.stochastic is None or self.stochastic.label != "wind":
+            return 0.0
         bent = any(effect.bends_path for effect in self.fit.hypothesis.effects)
-        wind = self.stochastic if self.stochastic is not None and self.stochastic.label == "wind" else None
-        return wind.size or 0.0 if bent and wind is not None else 0.0
+        return self.stochastic.size or 0.0 if bent else 0.0
 
     @property
     def strained(self) -> bool:

@@ -81,6 +81,11 @@ class Fit:
         inverse = np.linalg.inv(self.precision())
         return np.asarray(0.5 * (inverse + inverse.T))
 
+    @property
+    def ran_away(self) -> bool:
+        """Whether the response grows without bound at these parameters or beside them."""
+        return not np.isfinite(self.precision()).all()
+
     def log_evidence(self) -> float:
         """Laplace approximation of the log of the marginal likelihood, noise parameters by their count.
 

@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.gap.signals import door_responses, has_door
 from bayes_hw.gap.whitener import Whitener
 
@@ -45,6 +46,12 @@ class LatentForce:
     response: FloatArray
     speed: FloatArray
     position: FloatArray
+
+    @property
+    def band(self) -> tuple[FloatArray, FloatArray]:
+        """Ends (samples,) of the 94 % band of the missing signal."""
+        half = NORMAL_HALF_WIDTH * self.sd
+        return self.mean - half, self.mean + half
 
 
 def latent_force(fit: Fit, record: int, noise: Whitener) -> LatentForce:
@@ -93,14 +100,14 @@ def free_residual(fit: Fit, noise: Whitener) -> dict[str, FloatArray]:
     columns: dict[str, list[FloatArray]] = {}
     for record, simulated in enumerate(fit.simulated):
         found = latent_force(fit, record, noise)
-        half = 1.8808 * found.sd
+        low, high = found.band
         row = {
             "record": np.full(len(simulated), float(record)),
             "t": found.time,
             "before": simulated,
             "force": found.mean,
-            "lo": found.mean - half,
-            "hi": found.mean + half,
+            "lo": low,
+            "hi": high,
             "response": found.response,
         }
         for name, column in row.items():

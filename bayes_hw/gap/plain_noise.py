@@ -38,6 +38,10 @@ class CorrelatedPlain:
         return cls(coefficients, fit.rmse, -samples / found.tau * each)
 
     @property
+    def correlation(self) -> float:
+        return float(self.coefficients[0])
+
+    @property
     def tau(self) -> float:
         """Samples that count as one."""
         return float((1 + self.coefficients[0]) / (1 - self.coefficients[0]))

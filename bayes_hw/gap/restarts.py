@@ -84,10 +84,10 @@ class Restarts:
     def near(self, best: Explanation) -> list[Explanation]:
         """The response of `best` fitted again from places near its own, and from near the best of those.
 
-        None where it has no effect, or a display, whose likelihood is another.
+        None where it has no effect or has run away, or a display, whose likelihood is another.
         """
         host, noise = best.fit, best.stochastic
-        if not host.hypothesis.effects or best.display is not None:
+        if not host.hypothesis.effects or best.display is not None or host.ran_away:
             return []
         rng = np.random.default_rng(self.seed + 2)
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds
@@ -102,7 +102,7 @@ class Restarts:
             found = min(self._fitted(host.hypothesis, starts), key=lambda f: f.cost)
             failed = 0 if found.cost < plain.cost - WORTH_ANOTHER else failed + 1
             plain = min(plain, found, key=lambda f: f.cost)
-            if failed == PATIENCE:
+            if failed == PATIENCE or plain.ran_away:
                 break
             starts = self._close(plain, rng)
         return [with_coloured_noise(plain, self.measured)]

@@ -56,6 +56,10 @@ class StateNoise:
     parameter_count: int = ENCODER_PARAMETERS
     views: tuple[View, ...] | None = None
 
+    @property
+    def correlation(self) -> float:
+        return float(self.transition[-1, -1])
+
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         return self._filtered(columns, record)[0]
 

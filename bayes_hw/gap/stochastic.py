@@ -117,6 +117,10 @@ class JitterWhitener:
     parameter_count: int = 3
 
     @property
+    def correlation(self) -> float:
+        return self.coefficient
+
+    @property
     def sigma(self) -> float:
         return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
 

@@ -13,7 +13,7 @@ from arviz_stats.base import array_stats
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.locate import Location
-from bayes_hw.gap.shrink import PROBABILITY, Closure
+from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, PROBABILITY, Closure
 
 SCHEMA = "bayes-hw/verdict/1"
 
@@ -32,6 +32,12 @@ class Estimate:
         """Of draws (n,)."""
         low, high = array_stats.hdi(draws, PROBABILITY)
         return cls(float(draws.mean()), float(draws.std()), (float(low), float(high)), unit)
+
+    @classmethod
+    def normal(cls, mean: float, sd: float, unit: str) -> Estimate:
+        """Of a normal posterior."""
+        half = NORMAL_HALF_WIDTH * sd
+        return cls(mean, sd, (mean - half, mean + half), unit)
 
     def to_dict(self) -> dict[str, object]:
         return {"mean": self.mean, "sd": self.sd, "hdi94": list(self.hdi94), "unit": self.unit}

@@ -41,6 +41,11 @@ class Whitener(Protocol):
         """Marginal standard deviation of the stationary noise, output units."""
         ...
 
+    @property
+    def correlation(self) -> float:
+        """Of neighbouring samples of the encoder's own noise, where that is of first order; else 0."""
+        ...
+
 
 @dataclass(frozen=True)
 class Plain:
@@ -53,6 +58,7 @@ class Plain:
     log_likelihood: float = float("nan")
     parameter_count: int = 1
     masked: tuple[BoolArray, ...] = ()
+    correlation: float = 0.0
 
     def widened(self, sigma: float) -> Plain:
         """The same with `sigma` where that is larger."""
@@ -80,6 +86,10 @@ class Autoregression:
     log_likelihood: float
     glitches: Sequence[BoolArray]
     parameter_count: int = 2
+
+    @property
+    def correlation(self) -> float:
+        return float(self.coefficients[0]) if len(self.coefficients) == 1 else 0.0
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         bridged = bridge(columns, self.glitches[record])

@@ -23,9 +23,8 @@ def latent_force_figure(found: LatentForce, record_name: str, units: tuple[str, 
         canvas = new_canvas(4.0)
         grid = canvas.add_gridspec(2, 2)
         whole = canvas.add_subplot(grid[0, :])
-        t, mean, sd = found.time, found.mean, found.sd
-        whole.fill_between(t, mean - 1.8808 * sd, mean + 1.8808 * sd, color=BAND_NOISE, linewidth=0)
-        whole.plot(t, mean, color=MODEL)
+        whole.fill_between(found.time, *found.band, color=BAND_NOISE, linewidth=0)
+        whole.plot(found.time, found.mean, color=MODEL)
         whole.axhline(0, color=MUTED, linewidth=0.6)
         whole.set_xlabel(with_unit("time", time))
         whole.set_ylabel(with_unit("missing force", found.unit))

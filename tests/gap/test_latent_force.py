@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from drive_axis import RATE, SIGMA, white
 from fitted import SAMPLES, with_residuals
+from scipy.stats import norm
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
@@ -82,5 +83,5 @@ def test_the_free_residual_of_all_records_stands_one_below_the_other() -> None:
     assert all(len(column) == 2 * SAMPLES for column in table.values())
     first = latent_force(fit, 0, NOISE)
     np.testing.assert_array_equal(table["force"][table["record"] == 0], first.mean)
-    np.testing.assert_allclose(table["hi"][:SAMPLES] - table["lo"][:SAMPLES], 2 * 1.8808 * first.sd)
+    np.testing.assert_allclose(table["hi"][:SAMPLES] - table["lo"][:SAMPLES], 2 * norm.ppf(0.97) * first.sd)
     np.testing.assert_array_equal(table["before"], np.concatenate(fit.simulated))

@@ -55,6 +55,18 @@ def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
     np.testing.assert_array_equal(again.fit.coordinates, found.fit.coordinates)
 
 
+def test_a_fit_beside_which_the_response_explodes_is_not_begun_again() -> None:
+    """Its derivative by one parameter has no square: without curvature no start can be drawn near it."""
+    begun = explained_at(0)
+    jacobians = [jacobian.copy() for jacobian in begun.fit.jacobians]
+    jacobians[0][5, 1] = 4e307
+    exploding = replace(begun, fit=replace(begun.fit, jacobians=jacobians))
+    with np.errstate(over="ignore", invalid="ignore"):
+        assert exploding.fit.ran_away
+        assert restarts().near(exploding) == []
+    assert not begun.fit.ran_away
+
+
 def test_every_record_in_turn_is_left_out_of_a_start() -> None:
     """Of two records with delays of 2.4 and 1.6 samples each start holds that of the other; samples that are
     masked anyway stay so."""
