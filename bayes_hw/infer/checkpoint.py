@@ -19,8 +19,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_output import hdf5_written_atomically
+from bayes_hw.infer.bend import ARRAYS, Bend
 from bayes_hw.infer.ensemble import EnsembleState
-from bayes_hw.infer.mixture import Bend, StudentTMixture
+from bayes_hw.infer.mixture import StudentTMixture
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,8 @@ class Checkpoint:
             file["factors"] = plan.proposal.factors
             file.attrs["degrees_of_freedom"] = plan.proposal.degrees_of_freedom
             if (bend := plan.proposal.bend) is not None:
-                file["bend"] = np.stack([bend.centre, bend.direction, bend.bend])
+                for name in ARRAYS:
+                    file[f"bend/{name}"] = getattr(bend, name)
             _write_states(file, states)
 
     def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
@@ -88,7 +90,7 @@ class Checkpoint:
         if not (self.folder / "plan.h5").exists():
             return None
         with self._open(self.folder / "plan.h5") as file:
-            bend = Bend(*file["bend"][:]) if "bend" in file else None
+            bend = Bend(*(file[f"bend/{name}"][:] for name in ARRAYS)) if "bend" in file else None
             proposal = StudentTMixture(
                 file["weights"][:],
                 file["means"][:],

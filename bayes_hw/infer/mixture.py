@@ -9,6 +9,7 @@ import numpy as np
 from scipy import linalg, special
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.bend import Bend
 
 DEGREES_OF_FREEDOM = 8.0
 FITTED_DEGREES = 16.0
@@ -25,46 +26,6 @@ MINIMUM_SHARE = 0.1
 for long."""
 DEFENSIVE_WEIGHT = 0.1
 DEFENSIVE_INFLATION = 4.0
-
-
-@dataclass(frozen=True, eq=False)
-class Bend:
-    """x = y + bend ((direction . (y - centre))^2 - 1), all of shape (dimension,), with direction . bend = 0.
-
-    That bends a straight cloud into a banana without changing any volume: direction . x = direction . y, so
-    its Jacobian is one and its inverse the same with the other sign.
-    """
-
-    centre: FloatArray
-    direction: FloatArray
-    bend: FloatArray
-
-    def apply(self, y: FloatArray, sign: float = 1.0) -> FloatArray:
-        """x of points y (points, dimension); with sign -1, y of points x."""
-        along = y @ self.direction - self.centre @ self.direction
-        return y + np.multiply.outer(sign * (along * along - 1), self.bend)
-
-    @classmethod
-    def fitted(cls, points: FloatArray, weights: FloatArray) -> Bend:
-        """The bend of weighted points (points, dimension), weights (points,) of sum one.
-
-        In whitened coordinates z the direction is that of the eigenvectors of sum_kl T_kil T_kjl, with T the
-        third moments E z_k z_i z_j, whose squares explain most of the variance across it.
-        """
-        centre = weights @ points
-        centred = points - centre
-        factor = linalg.cholesky((centred.T * weights) @ centred, lower=True)
-        z = linalg.solve_triangular(factor, centred.T, lower=True).T
-        third = np.einsum("nk,ni,nj->kij", z * weights[:, None], z, z, optimize=True)
-        _, vectors = np.linalg.eigh(np.einsum("kil,kjl->ij", third, third))
-        squares = (z @ vectors) ** 2
-        squares -= weights @ squares
-        variances = weights @ squares**2
-        slopes = (squares.T * weights) @ z / variances[:, None]
-        slopes -= np.einsum("vi,iv->v", slopes, vectors)[:, None] * vectors.T
-        best = int(np.argmax(np.sum(slopes**2, axis=1) * variances))
-        direction = linalg.solve_triangular(factor, vectors[:, best], lower=True, trans="T")
-        return cls(centre, direction, factor @ slopes[best])
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +76,7 @@ class StudentTMixture:
     def _standard(self, x: FloatArray, component: int) -> FloatArray:
         """x (points, dimension) unbent, less the component's mean and over its factor."""
         bend = self._bend_of(component)
-        straight = x if bend is None else bend.apply(x, -1.0)
+        straight = x if bend is None else bend.undo(x)
         whitener = linalg.solve_triangular(self.factors[component], np.eye(self.dimension), lower=True)
         return np.asarray((straight - self.means[component]) @ whitener.T)
 
@@ -208,7 +169,7 @@ def refitted(
     for j, own in enumerate(membership):
         if own.sum() > FEWEST:
             own_weights = own / own.sum()
-            straight = points if j > 0 or bend is None else bend.apply(points, -1.0)
+            straight = points if j > 0 or bend is None else bend.undo(points)
             means[j] = own_weights @ straight
             centred = straight - means[j]
             covariance = (centred.T * own_weights) @ centred

@@ -1,8 +1,8 @@
 """The pilot of a sampler: in which coordinates and from which density proposals are drawn.
 
-First a Laplace approximation is tried by importance sampling, in the parameters' coordinates and in straight
-ones: a few thousand evaluations say what share of its independence proposals would be accepted. Where that is
-good enough, walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker
+First a Laplace approximation is refitted and bent by importance sampling in rounds, in the parameters'
+coordinates and in straight ones: a few thousand evaluations say what share of its independence proposals would
+be accepted. Where that is good enough, walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker
 sits in a place that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are
 refitted to what they found.
 """
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy import special
+from scipy import optimize, special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -44,12 +44,20 @@ HOPELESS = 15.0
 """Log-density a dimension below the best start at which a start is given up."""
 SMALLEST_START = 1e-6
 PILOT_COMPONENTS = (1, 4)
+PILOT_THINNING = 10
+"""Steps between points of a walker that a bend is fitted to: it would take close ones for many."""
 TRIAL_PROPOSALS = 2048
 
-IMPORTANCE_ROUNDS = ((200, False), (300, True), (600, True), (600, True))
-"""Draws a dimension of each round, and whether the proposal fitted to them is bent."""
-LEAST_SIZE = 5.0
-"""Effective draws a dimension that a proposal can be fitted to."""
+FIRST_DRAWS, DRAWS = 40, 90
+"""Draws of the first round of importance sampling and of each later one, for every pair of parameters: a
+bend has as many coefficients a parameter."""
+FEWEST_PAIRS = 5
+"""Pairs a parameter that are counted at least."""
+IMPORTANCE_ROUNDS = 4
+"""Rounds whose weights are used as they are; those before them are flattened."""
+MOST_ROUNDS = 16
+LEAST_SIZE = 3.0
+"""Effective draws a pair that a proposal is fitted to: weights are flattened until so many are left."""
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
 OVERLOOKED = 4.0
@@ -175,8 +183,7 @@ def run_pilot(
         plan = replace(plan, proposal=laplace.proposal(1.2), independence_weight=0.5)
         for done in (2, 3):
             (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
-            recent = chain[:, PILOT_STEPS // 3 :].reshape(-1, dimension)
-            log_recent = log_probability[:, PILOT_STEPS // 3 :].ravel()
+            recent, log_recent = chain[:, PILOT_STEPS // 3 :], log_probability[:, PILOT_STEPS // 3 :]
             plan = _best_mixture(recent, log_recent, laplace, candidates[-1].plan.proposal, rng)
             task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
         _, states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
@@ -200,25 +207,40 @@ def _importance_plan(laplace: Laplace, rng: np.random.Generator) -> _Trial:
 
     The first ones, narrow yet, know too little of the tails to be judged by their own draws.
     """
-    dimension = laplace.dimension
+    pairs = max(laplace.dimension * (laplace.dimension + 1) // 2, FEWEST_PAIRS * laplace.dimension)
     proposal = laplace.proposal()
-    trials = []
-    for draws, bent in IMPORTANCE_ROUNDS:
-        x = proposal.sample(draws * dimension, rng)
+    trials: list[_Trial] = []
+    as_they_are = 0
+    for _ in range(MOST_ROUNDS):
+        x = proposal.sample((DRAWS if trials else FIRST_DRAWS) * pairs, rng)
         log_density, log_q = laplace.densities[0](x), proposal.log_density(x)
         log_weights = log_density - log_q
         trials.append(_judged(proposal, log_weights, np.zeros(len(x)), laplace.straight))
-        if not np.any(np.isfinite(log_weights)):
+        possible = np.isfinite(log_weights)
+        if np.count_nonzero(possible) <= LEAST_SIZE * pairs:
             break
-        weights = np.exp(log_weights - np.max(log_weights))
-        weights /= weights.sum()
-        if 1 / np.sum(weights**2) < LEAST_SIZE * dimension:
-            break
-        proposal = refitted(proposal, x, weights, bent=bent)
-    else:
-        several = _with_several_tails(proposal, x, log_density, log_q, laplace.straight)
-        return _most_accepted([trials[-1], *several])
+        exponent = flattening(log_weights[possible], LEAST_SIZE * pairs)
+        weights = special.softmax(exponent * log_weights[possible])
+        proposal = refitted(proposal, x[possible], weights, bent=len(trials) > 1)
+        as_they_are += exponent == 1.0
+        if as_they_are == IMPORTANCE_ROUNDS:
+            several = _with_several_tails(proposal, x, log_density, log_q, laplace.straight)
+            return _most_accepted([trials[-1], *several])
     return _most_accepted(trials[-2:])
+
+
+def flattening(log_weights: FloatArray, size: float) -> float:
+    """The largest power, at most one, of weights (draws,) that leaves `size` effective draws of more.
+
+    Where a proposal misses the target by far, a few draws have all the weight; their powers lead there step
+    by step (Koblents and Miguez, doi 10.1007/s11222-013-9440-2).
+    """
+
+    def excess(exponent: float) -> float:
+        weights = special.softmax(exponent * log_weights)
+        return float(1 / np.sum(weights**2) - size)
+
+    return 1.0 if excess(1.0) >= 0 else float(optimize.brentq(excess, 0.0, 1.0))
 
 
 def _with_several_tails(
@@ -316,27 +338,34 @@ def _possible_start(
 
 
 def _best_mixture(
-    points: FloatArray,
-    log_density: FloatArray,
+    chain: FloatArray,
+    log_probability: FloatArray,
     laplace: Laplace,
     fitted: StudentTMixture,
     rng: np.random.Generator,
 ) -> Plan:
-    """Fit mixtures to the pilot's points and keep the one whose proposals would be accepted most; that
-    `fitted` by importance sampling is one of them, with a wide component about the points.
+    """Fit mixtures to the pilot's chain (ensembles, steps, walkers, parameters), one component of them also
+    bent, and keep the one whose proposals would be accepted most; that `fitted` by importance sampling is one
+    of them. All have a wide component about the points beside theirs.
 
     The mean acceptance of independence proposals is E min(1, w'/w) with w = p/q at points of the chain and
-    w' at fresh draws of q.
+    w' at fresh draws of q: points of ensembles that the mixture was not fitted to, where there are several.
     """
     density = laplace.densities[0]
-    chosen = rng.choice(len(points), size=min(len(points), 4 * TRIAL_PROPOSALS), replace=False)
+    used, judges = (chain[::2], slice(1, None, 2)) if len(chain) > 1 else (chain, slice(None))
+    known = used.reshape(-1, laplace.dimension)
+    chosen = rng.choice(len(known), size=min(len(known), 4 * TRIAL_PROPOSALS), replace=False)
+    found = [fit_student_t_mixture(known[chosen], components, rng) for components in PILOT_COMPONENTS]
+    apart = used[:, ::PILOT_THINNING].reshape(-1, laplace.dimension)
+    found.append(refitted(found[0], apart, np.full(len(apart), 1 / len(apart)), bent=True))
+    points, log_density = chain[judges].reshape(-1, laplace.dimension), log_probability[judges].ravel()
+    judging = rng.choice(len(points), size=min(len(points), TRIAL_PROPOSALS), replace=False)
     plans = []
-    found = [fit_student_t_mixture(points[chosen], components, rng) for components in PILOT_COMPONENTS]
     for mixture in (fitted, *found):
-        proposal = defended(mixture, points[chosen])
+        proposal = defended(mixture, known[chosen])
         trial = proposal.sample(TRIAL_PROPOSALS, rng)
         at_trial = density(trial) - proposal.log_density(trial)
-        at_points = (log_density[chosen] - proposal.log_density(points[chosen]))[:TRIAL_PROPOSALS]
+        at_points = log_density[judging] - proposal.log_density(points[judging])
         difference = rng.permutation(at_trial)[: len(at_points)] - at_points
         acceptance = float(np.mean(np.exp(np.minimum(difference, 0))))
         share = min(independence_share(acceptance), 0.5)

@@ -7,7 +7,6 @@ import pytest
 from scipy import integrate, stats
 
 from bayes_hw.infer.mixture import (
-    Bend,
     StudentTMixture,
     fit_student_t_mixture,
     laplace_proposal,
@@ -105,28 +104,6 @@ def test_identical_points_give_a_proper_density() -> None:
     assert np.isfinite(found.factors).all() and (np.linalg.det(found.factors) > 0).all()
 
 
-def test_a_bend_keeps_volumes_and_has_an_inverse() -> None:
-    rng = np.random.default_rng(8)
-    points = rng.standard_normal((3000, 3)) @ np.array([[2.0, 0.3, 0], [0, 1, 0.4], [0, 0, 0.5]])
-    points[:, 2] += 0.7 * points[:, 0] ** 2
-    bend = Bend.fitted(points, np.full(3000, 1 / 3000))
-    np.testing.assert_allclose(bend.apply(bend.apply(points), -1.0), points, atol=1e-10)
-    for point in points[:5]:
-        steps = 1e-5 * np.eye(3)
-        jacobian = (bend.apply(point + steps) - bend.apply(point - steps)) / 2e-5
-        assert abs(np.linalg.det(jacobian)) == pytest.approx(1, rel=1e-6)
-
-
-def test_a_fitted_bend_straightens_a_banana() -> None:
-    """x1 = x0^2 + noise: after unbending, most of what is left of x1 is the noise."""
-    rng = np.random.default_rng(9)
-    x0 = rng.standard_normal(20_000)
-    points = np.column_stack([x0, x0**2 + 0.3 * rng.standard_normal(20_000), rng.standard_normal(20_000)])
-    unbent = Bend.fitted(points, np.full(20_000, 5e-5)).apply(points, -1.0)
-    assert points[:, 1].std() > 1.4
-    assert unbent[:, 1].std() < 0.6
-
-
 def test_bent_density_is_that_of_its_draws() -> None:
     """Integrates to one on a grid, and its mean over a box is the share of draws there."""
     rng = np.random.default_rng(10)
@@ -183,7 +160,9 @@ def test_opposite_draws_follow_a_bend() -> None:
     np.testing.assert_allclose(
         np.quantile(y, [0.1, 0.5, 0.9], axis=0), np.quantile(x, [0.1, 0.5, 0.9], axis=0), atol=0.05
     )
-    assert np.std(y[:, 1] - y[:, 0] ** 2) == pytest.approx(np.std(x[:, 1] - x[:, 0] ** 2), rel=0.05)
+    beside, from_which = (np.abs(points[:, 1] - points[:, 0] ** 2) for points in (y, x))
+    assert np.quantile(from_which, 0.8) < 0.4
+    assert np.quantile(beside, 0.8) == pytest.approx(np.quantile(from_which, 0.8), rel=0.05)
 
 
 def test_other_tails_keep_means_and_widen_scales() -> None:

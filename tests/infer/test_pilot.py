@@ -12,7 +12,7 @@ from targets import Banana, Gaussian, TwoModes
 from bayes_hw.infer.ensemble import advance, start_ensemble
 from bayes_hw.infer.mixture import laplace_proposal
 from bayes_hw.infer.moves import IndependenceMove
-from bayes_hw.infer.pilot import ENOUGH, Laplace, acceptance_from_weights, run_pilot
+from bayes_hw.infer.pilot import ENOUGH, Laplace, acceptance_from_weights, flattening, run_pilot
 from bayes_hw.infer.sampler import SamplerSettings, sample
 from bayes_hw.progress import Progress
 
@@ -49,6 +49,35 @@ def test_expected_acceptance_from_the_draws_of_another_proposal() -> None:
     assert acceptance_from_weights(weights, special.softmax(log_masses)) == pytest.approx(direct, abs=0.015)
     wrong = acceptance_from_weights(weights, np.full(len(others), 1 / len(others)))
     assert wrong != pytest.approx(direct, abs=0.03)
+
+
+def test_flattened_weights_leave_the_draws_asked_for() -> None:
+    """A power below one where few draws have all the weight; one where there are enough, or equal ones."""
+    log_weights = -0.5 * np.random.default_rng(7).normal(0, 30, 5000) ** 2
+    exponent = flattening(log_weights, 400.0)
+    weights = np.exp(exponent * log_weights)
+    assert 0 < exponent < 1
+    assert weights.sum() ** 2 / np.sum(weights**2) == pytest.approx(400, rel=1e-3)
+    assert flattening(1e-3 * log_weights / 30, 400.0) == 1.0
+    assert flattening(np.zeros(500), 400.0) == 1.0
+
+
+def test_a_laplace_approximation_far_too_narrow_is_widened_step_by_step() -> None:
+    """A correlated Gaussian in 16 dimensions, its covariance given 9 times too small and its mean two of
+    those widths off: independence proposals are accepted mostly, with no exploring pilot."""
+    target, rngs = Gaussian(16), [np.random.default_rng(seed) for seed in (21, 22)]
+    narrow = target.covariance / 9
+    off = target.mean + 2 * np.sqrt(np.diag(narrow))
+    with ThreadPoolExecutor(1) as pool:
+        plan, _ = run_pilot(
+            [Laplace([(off, narrow)], [target, target])],
+            128,
+            np.random.default_rng(20),
+            rngs,
+            pool,
+            Progress(quiet=True),
+        )
+    assert plan.expected_acceptance > 0.7
 
 
 def test_a_bent_proposal_follows_a_gentle_banana() -> None:
