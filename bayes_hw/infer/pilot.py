@@ -1,10 +1,10 @@
 """The pilot of a sampler: in which coordinates and from which density proposals are drawn.
 
 First a Laplace approximation is refitted and bent by importance sampling in rounds, in the parameters'
-coordinates and in straight ones: a few thousand evaluations say what share of its independence proposals would
-be accepted. Where that is good enough, walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker
-sits in a place that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are
-refitted to what they found.
+coordinates and in straight ones: some ten thousand evaluations say what share of its independence proposals
+would be accepted. Where that is good enough, walkers start from an overdispersed cloud and only settle.
+Otherwise, and where a settled walker sits in a place that the approximation overlooks, ensembles explore with
+mixed moves, and t mixtures are refitted to what they found.
 """
 
 from __future__ import annotations
@@ -60,6 +60,8 @@ LEAST_SIZE = 3.0
 """Effective draws a pair that a proposal is fitted to: weights are flattened until so many are left."""
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
+GOOD = 0.7
+"""Expected acceptance at which other coordinates are not tried."""
 OVERLOOKED = 4.0
 """A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""
 OVERLOOKED_SHARE = 0.0007
@@ -159,10 +161,13 @@ def run_pilot(
     if walkers < 2 * dimension:
         raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
     with progress.task("pilot", 4) as task:
-        choices = [choice.separated() for choice in choices]
-        trials = [_importance_plan(choice, rng) for choice in choices]
-        best = int(np.argmax([trial.plan.expected_acceptance for trial in trials]))
-        laplace, trial = choices[best], trials[best]
+        tried: list[tuple[Laplace, _Trial]] = []
+        for choice in choices:
+            separated = choice.separated()
+            tried.append((separated, _importance_plan(separated, rng)))
+            if tried[-1][1].plan.expected_acceptance >= GOOD:
+                break
+        laplace, trial = max(tried, key=lambda one: one[1].plan.expected_acceptance)
         task.reach(1, f"independence proposals accepted: {trial.plan.expected_acceptance:.0%}")
         states = [
             _possible_start(laplace, density, walkers, ensemble_rng)
