@@ -75,6 +75,23 @@ class Banana(Target):
         return -0.5 * x[:, 0] ** 2 - 0.5 * ((x[:, 1] - x[:, 0] ** 2) / 0.5) ** 2
 
 
+class Ridges(Target):
+    """Half the coordinates z_i ~ N(0, 1), the others ~ N(0.4 z_i z_next, 0.5^2), and x = mixing z, a rotation:
+    as many curved ridges, none along a coordinate of x."""
+
+    def __init__(self, dimension: int) -> None:
+        super().__init__(dimension)
+        self.mixing = np.linalg.qr(np.random.default_rng(1).standard_normal((dimension, dimension)))[0]
+
+    def straight(self, x: FloatArray) -> FloatArray:
+        """Independent standard normal variables."""
+        first, second = np.split(x @ self.mixing, 2, axis=-1)
+        return np.concatenate([first, (second - 0.4 * first * np.roll(first, -1, axis=-1)) / 0.5], axis=-1)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        return -0.5 * np.sum(self.straight(x) ** 2, axis=-1)
+
+
 class TwoModes(Target):
     """x0 is N(-3, 1) with weight 0.3 or N(3, 1) with weight 0.7; three more standard normal variables."""
 

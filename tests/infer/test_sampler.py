@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from targets import Banana, Gaussian, HalfSpace, Target, TwoModes
+from targets import Banana, Gaussian, HalfSpace, Ridges, Target, TwoModes
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -63,6 +63,21 @@ def test_banana() -> None:
     assert_mean(y, 1.0)
     assert_mean((y - 1) ** 2, 2.25)
     assert_mean((y - x**2) ** 2, 0.25)
+
+
+def test_eight_curved_ridges_at_once() -> None:
+    """Sixteen parameters, from the Laplace approximation where all ridges bend: most proposals of the bent
+    density are accepted, and the law of the straight variables is the exact one."""
+    target = Ridges(16)
+    widths = np.repeat([1.0, 0.25], 8)
+    found = run(lambda: Ridges(16), np.zeros(16), (target.mixing * widths) @ target.mixing.T)
+    assert found.convergence.converged
+    assert found.acceptance.mean() > 0.4
+    straight = target.straight(found.chain)
+    for i in range(16):
+        assert_mean(straight[..., i], 0.0)
+        assert_mean(straight[..., i] ** 2, 1.0)
+    assert_mean(straight[..., 8] * straight[..., 0], 0.0)
 
 
 def test_two_modes_get_their_weights() -> None:
