@@ -15,7 +15,7 @@ import numpy as np
 from rivals import FIRST_MODE, GAIN, HALF_WIDTH, LOWER, UPPER, StraightGradient, log_posterior_and_gradient
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.pilot import Laplace
+from bayes_hw.infer.laplace import Laplace
 
 Run = Callable[[int], tuple[FloatArray, float]]
 """From a seed to whitened draws (chains, draws, parameters) in coordinates, and the CPU seconds they took."""

@@ -16,8 +16,8 @@ from numba import njit
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import effective_sample_size
 from bayes_hw.infer.inference import axis_for
+from bayes_hw.infer.laplace import Laplace
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.pilot import Laplace
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import StartingPoint, starting_point
 from bayes_hw.infer.straightening import Straightening

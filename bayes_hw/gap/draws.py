@@ -16,9 +16,9 @@ from bayes_hw.gap.display_likelihood import DisplayDensity, display_likelihood
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
+from bayes_hw.infer.importance import acceptance_from_weights
 from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
 from bayes_hw.infer.moves import IndependenceMove
-from bayes_hw.infer.pilot import acceptance_from_weights
 
 WALKERS = 64
 BURN_IN = 8

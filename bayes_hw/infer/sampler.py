@@ -14,8 +14,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.checkpoint import Block, Checkpoint, Plan
 from bayes_hw.infer.convergence import Convergence, assess
 from bayes_hw.infer.ensemble import EnsembleState, advance
+from bayes_hw.infer.laplace import Laplace, LogDensity
 from bayes_hw.infer.moves import weighted_moves
-from bayes_hw.infer.pilot import Laplace, LogDensity, run_pilot
+from bayes_hw.infer.pilot import run_pilot
 from bayes_hw.infer.straightening import Straightening
 from bayes_hw.progress import Progress
 

@@ -76,7 +76,7 @@ class Banana(Target):
 
 
 class Ridges(Target):
-    """Half the coordinates z_i ~ N(0, 1), the others ~ N(0.4 z_i z_next, 0.5^2), and x = mixing z, a rotation:
+    """Half the coordinates z_i ~ N(0, 1), the others ~ N(0.4 z_i z_next, 0.5^2), and x = mixing z, rotated:
     as many curved ridges, none along a coordinate of x."""
 
     def __init__(self, dimension: int) -> None:

@@ -11,7 +11,6 @@ from targets import Banana, Gaussian, HalfSpace, Ridges, Target, TwoModes
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.convergence import autocorrelation_time
-from bayes_hw.infer.pilot import independence_share
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 
 QUICK = SamplerSettings(ensembles=4, walkers=64, max_steps=1500, target_ess=3000)
@@ -170,8 +169,3 @@ def test_walkers_fill_lanes_and_exceed_twice_the_dimension() -> None:
         walkers = SamplerSettings().walkers_for(dimension)
         assert walkers % 64 == 0 and walkers > 2 * dimension
     assert SamplerSettings(walkers=50).walkers_for(10) == 50
-
-
-def test_share_of_independence_proposals_follows_their_acceptance() -> None:
-    shares = [independence_share(acceptance) for acceptance in (0.0, 0.02, 0.1, 0.2, 0.5, 1.0)]
-    assert shares == sorted(shares) and shares[0] == 0.1 and shares[-1] == pytest.approx(0.95)
