@@ -14,7 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chaotic_search import ChaoticSearch
-from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
 from bayes_hw.gap.explanation import (
     Explanation,
     best_of_each,
@@ -235,7 +235,7 @@ class Attributor:
     def _short_periods(self, base: Fit) -> list[Fit]:
         """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
         starts: list[tuple[Fit, list[Candidate]]] = []
-        periodic = [e for e in self.effects if isinstance(e, PeriodicEffect) and not e.only_saturated]
+        periodic = everywhere_periodic(self.effects)
         for screen in (self._at_nominal, Screen(base, self.plain.widened(base.rmse))):
             scanned = self.each(partial(screen.candidates, finely=True), periodic)
             starts += [(screen.base, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]

@@ -16,8 +16,9 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.fit import evaluated
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.joint_fits import joined
 from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.screen import LARGEST_RESPONSE, Screen, best_forms
+from bayes_hw.gap.screen import LARGEST_RESPONSE, Candidate, Screen, best_forms
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
@@ -51,9 +52,7 @@ class ChaoticSearch:
         screen = Screen(replace(calm, residuals=host.residuals), noise.whitener)
         others = [e for e in self.effects if e.label not in chaotic.labels and not e.chaotic]
         best = [candidates[0] for candidates in best_forms(self.each(screen.candidates, others))]
-        return self.each(
-            lambda c: self._joined(chaotic, c.effect, np.asarray(c.values)), best[:PARTNERS_TRIED]
-        )
+        return self.each(lambda c: self._joined(chaotic, c), best[:PARTNERS_TRIED])
 
     def beside(self, found: Sequence[Explanation]) -> list[Explanation]:
         """Each chaotic effect alone and beside the best single effects of `found`, under their slow noise."""
@@ -69,11 +68,11 @@ class ChaoticSearch:
             for effect in self.effects
             if effect.chaotic and effect.label not in host.labels
         ]
-        return self.each(lambda task: self._joined(*task, self._start(*task)), tasks)
+        return self.each(lambda task: self._joined(task[0], self._start(*task)), tasks)
 
-    def _start(self, host: Explanation, effect: Effect) -> FloatArray:
-        """The start of `effect`, or a place between it and the next, that leaves least under the noise of
-        `host`."""
+    def _start(self, host: Explanation, effect: Effect) -> Candidate:
+        """`effect` at that of its starts, or of the places between it and the next, that leaves least under
+        the noise of `host`."""
         hypothesis = host.fit.hypothesis.with_effect(effect)
         starts = np.array(effect.starts(hypothesis.scale))
         for _ in range(ROUNDS):
@@ -81,7 +80,8 @@ class ChaoticSearch:
             best = int(np.argmin(left))
             lower, upper = starts[max(best - 1, 0)], starts[min(best + 1, len(starts) - 1)]
             starts = np.concatenate([starts[[best]], np.geomspace(lower, upper, BETWEEN)])
-        return np.asarray(starts[np.argmin(self._left(host, hypothesis, starts))])
+        least = starts[np.argmin(self._left(host, hypothesis, starts))]
+        return Candidate(effect, tuple(least), 0.0)
 
     def _left(self, host: Explanation, hypothesis: Hypothesis, starts: FloatArray) -> FloatArray:
         """Whitened squared error (n,) of `hypothesis` with its last effect at `starts` (n, parameters)."""
@@ -92,8 +92,6 @@ class ChaoticSearch:
             costs += np.sum(host.fit.whitener.whiten(error, record) ** 2, axis=0)
         return costs
 
-    def _joined(self, host: Explanation, effect: Effect, values: FloatArray) -> Explanation:
+    def _joined(self, host: Explanation, candidate: Candidate) -> Explanation:
         """`host` with one effect more, refitted under its noise."""
-        hypothesis = host.fit.hypothesis.with_effect(effect)
-        start = hypothesis.to_coordinates(np.concatenate([host.fit.values, values]))
-        return self.stochastic.moved(host, hypothesis, start)
+        return self.stochastic.moved(host, *joined(host.fit, [candidate]))

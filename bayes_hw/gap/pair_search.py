@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import Fit, evaluated, fit
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -120,13 +120,8 @@ class PairSearch:
     def _finely(self, screen: Screen) -> list[tuple[Fit, list[Candidate]]]:
         """The best partners periodic in position, of periods down to what the samples can follow."""
         host = screen.base
-        periodic = [
-            e
-            for e in self.effects
-            if isinstance(e, PeriodicEffect)
-            and not e.only_saturated
-            and e.label not in host.hypothesis.labels
-        ]
+        others = [e for e in self.effects if e.label not in host.hypothesis.labels]
+        periodic = everywhere_periodic(others)
         found = self.joint.each(partial(screen.candidates, finely=True), periodic)
         return [(host, [candidate]) for candidate in _best_candidates(found)[:FINE_PARTNERS]]
 

@@ -15,7 +15,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects import catalogue as catalogue_module
 from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue
-from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect, everywhere_periodic
 from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness
 from bayes_hw.gap.effects.priors import positive
 from bayes_hw.gap.scale import AxisScale
@@ -223,3 +223,9 @@ def test_a_spring_that_softens_is_tried_in_the_form_that_keeps_its_sign() -> Non
     ((form, start),) = CubicStiffness().refined(np.array([-30.0]))
     assert isinstance(form, SofteningStiffness) and start == (30.0,)
     assert list(CubicStiffness().refined(np.array([30.0]))) == []
+
+
+def test_limits_that_follow_the_position_are_not_periodic_everywhere() -> None:
+    """They show while the command saturates alone; ripple and an eccentric encoder always."""
+    assert {e.label for e in everywhere_periodic(CATALOGUE)} == {"torque_ripple", "encoder_eccentricity"}
+    assert "saturation_drift" in {e.label for e in CATALOGUE if isinstance(e, PeriodicEffect)}

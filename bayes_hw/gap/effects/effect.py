@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -100,3 +100,8 @@ class PeriodicEffect(Effect):
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []
+
+
+def everywhere_periodic(effects: Iterable[Effect]) -> list[Effect]:
+    """Those periodic in the position, whatever the command does."""
+    return [e for e in effects if isinstance(e, PeriodicEffect) and not e.only_saturated]
