@@ -14,6 +14,9 @@ from bayes_hw.report.rounding import format_duration, format_number, format_perc
 
 SINGLE = "single effects named right"
 
+WIDE = 0.1
+"""Interval of a share that is wider is given without decimals."""
+
 
 def blind_report(
     score: Score,
@@ -52,13 +55,14 @@ def blind_report(
 
 
 def share_text(entry: Share) -> str:
-    """hits of trials, per cent and interval."""
+    """hits of trials, per cent and interval, with as many digits as that has a meaning for."""
     if not entry.trials:
         return "no case"
     low, high = entry.interval
+    digits = 0 if high - low > WIDE else 1
     return (
-        f"{entry.hits} of {entry.trials}, {format_percent(entry.value, 1)}"
-        f" [{100 * low:.1f}, {100 * high:.1f}]"
+        f"{entry.hits} of {entry.trials}, {format_percent(entry.value, digits)}"
+        f" [{100 * low:.{digits}f}, {100 * high:.{digits}f}]"
     )
 
 

@@ -61,7 +61,8 @@ def test_blind_report_names_what_was_wrong() -> None:
 
 
 def test_share_text() -> None:
-    assert share_text(Share(9, 10)) == "9 of 10, 90.0 % [55.5, 99.7]".replace(" %", "\u00a0%")
+    assert share_text(Share(9, 10)) == "9 of 10, 90 % [55, 100]".replace(" %", "\u00a0%")
+    assert share_text(Share(180, 200)) == "180 of 200, 90.0 % [85.0, 93.8]".replace(" %", "\u00a0%")
     assert share_text(Share(0, 0)) == "no case"
 
 
