@@ -218,17 +218,12 @@ def _cases_section(score: Score) -> Section:
         )
         for line in wrong
     )
-    return Section(
-        "Cases named wrong",
-        (
-            Table(
-                ("case", "carries", "gap / noise", "answer", "stated"),
-                rows,
-                f"{len(wrong)} of {score.cases} cases. A case took {format_duration(score.median_seconds)} "
-                f"(median), {format_duration(score.longest_seconds)} at most.",
-            ),
-        ),
+    count = (
+        f"{len(wrong) or 'None'} of {score.cases} cases. A case took {format_duration(score.median_seconds)} "
+        f"(median), {format_duration(score.longest_seconds)} at most."
     )
+    columns = ("case", "carries", "gap / noise", "answer", "stated")
+    return Section("Cases named wrong", (Table(columns, rows, count) if rows else Paragraph(count),))
 
 
 def _origin(evidence: Evidence, provenance: Provenance) -> tuple[tuple[str, str], ...]:

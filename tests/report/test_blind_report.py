@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bayes_hw.gap.blind.check import joined
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.leave_out import LeftOut
@@ -58,6 +59,16 @@ def test_blind_report_names_what_was_wrong() -> None:
     assert {badge.label: badge.state for badge in report.badges}["no false alarm"] == "good"
     assert "case_0000" not in shown
     assert "Confusion matrix" in to_html(report)
+
+
+def test_of_right_answers_to_an_open_truth_no_empty_table_is_shown() -> None:
+    truth = CaseTruth("case_0000", ("wind",), ("wind",), (1.5,), {}, 0.0, np.zeros(2))
+    verdict = CaseVerdict(("wind",), {"wind": 0.97}, before=np.ones(2), after=np.ones(2) / 2, closed=0.7)
+    open_set = Evidence((truth,), (verdict,), "", "d16e" * 16, "module:function")
+    evidence = joined([open_set, open_set])
+    shown = texts(blind_report(score_evidence(evidence, np.random.default_rng(1)), evidence, ORIGIN))
+    assert "None of 2 cases" in shown and "'stated'" not in shown
+    assert "the truth lay open" in shown
 
 
 def test_share_text() -> None:

@@ -56,7 +56,7 @@ def joined(parts: Sequence[Evidence]) -> Evidence:
     return Evidence(
         tuple(truth for part in parts for truth in part.truths),
         tuple(verdict for part in parts for verdict in part.verdicts),
-        " ".join(part.seal for part in parts),
+        " ".join(part.seal for part in parts if part.seal),
         " ".join(part.verdicts_sha256 for part in parts),
         parts[0].diagnosis,
     )
