@@ -70,8 +70,8 @@ def closures(rows: Sequence[LeftOut]) -> Figure:
         for number, row in enumerate(rows):
             ends = np.clip([row.closed_without, row.closed_with], LOWEST, 1.0)
             axes.plot(ends, [number, number], color=MUTED, linewidth=1.0)
-            axes.plot(ends[0], number, "o", color=VERMILLION, markersize=4)
-            axes.plot(ends[1], number, "o", color=BLUE, markersize=4)
+            for end, color in zip(ends, (VERMILLION, BLUE), strict=True):
+                axes.plot(end, number, "<" if end == LOWEST else "o", color=color, markersize=4)
         axes.set_yticks(range(len(rows)), [drawable(row.label) for row in rows])
         axes.set(
             xlim=(LOWEST - 0.03, 1.03), xlabel="fraction of the reducible hold-out error removed (median)"
@@ -81,7 +81,8 @@ def closures(rows: Sequence[LeftOut]) -> Figure:
         return finished(
             canvas,
             "True closed fraction of the hold-out, median over the cases of each effect: orange with the "
-            "entry struck from the catalogue, blue with it.",
+            "entry struck from the catalogue, blue with it; an arrow where it is less than "
+            f"{format_percent(LOWEST)}.",
             f"Closed fractions of {len(rows)} effects without and with their entry.",
         )
 
