@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.lane_functions import absolute, exponential, sine, where_less
+from bayes_hw.model.lane_functions import absolute, exponential, sine, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, gather, load, maximum, minimum, store
 
 TAU = 2 * np.pi

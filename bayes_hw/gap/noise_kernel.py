@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from bayes_hw.gap.lane_functions import absolute
+from bayes_hw.model.lane_functions import absolute
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, maximum, store
 
 LOG_2PI = np.log(2 * np.pi)

@@ -10,8 +10,9 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
-from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, mode_pole, polynomial_roots
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
 from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form, moved_apart
+from bayes_hw.model.mode_poles import mode_poles
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
     HalfNormal,
@@ -154,7 +155,7 @@ class AxisParameters:
         pair_poles = np.repeat(self._pair_poles[:, None], walkers, axis=1)
         if self._free_pairs:
             damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
-            pair_poles[self._free_pairs] = mode_pole(values[self._frequency_rows], damping, rate)
+            pair_poles[self._free_pairs] = mode_poles(values[self._frequency_rows], damping, rate)
         if self.free == "dominant":
             zeros = self.model.linear.zeros[:, None]
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])

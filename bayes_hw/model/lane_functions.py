@@ -1,4 +1,4 @@
-"""Choice, sine and exponential of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
+"""Choice, root, sine and exponential of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import njit
+from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
 from bayes_hw.model.lanes import LANES, LANES_TYPE, broadcast, maximum, minimum
@@ -63,9 +64,33 @@ def _rounded(x):  # type: ignore[no-untyped-def]
     return (x + broadcast(TO_INTEGER)) - broadcast(TO_INTEGER)
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def square_root(typing_context: Any, value: Any) -> Any:
+    """sqrt(value), NaN where it is negative."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        of_vector = ir.FunctionType(_VECTOR, [_VECTOR])
+        root = get_or_insert_function(builder.module, of_vector, f"llvm.sqrt.v{LANES}f64")
+        return builder.call(root, [arguments[0]])
+
+    return LANES_TYPE(LANES_TYPE), generate
+
+
 @njit(cache=True, error_model="numpy")
 def sine(x):  # type: ignore[no-untyped-def]
-    """sin(x), to 1e-15 for |x| < 1e6: reduced by quarter turns (Cody and Waite), then Taylor's polynomial."""
+    """sin(x), to 1e-15 for |x| < 1e6."""
+    return _sine_after(x, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def cosine(x):  # type: ignore[no-untyped-def]
+    """cos(x), to 1e-15 for |x| < 1e6."""
+    return _sine_after(x, 1.0)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _sine_after(x, ahead):  # type: ignore[no-untyped-def]
+    """sin(x + `ahead` quarter turns): reduced by quarter turns (Cody and Waite), then Taylor's polynomial."""
     quarters = _rounded(x * broadcast(2 / np.pi))
     r = x - quarters * broadcast(QUARTER_TURN[0])
     r = r - quarters * broadcast(QUARTER_TURN[1])
@@ -79,6 +104,7 @@ def sine(x):  # type: ignore[no-untyped-def]
         by_cosine = by_cosine * square + broadcast(COSINE[7 - i])
     by_sine = r + r * square * by_sine
     by_cosine = broadcast(1.0) + square * by_cosine
+    quarters = quarters + broadcast(ahead)
     turns = _rounded((quarters - broadcast(1.5)) * broadcast(0.25))
     quadrant = quarters - broadcast(4.0) * turns
     odd = quadrant - broadcast(2.0) * _rounded((quadrant - broadcast(0.5)) * broadcast(0.5))

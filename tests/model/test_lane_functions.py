@@ -6,35 +6,51 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.lane_functions import absolute, exponential, sine, where_less
+from bayes_hw.model.lane_functions import (
+    absolute,
+    cosine,
+    exponential,
+    sine,
+    square_root,
+    where_less,
+)
 from bayes_hw.model.lanes import LANES, broadcast, load, store
 
 RNG = np.random.default_rng(2)
 
 
 @njit(error_model="numpy")
-def filled(x, sines, exponentials, chosen):  # type: ignore[no-untyped-def]
+def filled(x, sines, exponentials, chosen, cosines, roots):  # type: ignore[no-untyped-def]
     for row in range(len(x)):
         value = load(x, row)
         store(sines, row, sine(value))
+        store(cosines, row, cosine(value))
+        store(roots, row, square_root(value))
         store(exponentials, row, exponential(value))
         store(chosen, row, where_less(value, broadcast(0.5), absolute(value), broadcast(7.0)))
 
 
-def of_lanes(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sine, exponential, and |x| where below 0.5, else 7; x (n,) in multiples of LANES."""
+def of_lanes(x: FloatArray) -> list[FloatArray]:
+    """Sine, exponential, |x| where below 0.5, else 7, cosine, root; x (n,) in multiples of LANES."""
     rows = x.reshape(-1, LANES)
-    found = [np.empty_like(rows) for _ in range(3)]
+    found = [np.empty_like(rows) for _ in range(5)]
     filled(rows, *found)
-    return found[0].ravel(), found[1].ravel(), found[2].ravel()
+    return [part.ravel() for part in found]
 
 
-def test_sine_to_rounding() -> None:
+def test_sine_and_cosine_to_rounding() -> None:
     """Small, large and negative arguments, and those next to multiples of a quarter turn."""
     quarters = np.arange(-500, 500) * (np.pi / 2)
     near = np.concatenate([quarters, np.nextafter(quarters, 9e9), quarters + 1e-8, quarters - 1e-8])
     x = np.concatenate([near, RNG.uniform(-10, 10, 4000), RNG.uniform(-1e6, 1e6, 4000)])
     np.testing.assert_allclose(of_lanes(x)[0], np.sin(x), rtol=0, atol=3e-16)
+    np.testing.assert_allclose(of_lanes(x)[3], np.cos(x), rtol=0, atol=3e-16)
+
+
+def test_square_root_is_rounded_right() -> None:
+    x = np.concatenate([RNG.uniform(0, 1, 4000), np.exp(RNG.uniform(-700, 700, 4000))])
+    np.testing.assert_array_equal(of_lanes(x)[4], np.sqrt(x))
+    assert np.isnan(of_lanes(np.full(LANES, -1.0))[4]).all()
 
 
 def test_exponential_to_rounding() -> None:

@@ -1,0 +1,33 @@
+"""Sampled poles of many modes at once: `bayes_hw.model.linear.mode_pole` lane by lane, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.model.lane_functions import cosine, exponential, sine, square_root
+from bayes_hw.model.lanes import LANES, broadcast, filled_up, load, store
+
+
+def mode_poles(frequency_hz: FloatArray, damping_ratio: FloatArray, sample_rate_hz: float) -> ComplexArray:
+    """exp(2 pi f (-zeta + i sqrt(1 - zeta^2)) / rate) of modes (modes, walkers), |damping_ratio| < 1."""
+    modes, walkers = frequency_hz.shape
+    given = filled_up(np.stack([frequency_hz, damping_ratio]))
+    parts = np.empty_like(given)
+    _mode_poles(given, 2 * np.pi / sample_rate_hz, parts)
+    poles = np.empty((modes, walkers), dtype=np.complex128)
+    poles.real, poles.imag = parts[:, :, :walkers]
+    return poles
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _mode_poles(given, turn, parts):  # type: ignore[no-untyped-def]
+    """Fill `parts` with real and imaginary parts, given frequencies and damping ratios, in one shape."""
+    rows = given.shape[1] * given.shape[2] // LANES
+    for row in range(rows):
+        angle, damping = broadcast(turn) * load(given, row), load(given, rows + row)
+        radius = exponential(broadcast(0.0) - angle * damping)
+        turned = angle * square_root(broadcast(1.0) - damping * damping)
+        store(parts, row, radius * cosine(turned))
+        store(parts, rows + row, radius * sine(turned))
