@@ -219,7 +219,7 @@ def scaling(modes: int, samples: int, seed: int) -> Scaling:
     """The default sampler on an axis of so many modes."""
     model, record = axis_of_modes(modes, samples, seed)
     case = case_of(model, [record], seed)
-    found, seconds = case.sample(SamplerSettings(max_steps=2000), seed)
+    found, seconds = case.sample(SamplerSettings(), seed)
     rate = float(found.convergence.ess_bulk.min()) / seconds
     return Scaling(case.target.dimension, samples, rate, found.convergence.converged)
 
