@@ -9,6 +9,7 @@ from emcee import State
 from emcee.moves import MHMove, Move
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.bend import Bend
 from bayes_hw.infer.mixture import StudentTMixture
 
 DEFAULT_STRETCH = 2.38
@@ -60,11 +61,18 @@ class DifferentialEvolutionMove(Move):  # type: ignore[misc]
     The walkers move in two halves, each by differences of the other half, gamma = `stretch` (1 + 1e-5 z) with
     z standard normal, by default 2.38 / sqrt(2 d) as there. emcee's own move of this kind lists all pairs of
     walkers and decides one walker after the other, which costs more here than the density itself.
+
+    With a `bend` the differences are those of the straight points (Parno and Marzouk,
+    doi 10.1137/17M1134640): along a curved ridge nearly all others lead off it. A map of unit Jacobian leaves
+    the proposals as symmetric as they were.
     """
 
-    def __init__(self, stretch: float | None = None, *, randomize_split: bool = True) -> None:
+    def __init__(
+        self, stretch: float | None = None, *, randomize_split: bool = True, bend: Bend | None = None
+    ) -> None:
         self.stretch = stretch
         self.randomize_split = randomize_split
+        self.bend = bend
 
     def propose(self, model: Any, state: State) -> tuple[State, np.ndarray]:
         """One step of all walkers: emcee's interface."""
@@ -90,14 +98,17 @@ class DifferentialEvolutionMove(Move):  # type: ignore[misc]
         second = (first + random.randint(1, len(others), size=count)) % len(others)
         stretch = DEFAULT_STRETCH / np.sqrt(2 * dimension) if self.stretch is None else self.stretch
         gamma = stretch * (1 + 1e-5 * random.standard_normal((count, 1)))
-        return x + gamma * (others[first] - others[second])
+        if self.bend is None:
+            return x + gamma * (others[first] - others[second])
+        straight = self.bend.undo(others)
+        return self.bend.apply(self.bend.undo(x) + gamma * (straight[first] - straight[second]))
 
 
 def weighted_moves(
     proposal: StudentTMixture, independence_weight: float, *, opposite: bool = False
 ) -> list[tuple[Move, float]]:
-    """Proposals from a density with the given weight; differential evolution, a tenth of it with full-length
-    jumps between modes, for the rest.
+    """Proposals from a density with the given weight; for the rest differential evolution along its bend, a
+    tenth of it with full-length jumps between modes.
 
     With `opposite` most of the former are drawn on the side opposite to the walker: not while walkers forget
     their starts, since from far out they would go as far on the other side.
@@ -109,6 +120,6 @@ def weighted_moves(
     return [
         (IndependenceMove(proposal), (1 - share) * independence_weight),
         (OppositeMove(proposal), share * independence_weight),
-        (DifferentialEvolutionMove(), 0.9 * local),
+        (DifferentialEvolutionMove(bend=proposal.bend), 0.9 * local),
         (DifferentialEvolutionMove(stretch=1.0), 0.1 * local),
     ]

@@ -26,6 +26,8 @@ from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.progress import Progress
 
 PILOT_STEPS = 90
+MANY = 12
+"""Parameters beyond which walkers need longer to spread, and a bend more points: the square as long."""
 SETTLING_STEPS = 20
 START_INFLATION = 4.0
 HOPELESS = 15.0
@@ -88,10 +90,11 @@ def run_pilot(
                 if not _overlooked(last, log_last, candidate):
                     task.reach(4)
                     return candidate.plan, settled
-        plan = replace(plan, proposal=laplace.proposal(1.2), independence_weight=0.5)
+        plan = replace(plan, proposal=candidates[-1].plan.proposal, independence_weight=0.5)
+        steps = round(PILOT_STEPS * max(1.0, (dimension / MANY) ** 2))
         for done in (2, 3):
-            (chain, log_probability), states = _steps(laplace, states, plan, PILOT_STEPS, pool)
-            recent, log_recent = chain[:, PILOT_STEPS // 3 :], log_probability[:, PILOT_STEPS // 3 :]
+            (chain, log_probability), states = _steps(laplace, states, plan, steps, pool)
+            recent, log_recent = chain[:, steps // 3 :], log_probability[:, steps // 3 :]
             plan = _best_mixture(recent, log_recent, laplace, candidates[-1].plan.proposal, rng)
             task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
         _, states = _steps(laplace, states, plan, SETTLING_STEPS, pool)

@@ -91,6 +91,11 @@ class Ridges(Target):
     def log_density(self, x: FloatArray) -> FloatArray:
         return -0.5 * np.sum(self.straight(x) ** 2, axis=-1)
 
+    def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
+        first, second = np.split(rng.standard_normal((count, len(self.names))), 2, axis=-1)
+        second = 0.5 * second + 0.4 * first * np.roll(first, -1, axis=-1)
+        return np.concatenate([first, second], axis=-1) @ self.mixing.T
+
 
 class TwoModes(Target):
     """x0 is N(-3, 1) with weight 0.3 or N(3, 1) with weight 0.7; three more standard normal variables."""

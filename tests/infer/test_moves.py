@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from emcee.moves import Move
 from scipy import stats
-from targets import Gaussian, LogGamma, Target
+from targets import Gaussian, LogGamma, Ridges, Target
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
-from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal
-from bayes_hw.infer.moves import IndependenceMove, OppositeMove, weighted_moves
+from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal, refitted
+from bayes_hw.infer.moves import DifferentialEvolutionMove, IndependenceMove, OppositeMove, weighted_moves
 
 WALKERS, BURN_IN, STEPS = 192, 300, 1200
 Moves = Sequence[tuple[Move, float]]
@@ -94,6 +94,37 @@ def test_move_leaves_a_correlated_gaussian(name: str) -> None:
 @pytest.mark.parametrize("name", MOVES)
 def test_move_leaves_a_skewed_target(name: str) -> None:
     assert_leaves_log_gamma(MOVES[name])
+
+
+def bent(points: FloatArray) -> StudentTMixture:
+    flat = laplace_proposal(np.zeros(points.shape[1]), np.eye(points.shape[1]))
+    return refitted(flat, points, np.full(len(points), 1 / len(points)), bent=True)
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5])
+def test_moves_along_a_bend_leave_curved_ridges(weight: float) -> None:
+    """Eight dimensions, four ridges: mean and variance of every straight variable and its marginal, from
+    differential evolution in straight coordinates, alone and beside bent independence proposals."""
+    target, rng = Ridges(8), np.random.default_rng(6)
+    points = target.draw(6000, rng)
+    chain = run(target, points[:WALKERS], weighted_moves(bent(points), weight, opposite=True))
+    straight = target.straight(chain)
+    for i in range(8):
+        assert_mean(straight[..., i], 0.0)
+        assert_mean(straight[..., i] ** 2, 1.0)
+        assert_marginal(straight[..., i], stats.norm.cdf)
+
+
+def test_along_a_bend_more_steps_are_taken() -> None:
+    """Differential evolution in straight coordinates is accepted half as often again as across the ridges."""
+    target, rng = Ridges(16), np.random.default_rng(7)
+    points = target.draw(6000, rng)
+    state = start_ensemble(points[:WALKERS], target, seed=8)
+    accepted = [
+        float(np.mean(advance(state, target, [(DifferentialEvolutionMove(bend=bend), 1.0)], 100)[2]))
+        for bend in (None, bent(points).bend)
+    ]
+    assert accepted[1] > 1.5 * accepted[0]
 
 
 class WrongFactor(IndependenceMove):
