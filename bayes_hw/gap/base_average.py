@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.decide import OTHER, Decision, best_of_sets
-from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.explanation import LARGEST_STRAIN, Explanation
 
 DRAWS = 2048
 LEAST_DRAWS = 10
@@ -75,13 +75,17 @@ def _laplace_draws(explanation: Explanation, count: int, rng: np.random.Generato
 def _scattered(
     best: Explanation, failed: Sequence[Explanation], count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Base parameters (count, base parameters) about those of `best`, as far off as `failed` ones lie."""
+    """Base parameters (count, base parameters) about those of `best`, as far off as `failed` ones lie, but no
+    farther from the nominal model than that can be off."""
     hypothesis = failed[-1].fit.hypothesis
     rows = slice(hypothesis.base_count)
     apart = np.array([e.fit.coordinates[rows] - best.fit.coordinates[rows] for e in failed])
     spread = FARTHER**2 * apart.T @ apart / len(failed) + best.fit.covariance()[rows, rows]
-    drawn = rng.multivariate_normal(best.fit.coordinates[rows], spread, count, method="eigh")
-    return np.asarray(hypothesis.to_values(drawn))
+    centre = best.fit.coordinates[rows]
+    drawn = rng.multivariate_normal(centre, spread, count, method="eigh")
+    farthest = np.max(np.abs(hypothesis.prior_deviations(drawn)), axis=1, keepdims=True)
+    within = centre + (drawn - centre) * np.minimum(1.0, LARGEST_STRAIN / farthest)
+    return np.asarray(hypothesis.to_values(within))
 
 
 def _doubtful_noise(

@@ -15,12 +15,19 @@ SD = np.array([0.1, 0.2])
 NOISE = 0.05
 
 
-def explanation(labels: tuple[str, ...], at: tuple[float, float], log_evidence: float) -> Any:
-    """Two base parameters at `at` with standard deviations SD, in coordinates that are the values."""
+def explanation(
+    labels: tuple[str, ...], at: tuple[float, float], log_evidence: float, prior_sd: float = 1e3
+) -> Any:
+    """Two base parameters at `at` with standard deviations SD, in coordinates that are the values; the prior
+    is centred at 4."""
     fit = SimpleNamespace(
         coordinates=np.array(at),
         covariance=lambda: np.diag(SD**2),
-        hypothesis=SimpleNamespace(base_count=2, to_values=lambda coordinates: coordinates),
+        hypothesis=SimpleNamespace(
+            base_count=2,
+            to_values=lambda coordinates: coordinates,
+            prior_deviations=lambda coordinates: (coordinates - 4.0) / prior_sd,
+        ),
         residuals=[np.zeros(1000)],
     )
     return SimpleNamespace(
@@ -40,9 +47,12 @@ CHOSEN = np.array([[4.0, 4.0, NOISE]])
 
 
 def averaged(
-    sets: dict[tuple[str, ...], float], other: float, chosen: FloatArray | None = CHOSEN
+    sets: dict[tuple[str, ...], float],
+    other: float,
+    chosen: FloatArray | None = CHOSEN,
+    base: Any = BASE,
 ) -> FloatArray:
-    attribution: Any = SimpleNamespace(explanations=(FRICTION, BACKLASH, BASE), base=BASE)
+    attribution: Any = SimpleNamespace(explanations=(FRICTION, BACKLASH, base), base=base)
     decision: Any = SimpleNamespace(explanation=FRICTION, sets=sets, probability={"other": other})
     return averaged_base(attribution, decision, chosen, 0.04, 0.25, np.random.default_rng(1))
 
@@ -69,6 +79,14 @@ def test_where_none_explains_the_gap_they_are_as_far_off_as_the_failed_ones() ->
     np.testing.assert_allclose(found[1:, :2].std(axis=0), 2 * apart, rtol=0.05)
     assert np.median(found[:, 2]) == pytest.approx(np.sqrt(0.04 * NOISE), rel=0.03)
     assert np.std(np.log(found[:, 2])) == pytest.approx(0.25, rel=0.06)
+
+
+def test_where_none_explains_the_gap_the_nominal_model_still_holds() -> None:
+    """No draw is farther than four of its standard deviations, however far off a failed explanation ran."""
+    runaway = explanation((), (1e6, 0.0), 0.0, prior_sd=0.5)
+    found = averaged({("friction",): 0.0}, 1.0, base=runaway)[1:, :2]
+    np.testing.assert_allclose(np.abs(found - 4.0).max(), 2.0)
+    assert np.mean(np.abs(found[:, 0] - 4.0) > 1.9) > 0.9
 
 
 def test_without_posterior_draws_the_normal_approximation_is_drawn() -> None:
