@@ -261,16 +261,21 @@ def test_interrupted_and_resumed_to_the_same_numbers(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Interrupted after 150 steps, between two looks at convergence (125 and 200 steps), when it has
-    the effective samples asked for: resumed, it still ends where an undisturbed run does."""
+    the effective samples asked for: resumed, it still ends where an undisturbed run does. The seed is the
+    first with fewer of them after 125 steps."""
 
     def run(name: str, *more: str) -> int:
-        arguments = sample_arguments(folder, tmp_path / name, "--walkers", "32", "--jobs", "1", "--quiet")
-        return main([*arguments, *more])
+        few = ("--walkers", "32", "--jobs", "1", "--quiet")
+        return main([*sample_arguments(folder, tmp_path / name, *few), *more])
 
-    assert run("probe", "--max-steps", "150", "--target-ess", "1e9") == 0
-    probed = read_json(tmp_path / "probe" / "posterior.json")["parameters"].values()
-    reached = min(min(entry["ess_bulk"], entry["ess_tail"]) for entry in probed)
-    target = ("--target-ess", str(0.95 * reached))
+    def reached(seed: str, steps: str) -> float:
+        assert run("probe", "--seed", seed, "--max-steps", steps, "--target-ess", "1e9") == 0
+        probed = read_json(tmp_path / "probe" / "posterior.json")["parameters"].values()
+        return min(min(entry["ess_bulk"], entry["ess_tail"]) for entry in probed)
+
+    tried = ((seed, reached(seed, "125"), reached(seed, "150")) for seed in "123456789")
+    seed, before, then = next(one for one in tried if one[1] < 0.95 * one[2])
+    target = ("--seed", seed, "--target-ess", str(0.5 * (before + then)))
     assert run("whole", *target) == 0
     capsys.readouterr()
     save_block = Checkpoint.save_block
