@@ -21,6 +21,7 @@ from bayes_hw.identifiability.scaling_group import (
     log_monomial,
     monomial,
 )
+from bayes_hw.infer.convergence import effective_sample_size
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.priors import LogNormal
@@ -101,14 +102,13 @@ def compare_invariants(freed: Posterior, chart: Posterior) -> Agreement:
     rows = []
     for invariant in invariants(freed.axis.model.units):
         exponents, unit = invariant.exponents, invariant.unit
-        log_freed, log_chart = (
-            summarize(log_monomial(exponents, run.values, run.names), "") for run in (freed, chart)
-        )
+        chains = [log_monomial(exponents, run.values, run.names) for run in (freed, chart)]
+        log_freed, log_chart = (summarize(chain, "") for chain in chains)
         values_freed, values_chart = (
             summarize(monomial(exponents, run.values, run.names), unit) for run in (freed, chart)
         )
         error_of_mean = np.hypot(log_freed.mcse_mean, log_chart.mcse_mean)
-        error_of_sd = np.hypot(_error_of_sd(log_freed), _error_of_sd(log_chart))
+        error_of_sd = np.hypot(error_of_sd_of(chains[0]), error_of_sd_of(chains[1]))
         rows.append(
             InvariantComparison(
                 invariant,
@@ -122,9 +122,14 @@ def compare_invariants(freed: Posterior, chart: Posterior) -> Agreement:
     return Agreement(tuple(rows), limit)
 
 
-def _error_of_sd(summary: Summary) -> float:
-    """Monte Carlo standard error of the standard deviation of a nearly normal quantity."""
-    return summary.sd / float(np.sqrt(2 * summary.ess_bulk))
+def error_of_sd_of(chains: FloatArray) -> float:
+    """Monte Carlo standard error of the standard deviation of chains (ensembles, steps, walkers).
+
+    By the effective samples of the squares: draws that lie opposite to each other serve means alone.
+    """
+    squares = (chains - chains.mean()) ** 2
+    size = effective_sample_size(squares)
+    return float(squares.std() / (2 * chains.std() * np.sqrt(size)))
 
 
 def contractions(freed: Posterior) -> tuple[tuple[Contraction, ...], tuple[Contraction, ...]]:

@@ -12,7 +12,12 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identifiability.asymmetry import check_assumptions
 from bayes_hw.identifiability.freed_gains import GAIN_POSITIVE, HALF_WIDTH_POSITIVE, SLOPE, UPPER
 from bayes_hw.identifiability.gain_posterior import FreedRuns, sample_freed
-from bayes_hw.identifiability.invariance import compare_invariants, contractions, orbit_through
+from bayes_hw.identifiability.invariance import (
+    compare_invariants,
+    contractions,
+    error_of_sd_of,
+    orbit_through,
+)
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -39,6 +44,20 @@ def test_invariants_agree_within_monte_carlo_error(runs: FreedRuns) -> None:
     assert agreement.agrees, [(row.invariant.name, row.mean_score, row.sd_score) for row in agreement.rows]
     for row in agreement.rows:
         assert row.freed.sd == pytest.approx(row.chart.sd, rel=0.15)
+
+
+@pytest.mark.parametrize("correlation", [-0.5, 0.0, 0.6])
+def test_error_of_a_standard_deviation_is_its_scatter(correlation: float) -> None:
+    """Of 300 chains of known first-order correlation; draws opposite to each other do not shrink it."""
+    rng = np.random.default_rng(3)
+    shocks = rng.standard_normal((80, 300, 4, 16))
+    chain = np.empty_like(shocks)
+    chain[0] = shocks[0]
+    for k in range(1, len(chain)):
+        chain[k] = correlation * chain[k - 1] + np.sqrt(1 - correlation**2) * shocks[k]
+    runs = np.moveaxis(chain, (1, 2), (0, 1))
+    claimed = np.mean([error_of_sd_of(run) for run in runs[:60]])
+    assert claimed == pytest.approx(np.std([run.std() for run in runs]), rel=0.15)
 
 
 @pytest.mark.parametrize(("factor", "offset"), [(1.0, 0.5), (1.3, 0.0)], ids=["shifted", "widened"])
