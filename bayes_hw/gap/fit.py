@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -57,14 +58,15 @@ class Fit:
 
     def precision(self) -> FloatArray:
         """Gauss-Newton precision of the coordinates (parameters, parameters), prior included."""
-        return self._quadratic()[0]
+        return self._quadratic[0]
 
     def promised_cost(self) -> float:
         """The cost at the minimum of its own quadratic model: lower where the fit has far to go."""
-        precision, gradient = self._quadratic()
+        precision, gradient = self._quadratic
         step = _damped_step(precision, gradient, 0.0)
         return self.cost if step is None else self.cost - 0.5 * float(gradient @ step)
 
+    @cached_property
     def _quadratic(self) -> tuple[FloatArray, FloatArray]:
         """Precision (parameters, parameters) and gradient (parameters,) of the cost, to first order."""
         prior = self.hypothesis.prior_jacobian(self.coordinates)
@@ -91,12 +93,11 @@ class Fit:
 
         Minus infinity for a fit that has run away.
         """
+        if self.ran_away:
+            return -np.inf
         deviation = self.hypothesis.prior_deviations(self.coordinates)
         log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
-        precision = self.precision()
-        if not np.isfinite(precision).all():
-            return -np.inf
-        _, log_determinant = np.linalg.slogdet(precision)
+        _, log_determinant = np.linalg.slogdet(self.precision())
         samples = sum(len(e) for e in self.residuals)
         penalty = 0.5 * self.whitener.parameter_count * np.log(samples)
         return self.whitener.log_likelihood + log_prior - 0.5 * float(log_determinant) - float(penalty)

@@ -44,7 +44,7 @@ class CorrelatedPlain:
     @property
     def tau(self) -> float:
         """Samples that count as one."""
-        return float((1 + self.coefficients[0]) / (1 - self.coefficients[0]))
+        return (1 + self.correlation) / (1 - self.correlation)
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
         return columns / (self.sigma * np.sqrt(self.tau))

@@ -10,7 +10,6 @@ from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 
-ARRAYS = ("centre", "axes", "coefficients", "offsets")
 REACH = 4.0
 """Standard deviations beyond which a coordinate bends the others no further: tails stay where they are."""
 RIDGE = 0.2
@@ -34,8 +33,8 @@ class Bend:
     offsets: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ARRAYS:
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
+        for name, array in vars(self).items():
+            object.__setattr__(self, name, np.ascontiguousarray(array))
 
     def apply(self, straight: FloatArray) -> FloatArray:
         """x of straight points centre + axes y (points, dimension)."""
@@ -59,9 +58,10 @@ class Bend:
         """
         centre = weights @ points
         centred = points - centre
+        covariance = (centred.T * weights) @ centred
         tried = [
             cls._along(axes, centre, centred, weights)
-            for axes in (_principal_axes(centred, weights), _skewed_axes(centred, weights))
+            for axes in (_principal_axes(covariance), _skewed_axes(covariance, centred, weights))
         ]
         return min(tried, key=lambda found: found[1])[0]
 
@@ -90,18 +90,17 @@ class Bend:
         return cls(centre, axes, coefficients, coefficients @ means), float(log_volume)
 
 
-def _principal_axes(centred: FloatArray, weights: FloatArray) -> FloatArray:
+def _principal_axes(covariance: FloatArray) -> FloatArray:
     """Those of the correlation matrix, the longest first: along a ridge the others bend."""
-    covariance = (centred.T * weights) @ centred
     scales = np.sqrt(np.diag(covariance))
     variances, vectors = linalg.eigh(covariance / np.outer(scales, scales))
     return np.asarray(scales[:, None] * vectors[:, ::-1] * np.sqrt(variances[::-1]))
 
 
-def _skewed_axes(centred: FloatArray, weights: FloatArray) -> FloatArray:
+def _skewed_axes(covariance: FloatArray, centred: FloatArray, weights: FloatArray) -> FloatArray:
     """Eigenvectors of sum_kl T_kil T_kjl with the third moments T_kij = E z_k z_i z_j of white coordinates,
     those whose squares explain most of the variance across them first."""
-    factor = linalg.cholesky((centred.T * weights) @ centred, lower=True)
+    factor = linalg.cholesky(covariance, lower=True)
     z = linalg.solve_triangular(factor, centred.T, lower=True).T
     third = np.einsum("nk,ni,nj->kij", z * weights[:, None], z, z, optimize=True)
     _, vectors = linalg.eigh(np.einsum("kil,kjl->ij", third, third))

@@ -19,7 +19,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_output import hdf5_written_atomically
-from bayes_hw.infer.bend import ARRAYS, Bend
+from bayes_hw.infer.bend import Bend
 from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import StudentTMixture
 
@@ -69,8 +69,8 @@ class Checkpoint:
             file["factors"] = plan.proposal.factors
             file.attrs["degrees_of_freedom"] = plan.proposal.degrees_of_freedom
             if (bend := plan.proposal.bend) is not None:
-                for name in ARRAYS:
-                    file[f"bend/{name}"] = getattr(bend, name)
+                for name, array in vars(bend).items():
+                    file[f"bend/{name}"] = array
             _write_states(file, states)
 
     def save_block(self, number: int, block: Block, states: Sequence[EnsembleState]) -> None:
@@ -90,13 +90,13 @@ class Checkpoint:
         if not (self.folder / "plan.h5").exists():
             return None
         with self._open(self.folder / "plan.h5") as file:
-            bend = Bend(*(file[f"bend/{name}"][:] for name in ARRAYS)) if "bend" in file else None
+            bent = {name: array[:] for name, array in file["bend"].items()} if "bend" in file else None
             proposal = StudentTMixture(
                 file["weights"][:],
                 file["means"][:],
                 file["factors"][:],
                 float(file.attrs["degrees_of_freedom"]),
-                bend,
+                None if bent is None else Bend(**bent),
             )
             plan = Plan(
                 proposal,

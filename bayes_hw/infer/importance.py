@@ -49,7 +49,7 @@ def importance_trial(laplace: Laplace, rng: np.random.Generator) -> Trial:
         x = proposal.sample((DRAWS if trials else FIRST_DRAWS) * pairs, rng)
         log_density, log_q = laplace.densities[0](x), proposal.log_density(x)
         log_weights = log_density - log_q
-        trials.append(judged(proposal, log_weights, np.zeros(len(x)), laplace.straight))
+        trials.append(_judged(proposal, log_weights, np.zeros(len(x)), laplace.straight))
         possible = np.isfinite(log_weights)
         if np.count_nonzero(possible) <= LEAST_SIZE * pairs:
             break
@@ -86,7 +86,7 @@ def _with_several_tails(
     for degrees_of_freedom, inflation in TAILS if len(fitted.weights) == 1 else TAILS[:1]:
         tried = fitted.with_tails(degrees_of_freedom, inflation / FITTED_INFLATION)
         log_tried = tried.log_density(x)
-        trial = judged(tried, log_density - log_tried, log_tried - log_q, straight)
+        trial = _judged(tried, log_density - log_tried, log_tried - log_q, straight)
         trials.append(replace(trial, heavier=tuple(trials[:1])))
     return trials
 
@@ -95,7 +95,7 @@ def _most_accepted(trials: Sequence[Trial]) -> Trial:
     return max(trials, key=lambda trial: trial.plan.expected_acceptance)
 
 
-def judged(
+def _judged(
     proposal: StudentTMixture, log_weights: FloatArray, log_masses: FloatArray, straight: bool
 ) -> Trial:
     """A proposal judged by draws that stand for it with `log_masses` (draws,), log p / q `log_weights`."""
