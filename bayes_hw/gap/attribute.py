@@ -22,7 +22,7 @@ from bayes_hw.gap.explanation import (
     repeats_far_ahead,
     with_coloured_noise,
 )
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.fit import Fit, fit, fitted_on
 from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
@@ -114,7 +114,7 @@ class Attributor:
         self.tell("single effects")
         tried = TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT
         singles = self.single_fits(bases[0], tried)
-        coloured = self.each(lambda f: with_coloured_noise(f, self.measured), singles[:SINGLES_KEPT])
+        coloured = self._joint.explained(singles[:SINGLES_KEPT])
         found += coloured
         self.tell("stochastic effects")
         hosts = list(coloured) if self.stochastic.lattice or self._unfinished(found) else []
@@ -136,10 +136,10 @@ class Attributor:
             self.tell("short periods and other starts")
             short = self._short_periods(bases[0])
             singles = cheapest_of_each([*singles, *short])
-            more = [with_coloured_noise(f, self.measured) for f in short[:FURTHER_KEPT]]
+            more = self._joint.explained(short[:FURTHER_KEPT])
             leading = [e.fit for e in sorted([*coloured, *more], key=_worst_first)][:RESTARTED]
             again = cheapest_of_each(self._restarts.elsewhere(leading))
-            more += self.each(lambda f: with_coloured_noise(f, self.measured), again)
+            more += self._joint.explained(again)
             for leader in _leaders([*coloured, *more])[:LEADERS]:
                 more += self._restarts.near(leader)
             found += more
@@ -220,11 +220,11 @@ class Attributor:
             explanations
         )
 
-    @property
+    @cached_property
     def _restarts(self) -> Restarts:
         return Restarts(self.base, self.measured, self.plain, self.stochastic, self.each, self.seed)
 
-    @property
+    @cached_property
     def _joint(self) -> JointFits:
         return JointFits(self.measured, self.plain, self.each)
 
@@ -260,7 +260,7 @@ class Attributor:
         glitches = Glitches.of(best.residuals) if self.glitches_known else None
         if glitches is not None:
             self.plain = Plain(self.plain.sigma, masked=tuple(glitches.masks))
-            fits = [fit(self.base, self.measured, f.coordinates, self.plain) for f in fits]
+            fits = [fitted_on(f, self.measured, self.plain) for f in fits]
         return sorted(fits, key=lambda f: f.cost)
 
     @cached_property
@@ -296,7 +296,7 @@ class Attributor:
             return []
         plain = fit(found.hypothesis, self.measured, found.coordinates, self.plain, MORE_ITERATIONS)
         alone = self.stochastic.moved(best, self.base, found.coordinates[: self.base.base_count])
-        return [with_coloured_noise(plain, self.measured), alone]
+        return [*self._joint.explained([plain]), alone]
 
     @cached_property
     def _at_nominal(self) -> Screen:

@@ -23,6 +23,12 @@ def _numbers(logs):  # type: ignore[no-untyped-def]
     return e[KP], e[KI], e[KM], e[KL], e[KS], e[KSS], e[C], e[CS], e[BL], e[GAIN]
 
 
+@njit(cache=True, inline="always")
+def _reciprocal(z):  # type: ignore[no-untyped-def]
+    """1 / z without the care that very large and very small numbers take."""
+    return z.conjugate() * (1 / (z.real * z.real + z.imag * z.imag))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
     """log(R / target) of `train` at one s, and in `slope` (10,) its derivatives by the logarithms.
@@ -38,12 +44,13 @@ def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
     hung = load * structure - ks * kss * structural * structural
     coupled = km * kl * coupling * coupling
     determinant = motor * hung - coupled * structure
-    ratio = np.log(sign * gain * loop * kl * coupling * structure / (s * determinant) / target)
+    inverse = _reciprocal(determinant)
+    ratio = sign * gain * kl * loop * coupling * structure * inverse * _reciprocal(s * target)
+    ratio = 0.5 * np.log(ratio.real**2 + ratio.imag**2) + 1j * np.arctan2(ratio.imag, ratio.real)
     if not (np.isfinite(ratio.real) and np.isfinite(ratio.imag)):
         slope[:] = 0.0
         return 10.0 + 0.0j
-    inverse = 1 / determinant
-    over_loop, over_structure = 1 / loop, 1 / structure
+    over_loop, over_structure = _reciprocal(loop), _reciprocal(structure)
     by_load = motor * structure
     by_structure = motor * load - coupled
     pull = motor * ks * structural
@@ -53,9 +60,8 @@ def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
     slope[KL] = 1 - kl * coupling * (by_load - km * coupling * structure) * inverse
     slope[KS] = -(ks * structural * by_load - pull * kss * structural) * inverse
     slope[KSS] = kss * structural * (over_structure - (by_structure - pull) * inverse)
-    slope[C] = (
-        c * s * (1 / coupling - (km * hung + kl * by_load - 2 * km * kl * coupling * structure) * inverse)
-    )
+    both = km * hung + kl * by_load - 2 * km * kl * coupling * structure
+    slope[C] = c * s * (_reciprocal(coupling) - both * inverse)
     slope[CS] = (
         cs * s * (kss * over_structure - (ks * by_load + kss * by_structure - 2 * kss * pull) * inverse)
     )
@@ -73,34 +79,28 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
     """
     logs = logs.copy()
     slope = np.empty(COUNT, dtype=np.complex128)
-    for _ in range(rounds):
-        weight = (1 / (3 * misfit)) ** 2
-        for _ in range(steps):
-            precision, gradient = np.zeros((COUNT, COUNT)), np.zeros(COUNT)
-            train = _numbers(logs)
-            for k in range(len(s)):
-                at = _log_ratio(train, sign, s[k], target[k], slope)
-                for i in range(COUNT):
-                    gradient[i] -= weight * (slope[i].real * at.real + slope[i].imag * at.imag)
-                    for j in range(i + 1):
-                        precision[i, j] += weight * (
-                            slope[i].real * slope[j].real + slope[i].imag * slope[j].imag
-                        )
-            for i in range(COUNT):
-                gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
-                precision[i, i] += 1 / usual_sd[i] ** 2
-                for j in range(i):
-                    precision[j, i] = precision[i, j]
-            if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
-                return logs, np.inf
-            step = np.linalg.solve(precision, gradient)
-            for i in range(COUNT):
-                logs[i] += min(max(step[i], -largest), largest)
-        total, train = 0.0, _numbers(logs)
+    slopes, ratios = np.empty((2 * len(s), COUNT)), np.empty(2 * len(s))
+    for number in range(rounds * steps + 1):
+        train = _numbers(logs)
         for k in range(len(s)):
             at = _log_ratio(train, sign, s[k], target[k], slope)
-            total += at.real**2 + at.imag**2
-        misfit = np.sqrt(total / (2 * len(s)) + smallest**2)
+            ratios[2 * k], ratios[2 * k + 1] = at.real, at.imag
+            for i in range(COUNT):
+                slopes[2 * k, i], slopes[2 * k + 1, i] = slope[i].real, slope[i].imag
+        if number > 0 and number % steps == 0:
+            misfit = np.sqrt(np.mean(ratios * ratios) + smallest**2)
+        if number == rounds * steps:
+            break
+        weight = (1 / (3 * misfit)) ** 2
+        precision, gradient = weight * (slopes.T @ slopes), -weight * (slopes.T @ ratios)
+        for i in range(COUNT):
+            gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
+            precision[i, i] += 1 / usual_sd[i] ** 2
+        if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
+            return logs, np.inf
+        step = np.linalg.solve(precision, gradient)
+        for i in range(COUNT):
+            logs[i] += min(max(step[i], -largest), largest)
     return logs, misfit
 
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.fit import Fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.stochastic import ROUNDING, Display, StochasticFit, autoregression
 from bayes_hw.gap.whitener import Autoregression, no_glitches
@@ -149,7 +149,7 @@ def with_coloured_noise(start: Fit, measured: Sequence[FloatArray], iterations: 
     """The fit under autoregressive noise, in turns with the noise, from a fit on plain residuals."""
     current = start
     for _ in range(NOISE_ROUNDS):
-        current = fit(current.hypothesis, measured, current.coordinates, autoregression(current), iterations)
+        current = fitted_on(current, measured, autoregression(current), iterations)
     current = replace(current, whitener=autoregression(current))
     return Explanation(current, None, _finite(current.log_evidence()))
 

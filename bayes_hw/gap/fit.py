@@ -16,7 +16,7 @@ from bayes_hw.gap.trimming import best_stretches
 from bayes_hw.gap.whitener import Whitener
 
 MAX_ITERATIONS = 25
-GOOD_ENOUGH = 1e-6
+GOOD_ENOUGH = 1e-5
 """Relative decrease of the cost at which the iteration ends."""
 
 TRIES = (1, 3, 4)
@@ -136,17 +136,57 @@ def fit(
     Where `free` (parameters,) is given, the others stay at their start. The share `left_out` of the records'
     stretches, those that fit worst, does not count, nor in the cost.
     """
-    means, sds = hypothesis.prior_means, hypothesis.prior_sds
+    task = _Task(hypothesis, measured, whitener, left_out)
+    (at,) = task.simulated(start[None])
+    return _descended(task, at, jacobians(hypothesis, at.coordinates, at.simulated), max_iterations, free)
 
-    def evaluate(points: FloatArray) -> list[_Point]:
-        pulls = -hypothesis.log_prior(points)
-        simulated = hypothesis.simulate_batch(hypothesis.to_values(points))
+
+def fitted_on(
+    begun: Fit,
+    measured: Sequence[FloatArray],
+    whitener: Whitener,
+    max_iterations: int = MAX_ITERATIONS,
+    left_out: float = 0.0,
+) -> Fit:
+    """`fit` from where another ended, whose simulation and derivatives are not made again."""
+    task = _Task(begun.hypothesis, measured, whitener, left_out)
+    (at,) = task.judged(begun.coordinates[None], [s[:, None] for s in begun.simulated])
+    return _descended(task, at, begun.jacobians, max_iterations)
+
+
+class _Point(NamedTuple):
+    """Coordinates with their cost, and simulated outputs and whitened residuals (samples,) a record, these
+    zero where the samples are not `kept`."""
+
+    coordinates: FloatArray
+    cost: float
+    simulated: list[FloatArray]
+    white: list[FloatArray]
+    kept: list[BoolArray] | None
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is fitted to which records under what noise; the share `left_out` of their stretches not."""
+
+    hypothesis: Hypothesis
+    measured: Sequence[FloatArray]
+    whitener: Whitener
+    left_out: float = 0.0
+
+    def simulated(self, points: FloatArray) -> list[_Point]:
+        """Every one of `points` (n, parameters) simulated."""
+        return self.judged(points, self.hypothesis.simulate_batch(self.hypothesis.to_values(points)))
+
+    def judged(self, points: FloatArray, simulated: Sequence[FloatArray]) -> list[_Point]:
+        """`points` (n, parameters) with their outputs `simulated` (samples, n), a record each."""
+        pulls = -self.hypothesis.log_prior(points)
         white = [
-            whitener.whiten(y[:, None] - s, record)
-            for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
+            self.whitener.whiten(y[:, None] - s, record)
+            for record, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
         ]
         costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
-        kept = best_stretches(white, left_out) if left_out else None
+        kept = best_stretches(white, self.left_out) if self.left_out else None
         if kept is not None:
             white = [np.where(k, e, 0.0) for k, e in zip(kept, white, strict=True)]
             trimmed = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
@@ -162,19 +202,33 @@ def fit(
             for i, (point, cost) in enumerate(zip(points, costs, strict=True))
         ]
 
-    (at,) = evaluate(start[None])
-    damping = 1e-3
-    derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
-    for _ in range(max_iterations):
-        prior = hypothesis.prior_jacobian(at.coordinates)
+    def quadratic(self, at: _Point, derivatives: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Gauss-Newton precision (parameters, parameters) and the cost's negative gradient (parameters,)."""
+        prior = self.hypothesis.prior_jacobian(at.coordinates)
         precision = prior.T @ prior
-        gradient = -prior.T @ hypothesis.prior_deviations(at.coordinates)
+        gradient = -prior.T @ self.hypothesis.prior_deviations(at.coordinates)
         for record, jacobian in enumerate(derivatives):
-            filtered = whitener.whiten(jacobian, record)
+            filtered = self.whitener.whiten(jacobian, record)
             if at.kept is not None:
                 filtered = np.where(at.kept[record][:, None], filtered, 0.0)
             precision = precision + filtered.T @ filtered
             gradient = gradient + filtered.T @ at.white[record]
+        return precision, gradient
+
+
+def _descended(
+    task: _Task,
+    at: _Point,
+    derivatives: list[FloatArray],
+    max_iterations: int,
+    free: BoolArray | None = None,
+) -> Fit:
+    """The fit from `at`, where the outputs have the given `derivatives`."""
+    hypothesis, exact = task.hypothesis, True
+    means, sds = hypothesis.prior_means, hypothesis.prior_sds
+    damping = 1e-3
+    for _ in range(max_iterations):
+        precision, gradient = task.quadratic(at, derivatives)
         if free is not None:
             gradient = np.where(free, gradient, 0.0)
             precision = np.where(np.outer(free, free), precision, np.diag(np.diag(precision)))
@@ -193,7 +247,7 @@ def fit(
             if not steps:
                 continue
             trials = np.clip(at.coordinates + np.array(steps), means - FARTHEST * sds, means + FARTHEST * sds)
-            found = evaluate(trials)
+            found = task.simulated(trials)
             better = [i for i, trial in enumerate(found) if trial.cost < at.cost]
             if better:
                 at, damping = found[better[0]], max(dampings[better[0]] / 5, 1e-9)
@@ -212,19 +266,8 @@ def fit(
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     if not exact:
         derivatives = jacobians(hypothesis, at.coordinates, at.simulated)
-    residuals = [y - s for y, s in zip(measured, at.simulated, strict=True)]
-    return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, whitener, at.cost)
-
-
-class _Point(NamedTuple):
-    """Coordinates with their cost, and simulated outputs and whitened residuals (samples,) a record, these
-    zero where the samples are not `kept`."""
-
-    coordinates: FloatArray
-    cost: float
-    simulated: list[FloatArray]
-    white: list[FloatArray]
-    kept: list[BoolArray] | None
+    residuals = [y - s for y, s in zip(task.measured, at.simulated, strict=True)]
+    return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, task.whitener, at.cost)
 
 
 def _damped_step(precision: FloatArray, gradient: FloatArray, damping: float) -> FloatArray | None:

@@ -1,14 +1,15 @@
-"""Plain fits of the base model together with effects, from candidates that a screen chose."""
+"""Plain fits of the base model together with effects that a screen chose, and the minima that they find."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.explanation import Explanation, with_coloured_noise
+from bayes_hw.gap.fit import Fit, fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Candidate
@@ -20,13 +21,33 @@ HOPEFUL = 2
 """Fits that go on although others are ahead, for what their quadratic model promises."""
 
 
+SAME = 0.1
+"""Cost by which two fits of one combination of effects may differ and yet have ended in the same minimum."""
+
+NEARLY_THERE = 3.0
+"""Cost above a known minimum at which a fit that promises nothing better is taken to lead there."""
+
+
+@dataclass
+class Minimum:
+    """A minimum of the plain cost, with its explanation under coloured noise once that is known."""
+
+    fit: Fit
+    explanation: Explanation | None = None
+
+
 @dataclass(frozen=True)
 class JointFits:
-    """Fits to `measured` under white noise."""
+    """Fits to `measured` under white noise, and the minima found: searches from many places end in the same.
+
+    Work is handed to `each` only where no fit before led to the same minimum, so that what is found does not
+    depend on the number of threads.
+    """
 
     measured: Sequence[FloatArray]
     plain: Plain
     each: Each
+    known: dict[frozenset[str], list[Minimum]] = field(default_factory=dict)
 
     def in_two_rounds(
         self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int, times: int = 1
@@ -34,18 +55,47 @@ class JointFits:
         """A few iterations of every host with its candidates, more of the best `finished` and of the few
         others that promise most; best first.
 
-        Of both `times` as many as usual.
+        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it.
         """
         begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
         first = sorted(begun, key=lambda f: f.cost)
         behind = first[finished:]
         promised = self.each(lambda f: f.promised_cost(), behind)
         hopeful = [behind[i] for i in np.argsort(promised)[:HOPEFUL]]
-        done = self.each(
-            lambda f: fit(f.hypothesis, self.measured, f.coordinates, self.plain, times * MORE_ITERATIONS),
-            [*first[:finished], *hopeful],
-        )
-        return cheapest_of_each([*done, *behind])
+        going_on = [*first[:finished], *hopeful]
+        ends = [self._end_of(f) for f in going_on]
+        new = [f for f, end in zip(going_on, ends, strict=True) if end is None]
+        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, times * MORE_ITERATIONS), new)
+        for f in done:
+            self._minimum(f)
+        return cheapest_of_each([*done, *(end for end in ends if end is not None), *behind])
+
+    def explained(self, fits: Sequence[Fit]) -> list[Explanation]:
+        """The plain `fits` under coloured noise, those of one minimum once."""
+        minima = [self._minimum(f) for f in fits]
+        new = list({id(m): m for m in minima if m.explanation is None}.values())
+        found = self.each(lambda m: with_coloured_noise(m.fit, self.measured), new)
+        for minimum, explanation in zip(new, found, strict=True):
+            minimum.explanation = explanation
+        return [m.explanation for m in minima if m.explanation is not None]
+
+    def _minimum(self, fit: Fit) -> Minimum:
+        """The known minimum that `fit` ended in, known from now on."""
+        minima = self.known.setdefault(_combination(fit), [])
+        for minimum in minima:
+            if minimum.fit is fit or abs(minimum.fit.cost - fit.cost) < SAME:
+                return minimum
+        minima.append(Minimum(fit))
+        return minima[-1]
+
+    def _end_of(self, begun: Fit) -> Fit | None:
+        """The known minimum that `begun` is close to without a promise of a better one."""
+        known = [minimum.fit for minimum in self.known.get(_combination(begun), [])]
+        if not known:
+            return None
+        best = min(known, key=lambda f: f.cost)
+        near = begun.cost < best.cost + NEARLY_THERE
+        return best if near and begun.promised_cost() > best.cost - SAME else None
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, start = joined(host, candidates)
@@ -71,7 +121,12 @@ def cheapest_of_each(fits: Sequence[Fit]) -> list[Fit]:
     """The cheapest fit of every combination of effects, best first."""
     best: dict[frozenset[str], Fit] = {}
     for f in fits:
-        key = frozenset(effect.name for effect in f.hypothesis.effects)
+        key = _combination(f)
         if key not in best or f.cost < best[key].cost:
             best[key] = f
     return sorted(best.values(), key=lambda f: f.cost)
+
+
+def _combination(fit: Fit) -> frozenset[str]:
+    """Names of the effects of a fit."""
+    return frozenset(effect.name for effect in fit.hypothesis.effects)

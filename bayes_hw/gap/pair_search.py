@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
-from bayes_hw.gap.explanation import Explanation, with_coloured_noise
+from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.fit import Fit, evaluated, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
@@ -81,7 +81,7 @@ class PairSearch:
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
         """Every effect of every pair alone."""
         parts = [(pair.fit, kept) for pair in pairs for kept in range(len(pair.fit.hypothesis.effects))]
-        return self.joint.each(self._without_one, parts)
+        return self.joint.explained(self.joint.each(self._without_one, parts))
 
     def _promising(self, singles: Sequence[Fit]) -> list[tuple[Fit, list[Candidate]]]:
         """Pairs whose responses promise most together, from the nominal modes, best first."""
@@ -142,18 +142,17 @@ class PairSearch:
     def _explained(self, fitted: Sequence[Fit]) -> list[Explanation]:
         """The pairs under coloured noise, and the parts of the very best."""
         pairs = cheapest_of_each(fitted)
-        paired = self.joint.each(lambda f: with_coloured_noise(f, self.joint.measured), pairs)
+        paired = self.joint.explained(pairs)
         best = sorted(paired, key=lambda e: -e.log_evidence)[:PAIRS_PRUNED]
         return paired + self.parts(best)
 
-    def _without_one(self, part: tuple[Fit, int]) -> Explanation:
+    def _without_one(self, part: tuple[Fit, int]) -> Fit:
         """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
         pair, kept = part
-        measured, plain = self.joint.measured, self.joint.plain
         hypothesis = self.base.with_effect(pair.hypothesis.effects[kept])
         own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
         start = np.concatenate([pair.coordinates[: self.base.base_count], own])
-        return with_coloured_noise(fit(hypothesis, measured, start, plain), measured)
+        return fit(hypothesis, self.joint.measured, start, self.joint.plain)
 
 
 def _best_candidates(found: Sequence[Sequence[Candidate]]) -> list[Candidate]:

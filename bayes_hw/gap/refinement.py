@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.fit import Fit, fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen
@@ -59,7 +59,7 @@ class Refinement:
             return self.stochastic.moved(explanation, *begun[0])
         fits = [fit(h, self.measured, at, self.plain, FIRST_ITERATIONS) for h, at in begun]
         best = min(fits, key=lambda f: f.cost)
-        done = fit(best.hypothesis, self.measured, best.coordinates, self.plain)
+        done = fitted_on(best, self.measured, self.plain)
         return with_coloured_noise(done, self.measured)
 
     def _starts(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import FARTHEST, Fit, fit
+from bayes_hw.gap.fit import FARTHEST, Fit, fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.stochastic_search import StochasticSearch
@@ -28,6 +28,9 @@ CLOSE_STARTS = 3
 CLOSE_DRAWS = 96
 CLOSE_SPREAD = (3.0, 60.0)
 """Standard deviations of the estimate about the best fit: short periods make a rugged likelihood."""
+
+SAME = 0.1
+"""Log-evidence by which two fits of the same response may differ and yet be the same."""
 
 GENERATIONS = 10
 PATIENCE = 2
@@ -75,6 +78,8 @@ class Restarts:
     stochastic: StochasticSearch
     each: Each
     seed: int
+    settled: dict[str, list[float]] = field(default_factory=dict)
+    """Log-evidences, by name, near which there is nothing better."""
 
     def elsewhere(self, hosts: Sequence[Fit]) -> list[Fit]:
         """Every host from other limits, dead zones and gains, its modes nominal, its effect as fitted."""
@@ -86,16 +91,26 @@ class Restarts:
 
         None where it has no effect or has run away, or a display, whose likelihood is another.
         """
-        host, noise = best.fit, best.stochastic
+        host = best.fit
         if not host.hypothesis.effects or best.display is not None or host.ran_away:
             return []
+        settled = self.settled.setdefault(best.name, [])
+        if any(abs(best.log_evidence - known) < SAME for known in settled):
+            return []
+        found = self._near(best)
+        settled += [best.log_evidence, max(e.log_evidence for e in found)]
+        return found
+
+    def _near(self, best: Explanation) -> list[Explanation]:
+        """The same, whatever is known."""
+        host, noise = best.fit, best.stochastic
         rng = np.random.default_rng(self.seed + 2)
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds
         far = self._ranked(host, drawn_about(host.coordinates, spreads, DRAWS, rng))[:FAR_STARTS]
         starts = [*far, *self._own(host, rng), *self._close(host, rng)]
         if noise is not None:
             return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
-        plain = fit(host.hypothesis, self.measured, host.coordinates, self.plain, ITERATIONS_NEAR)
+        plain = fitted_on(host, self.measured, self.plain, ITERATIONS_NEAR)
         starts += self._without_a_record(host)
         failed = 0
         for _ in range(GENERATIONS):
@@ -132,7 +147,7 @@ class Restarts:
             noise = self.plain.without(
                 [np.full(len(y), record == left_out) for record, y in enumerate(self.measured)]
             )
-            return fit(host.hypothesis, self.measured, host.coordinates, noise, ITERATIONS_NEAR).coordinates
+            return fitted_on(host, self.measured, noise, ITERATIONS_NEAR).coordinates
 
         return self.each(fitted, range(len(self.measured)))
 

@@ -14,8 +14,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit import Fit, fit
-from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.fit import Fit, fit, fitted_on
 from bayes_hw.gap.joint_fits import MORE_ITERATIONS, cheapest_of_each, joined
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Candidate, Screen, best_forms, distinct
@@ -57,10 +56,8 @@ class TrimmedSearch:
         return cheapest_of_each([f for f in begun if np.isfinite(f.cost)])
 
     def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
-        return self._fitted(*joined(host, candidates), FIRST_ITERATIONS, LEFT_OUT)
-
-    def _fitted(self, hypothesis: Hypothesis, start: FloatArray, iterations: int, left_out: float) -> Fit:
-        return fit(hypothesis, self.measured, start, self.plain, iterations, left_out=left_out)
+        hypothesis, start = joined(host, candidates)
+        return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS, left_out=LEFT_OUT)
 
     def _beside(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
         """The effects that promise most beside that of `host`, on the stretches that it fits best."""
@@ -73,7 +70,6 @@ class TrimmedSearch:
 
     def _settled(self, begun: Fit) -> Explanation:
         """The fit to all samples from where the stretches that fit best lead, under coloured noise."""
-        hypothesis = begun.hypothesis
-        trimmed = self._fitted(hypothesis, begun.coordinates, MORE_ITERATIONS, LEFT_OUT)
-        whole = self._fitted(hypothesis, trimmed.coordinates, MORE_ITERATIONS, 0.0)
+        trimmed = fitted_on(begun, self.measured, self.plain, MORE_ITERATIONS, LEFT_OUT)
+        whole = fitted_on(trimmed, self.measured, self.plain, MORE_ITERATIONS)
         return with_coloured_noise(whole, self.measured)

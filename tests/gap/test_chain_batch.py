@@ -77,12 +77,13 @@ def test_w_is_kept_on_request() -> None:
     assert without.w.shape == (0, 1)
 
 
-@pytest.mark.parametrize(("rate", "torques", "ramp"), [(20.0, 10, 10), (50.0, 4, 8), (125.0, 2, 8)])
-def test_steps_a_sample(rate: float, torques: int, ramp: int) -> None:
-    """10 ms for torques, eight where the command changes within a sample, else one."""
-    active = np.zeros(S.COUNT, dtype=np.bool_)
-    assert substeps_of(active, rate) == 1
-    active[S.GAP] = True
-    assert substeps_of(active, rate) == torques
-    active[S.COMMAND_RATE] = True
-    assert substeps_of(active, rate) == ramp
+@pytest.mark.parametrize(
+    ("rate", "torques", "ramp", "both"),
+    [(10.0, 20, 8, 20), (20.0, 10, 8, 10), (50.0, 4, 4, 4), (125.0, 2, 4, 4)],
+)
+def test_steps_a_sample(rate: float, torques: int, ramp: int, both: int) -> None:
+    """5 ms for torques, 6.25 ms and four to eight where the command changes within a sample, else one."""
+    none, forces, changes = np.zeros((3, S.COUNT), dtype=np.bool_)
+    forces[S.GAP], changes[S.COMMAND_RATE] = True, True
+    found = [substeps_of(active, rate) for active in (none, forces, changes, forces | changes)]
+    assert found == [1, torques, ramp, both]

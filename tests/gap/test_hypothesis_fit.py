@@ -9,6 +9,7 @@ import pytest
 from drive_axis import SIGMA, coloured, command, drive_axis, hypothesis, white
 from fitted import AXIS, simulated_with
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.catalogue import (
     CommandBias,
     CoulombFrictionAtMotor,
@@ -18,7 +19,8 @@ from bayes_hw.gap.effects.catalogue import (
 )
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import with_coloured_noise
-from bayes_hw.gap.fit import evaluated, fit, jacobians
+from bayes_hw.gap.fit import evaluated, fit, fitted_on, jacobians
+from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.whitener import Plain
 
 PLAIN = Plain(SIGMA)
@@ -127,6 +129,29 @@ def test_a_promised_cost_is_where_a_nearly_linear_fit_ends() -> None:
     assert begun.cost > 1.5 * done.cost
     assert abs(begun.promised_cost() - done.cost) < 0.1 * (begun.cost - done.cost)
     assert done.promised_cost() == pytest.approx(done.cost, rel=1e-4)
+
+
+def test_a_fit_goes_on_from_another_as_from_its_coordinates(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the same bits, under other noise too, with one simulation and one set of derivatives less."""
+    found = hypothesis(AXIS, INPUTS)
+    measured = [y + white(700, SIGMA, i) for i, y in enumerate(found.simulate(found.builder.axis.nominal))]
+    begun = fit(found, measured, found.prior_means + 0.3 * found.prior_sds, PLAIN, 2)
+    calls: list[int] = []
+    simulate = type(found).simulate_batch
+
+    def counted(self: Hypothesis, values: FloatArray) -> list[FloatArray]:
+        calls.append(len(values))
+        return simulate(self, values)
+
+    monkeypatch.setattr(type(found), "simulate_batch", counted)
+    for noise in (PLAIN, Plain(2 * SIGMA)):
+        direct = fit(found, measured, begun.coordinates, noise)
+        simulated, calls[:] = sum(calls), []
+        on = fitted_on(begun, measured, noise)
+        assert sum(calls) == simulated - 1 - len(begun.coordinates)
+        calls.clear()
+        np.testing.assert_array_equal(on.coordinates, direct.coordinates)
+        assert on.cost == direct.cost and on.whitener is noise
 
 
 def test_parameters_not_free_stay() -> None:

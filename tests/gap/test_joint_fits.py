@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drive_axis import SIGMA, command, hypothesis
@@ -11,6 +13,7 @@ from bayes_hw.gap import joint_fits
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
+from bayes_hw.gap.explanation import with_coloured_noise
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.parallel import Each
@@ -79,3 +82,32 @@ def test_a_fit_that_is_behind_goes_on_for_what_it_promises(
     found = joint.in_two_rounds([(host, [c]) for c in [*wrong, right]], 1)
     assert candidate_of(found[0]).effect.label == "transport_delay"
     assert abs(candidate_of(found[0]).values[0] - DELAY) < 0.02
+
+
+def test_fits_of_one_minimum_are_explained_once(fits: tuple[JointFits, list[Fit]]) -> None:
+    """By the explanation of the first; another minimum and another combination have their own."""
+    joint, found = fits
+    fresh = JointFits(joint.measured, joint.plain, joint.each)
+    same = replace(found[0], cost=found[0].cost + 0.5 * joint_fits.SAME)
+    elsewhere = replace(found[0], cost=found[0].cost + 2 * joint_fits.SAME)
+    first, second, other, third = fresh.explained([found[0], same, found[1], elsewhere])
+    assert first is second and third is not first
+    direct = with_coloured_noise(found[0], joint.measured)
+    assert first.log_evidence == direct.log_evidence
+    assert other.labels == found[1].hypothesis.labels
+    assert fresh.explained([found[1]]) == [other]
+
+
+def test_a_fit_on_its_way_to_a_known_minimum_is_not_finished(fits: tuple[JointFits, list[Fit]]) -> None:
+    """The known fit stands in its place; one that promises better goes on."""
+    joint, _ = fits
+    host = of_records(joint.measured, BASE)
+    fresh = JointFits(joint.measured, joint.plain, joint.each)
+    start = [(host, [Candidate(TransportDelay(), (1.2,), 0.0)])]
+    (first,) = fresh.in_two_rounds(start, 1)
+    (again,) = fresh.in_two_rounds(start, 1)
+    assert again is first
+    (minimum,) = fresh.known[frozenset(("transport_delay",))]
+    minimum.fit = replace(first, cost=first.cost + 5)
+    (better,) = fresh.in_two_rounds(start, 1)
+    assert better.cost == pytest.approx(first.cost, abs=0.05)

@@ -55,6 +55,15 @@ def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
     np.testing.assert_array_equal(again.fit.coordinates, found.fit.coordinates)
 
 
+def test_no_fit_is_begun_again_twice() -> None:
+    """Neither from where it was begun again before nor from where that led to."""
+    search, begun = restarts(), explained_at(0)
+    (found,) = search.near(begun)
+    assert search.near(begun) == [] and search.near(found) == []
+    worse = replace(begun, log_evidence=begun.log_evidence - 1)
+    assert len(search.near(worse)) == 1
+
+
 def test_a_fit_beside_which_the_response_explodes_is_not_begun_again() -> None:
     """Its derivative by one parameter has no square: without curvature no start can be drawn near it."""
     begun = explained_at(0)
