@@ -60,7 +60,7 @@ class JointFits:
         begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
         first = sorted(begun, key=lambda f: f.cost)
         behind = first[finished:]
-        promised = self.each(lambda f: f.promised_cost(), behind)
+        promised = [f.promised_cost() for f in behind]
         hopeful = [behind[i] for i in np.argsort(promised)[:HOPEFUL]]
         going_on = [*first[:finished], *hopeful]
         ends = [self._end_of(f) for f in going_on]

@@ -134,7 +134,9 @@ class Restarts:
         """Starts some standard deviations of the estimate from a fit, the best of many."""
         low, high = np.log(CLOSE_SPREAD)
         factors = np.exp(rng.uniform(low, high, CLOSE_DRAWS))[:, None]
-        centred = rng.multivariate_normal(0 * host.coordinates, host.covariance(), CLOSE_DRAWS, method="eigh")
+        centred = rng.multivariate_normal(
+            0 * host.coordinates, host.covariance(), CLOSE_DRAWS, "ignore", method="eigh"
+        )
         return list(self._ranked(host, host.coordinates + factors * centred)[:CLOSE_STARTS])
 
     def _without_a_record(self, host: Fit) -> list[FloatArray]:
