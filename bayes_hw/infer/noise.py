@@ -32,6 +32,15 @@ LEAST_DEGREES = 2.0
 """With two or fewer a Student-t variable has no variance, and sigma no meaning."""
 EXCESS_MEDIAN, EXCESS_LOG_SD = 4.0, 1.0
 
+UNIT_ROUNDOFF = 2.0**-53
+LARGEST_ROUNDING = 10.0
+"""Nats that rounding may cost a log-likelihood at most: the bound on it, which errors stay ten times below.
+
+The quadratic form is a difference of numbers (sum_i |c_i|)^2 D_00 large. Where the coefficients of a long
+autoregression have all roots near one, and the residuals are far larger than its innovations, nothing is left
+of it: it may come out as zero or below, and a sampler would go there.
+"""
+
 
 def is_student_t(noise: Sequence[Parameter]) -> bool:
     """Whether these noise parameters are those of Student-t innovations."""
@@ -48,7 +57,8 @@ def log_likelihood(sums: LaggedSums, samples: int, sigma: FloatArray, partial: F
 
     `sigma` (walkers,) is the marginal standard deviation, `partial` (p, walkers). The quadratic form is that
     of Box, Jenkins and Reinsel, Time Series Analysis, appendix A7.4: S = sum_ij c_i c_j D_ij with
-    c = (1, -phi_1, ..., -phi_p) and D_ij the lagged product sums without the i first and last terms.
+    c = (1, -phi_1, ..., -phi_p) and D_ij the lagged product sums without the i first and last terms. Minus
+    infinity where rounding may have changed the result by more than LARGEST_ROUNDING.
     """
     result = np.empty(len(sigma))
     lagged, head, tail = (np.ascontiguousarray(part) for part in sums)
@@ -75,7 +85,11 @@ def _log_likelihood(lagged, head, tail, samples, sigma, partial, result):  # typ
             log_determinant += (i + 1) * np.log(shrinkage)
         for i in range(order):
             polynomial[i + 1] = -phi[i]
-        quadratic = 0.0
+        quadratic, size = 0.0, np.sum(np.abs(polynomial))
+        rounding = UNIT_ROUNDOFF * np.sqrt(samples) * size * size * lagged[0, k]
+        if 0.5 * rounding > LARGEST_ROUNDING * innovation_variance:
+            result[k] = -np.inf
+            continue
         for lag in range(order + 1):
             trimmed = lagged[lag, k]
             for i in range(order + 1 - lag):

@@ -16,7 +16,7 @@ from bayes_hw.identify.noise import (
     burg,
     estimate_noise,
 )
-from bayes_hw.infer.noise import log_likelihood, noise_parameters
+from bayes_hw.infer.noise import LARGEST_ROUNDING, log_likelihood, noise_parameters
 from bayes_hw.model.kernel import LaggedSums
 
 REFERENCE_CONDITION = 1e7
@@ -51,6 +51,34 @@ def innovation_sigma(sigma: float, partial: FloatArray) -> float:
 def simulated_ar(phi: FloatArray, samples: int, rng: np.random.Generator) -> FloatArray:
     shocks = rng.standard_normal(samples + 500)
     return np.asarray(signal.lfilter([1.0], np.r_[1.0, -phi], shocks))[500:]
+
+
+def by_innovations(residuals: FloatArray, sigma: float, partial: FloatArray) -> float:
+    """The same from one-step predictions in extended precision, without differences of large sums."""
+    e, kappa = residuals.astype(np.longdouble), partial.astype(np.longdouble)
+    total, phi = np.longdouble(0), e[:0]
+    for k, value in enumerate(e):
+        if 0 < k <= len(kappa):
+            phi = np.append(phi - kappa[k - 1] * phi[::-1], kappa[k - 1])
+        variance = np.longdouble(sigma) ** 2 * np.prod(1 - kappa[: len(phi)] ** 2)
+        error = value - phi @ e[k - len(phi) : k][::-1]
+        total -= 0.5 * (np.log(2 * np.pi * variance) + error**2 / variance)
+    return float(total)
+
+
+@settings(max_examples=60, deadline=None)
+@given(log_size=st.floats(-2, 40), sharpness=st.floats(0.5, 12), order=st.integers(6, 12))
+def test_a_likelihood_lost_to_rounding_is_none(log_size: float, sharpness: float, order: int) -> None:
+    """Residuals as large as 1e40 under autoregressions with many roots near one: the sums alone once gave
+    log-likelihoods of +1e107 there. What is given is right to LARGEST_ROUNDING."""
+    residuals = 10**log_size * (1 + np.cos(np.linspace(0, 3, 150))) + np.sin(np.arange(150.0) ** 2)
+    partial = np.tanh(sharpness * np.cos(np.arange(order)))
+    assume(np.prod(1 - partial**2) > 1e-30)
+    (found,) = log_likelihood(sums_of(residuals[None], order), 150, np.ones(1), partial[:, None])
+    if np.isfinite(found):
+        assert found == pytest.approx(by_innovations(residuals, 1.0, partial), rel=1e-6, abs=LARGEST_ROUNDING)
+    else:
+        assert found == -np.inf and log_size + sharpness > 2
 
 
 @settings(max_examples=60, deadline=None)
