@@ -30,7 +30,7 @@ def main() -> None:
     for folder in folders:
         skip_without(folder / "case_000" / "case.json")
     parts = {folder.name: evidence_of(study, folder) for folder in folders}
-    together = joined(list(parts.values()))
+    together = joined(list(parts.values()), list(parts))
     score = score_evidence(together, np.random.default_rng(study.seed))
     plain = score_evidence(of_white_choice(together), np.random.default_rng(study.seed))
     report = blind_report(score, together, study.origin(), {"Akaike, white residuals": plain})

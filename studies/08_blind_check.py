@@ -36,7 +36,7 @@ def main() -> None:
     numbers = QUICK_NUMBERS if study.quick else {k: round(n * study.share) for k, n in NUMBERS.items()}
     parts = {kind: evidence_of(study, kind, count) for kind, count in numbers.items()}
     scores = {kind: score_evidence(part, np.random.default_rng(study.seed)) for kind, part in parts.items()}
-    together = joined(list(parts.values()))
+    together = joined(list(parts.values()), list(parts))
     score = score_evidence(together, np.random.default_rng(study.seed))
     baselines = {
         "Akaike, white residuals": score_evidence(

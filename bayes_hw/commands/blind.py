@@ -57,6 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     score.add_argument("verdicts", metavar="VERDICTS", help="the --out folder of run")
     score.add_argument("--seal", metavar="SHA256", help="the seal as make printed it")
     score.add_argument(
+        "--verdicts-sha256", metavar="SHA256", help="the digest of the verdicts as run printed it"
+    )
+    score.add_argument(
         "--practice", action="store_true", help="the truth lies open in DIR/truth beside the cases"
     )
     add_output(score, "folder for score.json, report.html and report.pdf")
@@ -133,7 +136,9 @@ def _score(parsed: argparse.Namespace) -> None:
     begin = time.perf_counter()
     out = Path(parsed.out)
     check_output_folder(out)
-    evidence = read_evidence(Path(parsed.set), Path(parsed.verdicts), parsed.practice, parsed.seal)
+    evidence = read_evidence(
+        Path(parsed.set), Path(parsed.verdicts), parsed.practice, parsed.seal, parsed.verdicts_sha256
+    )
     score = score_evidence(evidence, np.random.default_rng(parsed.seed))
     content = json.dumps(score_to_dict(score, evidence), indent=1, allow_nan=False)
     write_text_atomically(out / "score.json", content + "\n")

@@ -86,7 +86,11 @@ class Attribution:
 
 
 class Attributor:
-    """Fits hypotheses about one case; `jobs` threads, `effects` the catalogue."""
+    """Fits hypotheses about one case; `jobs` threads, `effects` the catalogue.
+
+    `found` are all explanations so far, `coloured` those of single effects under coloured noise, `singles`
+    the plain fits of single effects, best first.
+    """
 
     def __init__(
         self,
@@ -103,116 +107,131 @@ class Attributor:
         self.plain = Plain(base.scale.sigma)
         self.glitches_known = "outliers" in stochastic_labels
         self.stochastic = StochasticSearch(measured, stochastic_labels, base.scale.sigma, self.each)
+        self.found: list[Explanation] = []
+        self.coloured: list[Explanation] = []
+        self.singles: list[Fit] = []
 
     def run(self) -> Attribution:
         """All explanations of the case; the search goes on while the best of them leaves structure."""
         self.tell("base model")
         bases = self.base_fits()
         base = with_coloured_noise(bases[0], self.measured)
-        found = [base]
-        structure = self.stochastic.lattice or self._unfinished(found)
-        self.tell("single effects")
-        tried = TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT
-        singles = self.single_fits(bases[0], tried)
-        coloured = self._joint.explained(singles[:SINGLES_KEPT])
-        found += coloured
+        self.found.append(base)
+        structure = self.stochastic.lattice or self._unfinished
+        self._seek_single_effects(bases[0], TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT)
+        hosts = list(self.coloured) if self.stochastic.lattice or self._unfinished else []
         self.tell("stochastic effects")
-        hosts = list(coloured) if self.stochastic.lattice or self._unfinished(found) else []
-        found += self.stochastic.beside(base, hosts, singles if hosts else [])
-        if structure and self._goes_on(found):
-            self.tell("forms of more parameters")
-            richer = self._richer(sorted(coloured, key=_worst_first)[:REFINED])
-            found += richer
-            coloured += richer
-        if repeats_far_ahead(found):
-            if self._unfinished(found):
-                found += self._richer(_worth_refining(found))
-            structure = False
-        if structure and not is_far_ahead(found) and self._unfinished(found):
+        self.found += self.stochastic.beside(base, hosts, self.singles if hosts else [])
+        if structure and self._goes_on:
+            self._seek_richer_forms()
+        if repeats_far_ahead(self.found):
+            if self._unfinished:
+                self.found += self._richer(_worth_refining(self.found))
+        elif structure:
+            self._seek_further(bases[0])
+        self._finish_best()
+        if self.stochastic.lattice:
+            self.found += self.stochastic.beside(base, _later(self.found, hosts)[:ROUNDED_LATER], [])
+        known = [e for e in self.found if np.isfinite(e.log_evidence) or e is base]
+        everything = sorted(known, key=_worst_first)
+        return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(self.singles))
+
+    def _seek_single_effects(self, base: Fit, tried: int) -> None:
+        self.tell("single effects")
+        self.singles = self.single_fits(base, tried)
+        self.coloured = self._joint.explained(self.singles[:SINGLES_KEPT])
+        self.found += self.coloured
+
+    def _seek_richer_forms(self) -> None:
+        """Of the best single effects."""
+        self.tell("forms of more parameters")
+        richer = self._richer(sorted(self.coloured, key=_worst_first)[:REFINED])
+        self.found += richer
+        self.coloured += richer
+
+    def _seek_further(self, base: Fit) -> None:
+        """More single effects, pairs and chaotic motion, as long as structure is left."""
+        if not is_far_ahead(self.found) and self._unfinished:
             self.tell("pairs on the stretches that fit best")
             search = TrimmedSearch(self.nominal, self.measured, self.effects, self.plain, self.each)
-            found += search.run(self._forms_at_nominal)
-        if structure and self._unfinished(found):
-            self.tell("short periods and other starts")
-            short = self._short_periods(bases[0])
-            singles = cheapest_of_each([*singles, *short])
-            more = self._joint.explained(short[:FURTHER_KEPT])
-            leading = [e.fit for e in sorted([*coloured, *more], key=_worst_first)][:RESTARTED]
-            again = cheapest_of_each(self._restarts.elsewhere(leading))
-            more += self._joint.explained(again)
-            for leader in _leaders([*coloured, *more])[:LEADERS]:
-                more += self._restarts.near(leader)
-            found += more
-            coloured += more
-        predictable = structure and not is_far_ahead(found)
-        if predictable and self._goes_on(found):
-            self.tell("pairs of effects")
-            firsts = [e.fit for e in sorted(coloured, key=_worst_first)]
-            found += self._under_noise(found) + self._pairs.first(firsts, singles)
-            hosts_of_pairs = list(firsts)
-            if _may_hide_a_cause(found):
-                found += self._partners(found, hosts_of_pairs, singles)
-            if self._unfinished(found):
-                self.tell("further pairs of effects")
-                found += self._pairs.further(firsts, singles)
-            if self._unfinished(found):
-                richer = self._richer(_worth_refining(found))
-                best = sorted(richer, key=_worst_first)[:1]
-                found += richer + self._pairs.parts(best)
-            if self._unfinished(found):
-                self.tell("pairs once more")
-                found += self._once_more(found, hosts_of_pairs, singles)
-        if structure and self._unfinished(found):
-            found += self._with_chaos(found)
-        found += self._apart(_best(found))
-        for explanation in _with_parts(found):
-            found += self._restarts.near(explanation)
-        for chaotic in [e for e in _with_parts(found) if e.chaotic and e.stochastic is None]:
-            found += self.stochastic.beside(chaotic, [], [])
-        if self.stochastic.lattice:
-            found += self.stochastic.beside(base, _later(found, hosts)[:ROUNDED_LATER], [])
-        known = [e for e in found if np.isfinite(e.log_evidence) or e is base]
-        everything = sorted(known, key=_worst_first)
-        return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(singles))
+            self.found += search.run(self._forms_at_nominal)
+        if self._unfinished:
+            self._seek_other_starts(base)
+        if not is_far_ahead(self.found) and self._goes_on:
+            self._seek_pairs()
+        if self._unfinished:
+            self._seek_chaos()
 
-    def _unfinished(self, found: Sequence[Explanation]) -> bool:
-        """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
-        best = _best(found)
-        return best.strained or leaves_structure(best, self.base.inputs)
+    def _seek_other_starts(self, base: Fit) -> None:
+        """Of single effects."""
+        self.tell("short periods and other starts")
+        short = self._short_periods(base)
+        self.singles = cheapest_of_each([*self.singles, *short])
+        more = self._joint.explained(short[:FURTHER_KEPT])
+        leading = [e.fit for e in sorted([*self.coloured, *more], key=_worst_first)][:RESTARTED]
+        more += self._joint.explained(cheapest_of_each(self._restarts.elsewhere(leading)))
+        for leader in _leaders([*self.coloured, *more])[:LEADERS]:
+            more += self._restarts.near(leader)
+        self.found += more
+        self.coloured += more
 
-    def _goes_on(self, found: Sequence[Explanation]) -> bool:
-        """Whether a further cause is to be sought, among effects that can be followed."""
-        return _may_hide_a_cause(found) or self._unfinished(found)
+    def _seek_pairs(self) -> None:
+        self.tell("pairs of effects")
+        firsts = [e.fit for e in sorted(self.coloured, key=_worst_first)]
+        self.found += self._under_noise() + self._pairs.first(firsts, self.singles)
+        tried = firsts
+        if _may_hide_a_cause(self.found):
+            tried = tried + self._seek_partners(tried)
+        if self._unfinished:
+            self.tell("further pairs of effects")
+            self.found += self._pairs.further(firsts, self.singles)
+        if self._unfinished:
+            richer = self._richer(_worth_refining(self.found))
+            self.found += richer + self._pairs.parts(sorted(richer, key=_worst_first)[:1])
+        if self._unfinished:
+            self.tell("pairs once more")
+            self._seek_partners(tried)
+            known = [e for e in self.found if e.stochastic is None and len(e.fit.hypothesis.effects) == 2]
+            for pair in sorted(known, key=_worst_first)[:1]:
+                self.found += self._restarts.near(pair)
 
-    def _with_chaos(self, found: Sequence[Explanation]) -> list[Explanation]:
+    def _seek_partners(self, tried: Sequence[Fit]) -> list[Fit]:
+        """Pairs of the best single effect and of the best beside slow noise, which may stand for a second
+        effect, where they are not among `tried`; those that were not."""
+        alone = [e for e in sorted(self.found, key=_worst_first) if len(e.fit.hypothesis.effects) == 1]
+        best = [next((e.fit for e in alone if kind(e)), None) for kind in (_hides, _is_coloured)]
+        new = [f for f in best if f is not None and not any(f is host for host in tried)]
+        self.found += [pair for f in new for pair in self._pairs.beside(f, self.singles)]
+        return new
+
+    def _seek_chaos(self) -> None:
         """Second effects beside motion that is lost in chaos, or chaos beside what is best otherwise."""
         self.tell("chaotic motion")
         search = ChaoticSearch(self.base, self.measured, self.effects, self.plain, self.stochastic, self.each)
-        best = _best(found)
-        more = [] if best.lost_motion else search.beside(found)
-        best = _best([*found, *more])
-        return more + (search.partners(best) if best.lost_motion else [])
+        if not _best(self.found).lost_motion:
+            self.found += search.beside(self.found)
+        best = _best(self.found)
+        if best.lost_motion:
+            self.found += search.partners(best)
 
-    def _once_more(
-        self, found: Sequence[Explanation], hosts: list[Fit], singles: Sequence[Fit]
-    ) -> list[Explanation]:
-        """Partners of the best single effects that were found after `hosts`, and the best pair begun again
-        near where it ended."""
-        more = self._partners(found, hosts, singles)
-        known = [e for e in [*found, *more] if e.stochastic is None and len(e.fit.hypothesis.effects) == 2]
-        pairs = sorted(known, key=_worst_first)
-        return more + (self._restarts.near(pairs[0]) if pairs else [])
+    def _finish_best(self) -> None:
+        """The best explanation and its parts from near where they ended, and chaos under slow noise."""
+        self.found += self._apart(_best(self.found))
+        for explanation in _with_parts(self.found):
+            self.found += self._restarts.near(explanation)
+        for chaotic in [e for e in _with_parts(self.found) if e.chaotic and e.stochastic is None]:
+            self.found += self.stochastic.beside(chaotic, [], [])
 
-    def _partners(
-        self, found: Sequence[Explanation], hosts: list[Fit], singles: Sequence[Fit]
-    ) -> list[Explanation]:
-        """Pairs of the best single effect and of the best beside slow noise, which may stand for a second
-        effect; not of `hosts`, which they join."""
-        alone = [e for e in sorted(found, key=_worst_first) if len(e.fit.hypothesis.effects) == 1]
-        best = [next((e.fit for e in alone if kind(e)), None) for kind in (_hides, _is_coloured)]
-        new = [f for f in best if f is not None and not any(f is host for host in hosts)]
-        hosts += new
-        return [pair for f in new for pair in self._pairs.beside(f, singles)]
+    @property
+    def _unfinished(self) -> bool:
+        """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
+        best = _best(self.found)
+        return best.strained or leaves_structure(best, self.base.inputs)
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether a further cause is to be sought, among effects that can be followed."""
+        return _may_hide_a_cause(self.found) or self._unfinished
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""
@@ -241,10 +260,10 @@ class Attributor:
             starts += [(screen.base, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
         return self._joint.in_two_rounds(starts, FURTHER_KEPT)
 
-    def _under_noise(self, found: Sequence[Explanation]) -> list[Explanation]:
+    def _under_noise(self) -> list[Explanation]:
         """Effects fitted under the best stochastic effects, which may hide them."""
         alone: dict[tuple[str, ...], Explanation] = {}
-        for e in sorted(found, key=_worst_first):
+        for e in sorted(self.found, key=_worst_first):
             if e.stochastic is not None and not e.fit.hypothesis.effects:
                 alone.setdefault(e.labels, e)
         near = [

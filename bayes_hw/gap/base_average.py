@@ -28,6 +28,9 @@ On simulated cases answered "other" (seeds 1500 and 1600) 94 % intervals held 84
 93 % with 2.
 """
 
+LARGEST_DOUBT = 0.6
+"""Logarithm of the noise that is left over the noise that is known, as far as it is believed."""
+
 
 def averaged_base(
     attribution: Attribution,
@@ -88,13 +91,22 @@ def _scattered(
     return np.asarray(hypothesis.to_values(within))
 
 
+def noise_beside(best: Explanation, nominal_sigma: float) -> tuple[float, float]:
+    """The encoder's noise where no explanation holds, and how far it may be off, as a logarithm.
+
+    Half way between what is known of it and what `best` leaves, which holds the gap too; of what is left
+    no more than LARGEST_DOUBT counts. What is left alone where nothing is known.
+    """
+    if not nominal_sigma > 0:
+        return best.encoder_sigma, 0.0
+    apart = np.log(best.encoder_sigma / nominal_sigma)
+    half = 0.5 * float(np.clip(apart, -LARGEST_DOUBT, LARGEST_DOUBT))
+    return nominal_sigma * float(np.exp(half)), abs(half)
+
+
 def _doubtful_noise(
     best: Explanation, nominal_sigma: float, nominal_log_sd: float, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """The encoder's noise (count,), between what is known of it and what `best` leaves, or that alone."""
-    centre, half = np.log(best.encoder_sigma), 0.0
-    if nominal_sigma > 0:
-        half = 0.5 * (centre - np.log(nominal_sigma))
-        centre -= half
-    spread = max(abs(half), nominal_log_sd)
-    return np.asarray(np.exp(centre + spread * rng.standard_normal(count)))
+    """Draws (count,) of the noise of `noise_beside`."""
+    sigma, doubt = noise_beside(best, nominal_sigma)
+    return np.asarray(sigma * np.exp(max(doubt, nominal_log_sd) * rng.standard_normal(count)))

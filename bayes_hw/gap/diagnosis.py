@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
-from bayes_hw.gap.base_average import averaged_base
+from bayes_hw.gap.base_average import averaged_base, noise_beside
 from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
@@ -72,12 +72,13 @@ CLEAR_ERRORS = 3.0
 FREE_RESIDUAL = "free_residual.csv"
 
 SECONDS_FOR_DRAWS = 20.0
+"""Only a slow simulator takes them; it then makes do with fewer draws."""
+
 CHAOS_IN_NOISE = 0.1
 """Share by which the noise's estimate beside a chaotic response may be off: some of its motion passes for it.
 
 Of 17 simulated backlashes in the compliance 13 estimates were within it, the others above.
 """
-"""Only a slow simulator takes them; it then makes do with fewer draws."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +197,8 @@ def _finished(
     posterior = posterior_draws(final, rng, SECONDS_FOR_DRAWS, rivals, each)
     draws = posterior.values
     sigma = final.encoder_sigma
+    if decision.answer == (OTHER,):
+        sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma)
     correlation = _first_autocorrelation(final)
     samples = sum(len(e) for e in final.fit.residuals)
     noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))

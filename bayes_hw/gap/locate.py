@@ -12,6 +12,7 @@ from scipy.signal import coherence
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.change_points import ChangePoint, change_points
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
@@ -24,6 +25,7 @@ EXCESS_SHARE = 0.8
 """Of the power above the noise floor that the named band holds."""
 
 SEGMENTS = 12
+THIRDS = ("lower third of the travel", "middle third of the travel", "upper third of the travel")
 
 BLOCK_OF_MEMORY = MappingProxyType({"after a limit": "input", "after a reversal": "drive"})
 """Where what remembers an event sits."""
@@ -36,7 +38,7 @@ CHANCE = 3.0
 class Location:
     """`block` and the share of every block in what helps; the band in Hz; the regime where the error is
     largest and every regime's mean square over the noise's; coherences of the residual with functions of the
-    command; rms of time segments in units of the noise."""
+    command; rms of time segments in units of the noise; when the error's size changes for good."""
 
     block: str
     share: Mapping[str, float]
@@ -45,6 +47,7 @@ class Location:
     regimes: Mapping[str, float]
     coherences: Mapping[str, float]
     segments: tuple[float, ...]
+    change_points: tuple[ChangePoint, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """As in verdict.json."""
@@ -56,6 +59,7 @@ class Location:
             "regimes": dict(self.regimes),
             "coherence": dict(self.coherences),
             "segments": list(self.segments),
+            "change_points": [point.to_dict() for point in self.change_points],
         }
 
 
@@ -91,6 +95,7 @@ def locate(
         regimes,
         command_coherences(base, inputs, rate),
         segments,
+        change_points(base.residuals, rate),
     )
 
 
@@ -153,11 +158,15 @@ def excess_band(base: Fit, rate: float) -> tuple[float, float]:
 
 
 def regime_masks(base: Fit, inputs: Sequence[FloatArray]) -> dict[str, list[BoolArray]]:
-    """Samples of every regime, a mask a record."""
+    """Samples of every regime, a mask a record; thirds are those of the travel of all records."""
     scale = base.hypothesis.scale
     chain = base.hypothesis.chain(base.values)
     settings, delay = base.hypothesis.settings(base.values, chain), chain.delay_samples
     masks: dict[str, list[BoolArray]] = {name: [] for name in ("saturated", "slow", "reversing", "dead zone")}
+    travelled = np.concatenate(base.simulated)
+    edges = travelled.min() + np.ptp(travelled) * np.arange(4) / 3
+    for name, low, high in zip(THIRDS, [-np.inf, *edges[1:3]], [*edges[1:3], np.inf], strict=True):
+        masks[name] = [(low <= y) & (y < high) for y in base.simulated]
     for u, y in zip(inputs, base.simulated, strict=True):
         command = np.concatenate([np.zeros(delay), u[: len(u) - delay]])
         speed = np.gradient(y) * scale.rate

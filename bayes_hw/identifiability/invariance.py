@@ -108,7 +108,7 @@ def compare_invariants(freed: Posterior, chart: Posterior) -> Agreement:
             summarize(monomial(exponents, run.values, run.names), unit) for run in (freed, chart)
         )
         error_of_mean = np.hypot(log_freed.mcse_mean, log_chart.mcse_mean)
-        error_of_sd = np.hypot(error_of_sd_of(chains[0]), error_of_sd_of(chains[1]))
+        error_of_sd = np.hypot(sd_error(chains[0]), sd_error(chains[1]))
         rows.append(
             InvariantComparison(
                 invariant,
@@ -122,7 +122,7 @@ def compare_invariants(freed: Posterior, chart: Posterior) -> Agreement:
     return Agreement(tuple(rows), limit)
 
 
-def error_of_sd_of(chains: FloatArray) -> float:
+def sd_error(chains: FloatArray) -> float:
     """Monte Carlo standard error of the standard deviation of chains (ensembles, steps, walkers).
 
     By the effective samples of the squares: draws that lie opposite to each other serve means alone.

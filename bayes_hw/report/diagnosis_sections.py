@@ -95,6 +95,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
         ),
         regimes_and_coherences(where.regimes, where.coherences, where.regime),
         time_segments(where.segments),
+        Paragraph(_of_change_points(diagnosis)),
         latent_force_figure(
             latent_force(base, loudest, explanation.encoder_noise),
             diagnosis.case.train[loudest].name,
@@ -102,6 +103,19 @@ def where_section(diagnosis: Diagnosis) -> Section:
         ),
     ]
     return Section("Where", tuple(blocks))
+
+
+def _of_change_points(diagnosis: Diagnosis) -> str:
+    """When the size of the base model's error changes for good."""
+    points, unit = diagnosis.verdict.where.change_points, diagnosis.case.model.units.time
+    if not points:
+        return "The size of the error has no change point within any training record."
+    found = ", ".join(
+        f"{diagnosis.case.train[p.record].name} at {format_number(p.time_s, unit=unit)} "
+        f"(then {format_number(p.ratio)} times as large)"
+        for p in points
+    )
+    return f"Change points of the size of the error: {found}. Where a sweep passes a mode there are such too."
 
 
 def which_section(diagnosis: Diagnosis) -> Section:

@@ -71,6 +71,21 @@ def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
     assert "encoder_eccentricity" in sentence(diagnosis)
 
 
+def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case: Case) -> None:
+    """With the effect struck from a catalogue of two others: the noise that takes up the gap is no floor."""
+    tried = {"command_bias", "gain_asymmetry"}
+    found = diagnose(case, np.random.default_rng(1), without=frozenset(set(LABEL_BLOCKS) - tried))
+    assert found.verdict.answer == ("other",)
+    for gap in (found.verdict.gap_train, found.verdict.gap_holdout):
+        assert gap.noise_floor == pytest.approx(SIGMA, rel=0.5)
+        assert gap.rmse_before > 2 * gap.noise_floor
+        assert gap.closed == 0.0
+    low, high = found.verdict.base["noise.sigma"].hdi94
+    assert low < SIGMA < gap.noise_floor < high
+    assert max(found.verdict.where.segments) > 2
+    assert "The gap is 0 times" not in sentence(found)
+
+
 def test_base_parameters_are_estimated_beside_it(diagnosis: Diagnosis) -> None:
     base = diagnosis.verdict.base
     truth = {

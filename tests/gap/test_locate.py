@@ -16,6 +16,7 @@ from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
 from bayes_hw.gap.free_functions import motions
 from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.locate import (
+    THIRDS,
     block_shares,
     command_coherences,
     excess_band,
@@ -116,7 +117,13 @@ def test_regimes_are_where_the_motion_says() -> None:
         np.testing.assert_array_equal(saturated, expected)
         assert 0 < saturated.sum() < SAMPLES
         assert np.abs(np.gradient(y))[slow].max() < np.abs(np.gradient(y))[~slow].max()
-    for name in ("saturated", "slow", "reversing"):
+    travelled = np.concatenate(fit.simulated)
+    third = np.ptp(travelled) / 3
+    lower, middle, upper = (np.concatenate(masks[name]) for name in THIRDS)
+    assert (lower.astype(int) + middle + upper == 1).all()
+    assert travelled[lower].max() < travelled.min() + third <= travelled[middle].min()
+    assert travelled[middle].max() < travelled.max() - third <= travelled[upper].min()
+    for name in ("saturated", "slow", "reversing", *THIRDS):
         residuals = [e + 5 * SIGMA * mask for e, mask in zip(noise(), masks[name], strict=True)]
         ratios = regime_ratios(with_residuals(residuals), INPUTS, SIGMA)
         assert max(ratios, key=lambda regime: ratios[regime]) == name
@@ -146,6 +153,8 @@ def test_segments_follow_the_time() -> None:
     found = locate(attribution(residuals, wind=10.0), ("wind",), [], INPUTS, SIGMA)
     assert np.array(found.segments[:8]) == pytest.approx(1, abs=0.25)
     assert min(found.segments[8:]) > 3
+    assert [point.record for point in found.change_points] == [0, 1]
+    assert all(p.time_s == pytest.approx(2 / 3 * T[-1], rel=0.05) for p in found.change_points)
     content = found.to_dict()
     assert {"block", "band_hz", "regime", "share"} <= set(content)
     assert base().with_effect(CommandBias()).with_effect(KinematicBacklash()).labels == (

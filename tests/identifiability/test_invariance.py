@@ -15,8 +15,8 @@ from bayes_hw.identifiability.gain_posterior import FreedRuns, sample_freed
 from bayes_hw.identifiability.invariance import (
     compare_invariants,
     contractions,
-    error_of_sd_of,
     orbit_through,
+    sd_error,
 )
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings
@@ -56,7 +56,7 @@ def test_error_of_a_standard_deviation_is_its_scatter(correlation: float) -> Non
     for k in range(1, len(chain)):
         chain[k] = correlation * chain[k - 1] + np.sqrt(1 - correlation**2) * shocks[k]
     runs = np.moveaxis(chain, (1, 2), (0, 1))
-    claimed = np.mean([error_of_sd_of(run) for run in runs[:60]])
+    claimed = np.mean([sd_error(run) for run in runs[:60]])
     assert claimed == pytest.approx(np.std([run.std() for run in runs]), rel=0.15)
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor
 from bayes_hw.gap.blind.evidence import Evidence, read_evidence
-from bayes_hw.gap.blind.folders import SEAL, read_seal
+from bayes_hw.gap.blind.folders import ORIGIN, SEAL, TRUTH, read_seal, read_truth
 from bayes_hw.gap.blind.make import make_set
 from bayes_hw.gap.blind.run import DIAGNOSIS, run_set
 from bayes_hw.progress import Progress
@@ -41,7 +42,8 @@ def check_blind(
         )
     seal = read_seal(where)
     wanted = json.loads(json.dumps([number, seed, kind, dict(changes or {})]))
-    if [seal["number"], seal["seed"], seal["kind"], seal["changes"]] != wanted:
+    origin = json.loads(read_truth(where / TRUTH)[ORIGIN])
+    if [seal["number"], origin["seed"], origin["kind"], origin["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
     function = diagnosis.rpartition(":")[2]
     name = "_".join(["verdicts", function, *(f"{key}_{value}" for key, value in (options or {}).items())])
@@ -51,10 +53,18 @@ def check_blind(
     return read_evidence(where, folder / name)
 
 
-def joined(parts: Sequence[Evidence]) -> Evidence:
-    """Several sets as one: cases in order, seals and digests one after another."""
+def joined(parts: Sequence[Evidence], names: Sequence[str] = ()) -> Evidence:
+    """Several sets as one: cases in order, seals and digests one after another.
+
+    Where `names` of the sets are given, every case is called by its set and its own name.
+    """
+    prefixes = [f"{name} " for name in names] or [""] * len(parts)
     return Evidence(
-        tuple(truth for part in parts for truth in part.truths),
+        tuple(
+            replace(truth, name=prefix + truth.name)
+            for prefix, part in zip(prefixes, parts, strict=True)
+            for truth in part.truths
+        ),
         tuple(verdict for part in parts for verdict in part.verdicts),
         " ".join(part.seal for part in parts if part.seal),
         " ".join(part.verdicts_sha256 for part in parts),

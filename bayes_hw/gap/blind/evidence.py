@@ -16,6 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.blind.folders import (
     CASES,
+    ORIGIN,
     TRUTH,
     case_folders,
     file_digest,
@@ -23,7 +24,15 @@ from bayes_hw.gap.blind.folders import (
     read_seal,
     read_truth,
 )
-from bayes_hw.gap.blind.run import PREDICTION, SCHEMA, VERDICT, VERDICTS, case_digest, verdict_digest
+from bayes_hw.gap.blind.run import (
+    PREDICTION,
+    SCHEMA,
+    VERDICT,
+    VERDICTS,
+    case_digest,
+    run_digest,
+    verdict_digest,
+)
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 
 
@@ -84,16 +93,26 @@ class Evidence:
     diagnosis: str
 
 
-def read_evidence(folder: Path, verdicts: Path, practice: bool = False, seal: str | None = None) -> Evidence:
+def read_evidence(
+    folder: Path,
+    verdicts: Path,
+    practice: bool = False,
+    seal: str | None = None,
+    run_sha256: str | None = None,
+) -> Evidence:
     """Open the truth of a set and the verdicts on it.
 
     Raises InputError when the seal is not the one in seal.json (or `seal`, as printed by make), when cases,
-    truth or verdicts have changed since the run, or when the verdicts are those of another set. With
-    `practice` the truth lies open in DIR/truth and there is no seal to check.
+    truth or verdicts have changed since the run (or are not those of `run_sha256`, as printed by run), when
+    the verdicts are those of another set, or of a run that may have seen the truth. With `practice` the truth
+    lies open in DIR/truth and there is no seal to check.
     """
     run = _read_run(verdicts)
-    if run["verdicts_sha256"] != verdict_digest(verdicts):
-        raise InputError(f"{verdicts}: the verdicts have changed since the run; run it again")
+    changed = run["verdicts_sha256"] != verdict_digest(verdicts) or run["sha256"] != run_digest(run)
+    if changed or run_sha256 not in (None, run["sha256"]):
+        raise InputError(f"{verdicts}: the verdicts have changed since the run; run it again in a new folder")
+    if run["truth_is_open"] and not practice:
+        raise InputError(f"{verdicts}: the run was let see the truth; score it with --practice")
     files = _open_truth(folder) if practice else _unseal(folder, run, seal)
     cases = case_folders(folder if practice else folder / CASES)
     if {case.name: case_digest(case) for case in cases} != run["cases"]:
@@ -103,7 +122,7 @@ def read_evidence(folder: Path, verdicts: Path, practice: bool = False, seal: st
         tuple(_truth(name, files) for name in names),
         tuple(FAILED if name in run["failed"] else read_verdict(verdicts / name) for name in names),
         "" if practice else file_digest(folder / TRUTH),
-        run["verdicts_sha256"],
+        run["sha256"],
         run["diagnosis"],
     )
 
@@ -164,9 +183,14 @@ def _unseal(folder: Path, run: Mapping[str, Any], seal: str | None) -> dict[str,
     ):
         if found != expected:
             raise InputError(f"{folder / TRUTH}: its SHA-256 is not that of {name}; the truth has changed")
-    if folder_digest(folder / CASES) != stated["cases_sha256"]:
+    files = read_truth(folder / TRUTH)
+    try:
+        sealed = json.loads(files[ORIGIN])["cases_sha256"]
+    except (KeyError, TypeError, ValueError):
+        raise InputError(f"{folder / TRUTH}: does not say which cases it is of; make the set again") from None
+    if folder_digest(folder / CASES) != sealed:
         raise InputError(f"{folder / CASES}: the cases have changed since they were sealed")
-    return read_truth(folder / TRUTH)
+    return files
 
 
 def _open_truth(folder: Path) -> dict[str, str]:

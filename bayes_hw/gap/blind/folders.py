@@ -2,8 +2,9 @@
 
 The truth is one zip of fixed time stamps with case_0000.json (faults, strengths, base parameters) and the
 noise-free outputs case_0000_holdout.csv, case_0000_train_1.csv, ... of every case; where drift, glitches
-or rounding come on top, case_0000_holdout_shown.csv has them too. The zip's SHA-256 is the seal; the
-digest of the cases in seal.json says later whether they are still those that were sealed.
+or rounding come on top, case_0000_holdout_shown.csv has them too. set.json in it holds what the set was made
+from, which would give the truth away, and the digest of the cases. The zip's SHA-256 is the seal, so that it
+binds both.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling, write_text_atomically
 
 CASES, TRUTH, SEAL = "cases", "truth.zip", "seal.json"
-SCHEMA = "bayes-hw/blind/1"
+ORIGIN = "set.json"
+SCHEMA = "bayes-hw/blind/2"
 ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 

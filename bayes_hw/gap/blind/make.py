@@ -16,7 +16,16 @@ from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.folders import CASES, SEAL, TRUTH, case_name, folder_digest, write_seal, write_truth
+from bayes_hw.gap.blind.folders import (
+    CASES,
+    ORIGIN,
+    SEAL,
+    TRUTH,
+    case_name,
+    folder_digest,
+    write_seal,
+    write_truth,
+)
 from bayes_hw.plant.case import BlindCase, BlindRecord, make_case
 from bayes_hw.plant.kinds import KINDS, LABELS
 from bayes_hw.progress import Progress
@@ -78,20 +87,13 @@ def make_set(
     )
     staging = folder / STAGING
     files = {path.name: path.read_text(encoding="utf-8") for path in sorted(staging.iterdir())}
+    cases = folder_digest(folder / CASES)
+    origin = {"seed": seed, "kind": kind, "changes": dict(changes or {}), "cases_sha256": cases}
+    files[ORIGIN] = json.dumps(origin, indent=1) + "\n"
     seal = write_truth(folder / TRUTH, files)
     shutil.rmtree(staging)
     shutil.rmtree(folder / UNFINISHED)
-    write_seal(
-        folder,
-        {
-            "sha256": seal,
-            "cases_sha256": folder_digest(folder / CASES),
-            "number": number,
-            "seed": seed,
-            "kind": kind,
-            "changes": dict(changes or {}),
-        },
-    )
+    write_seal(folder, {"sha256": seal, "cases_sha256": cases, "number": number})
     return seal
 
 

@@ -17,12 +17,20 @@ from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.folders import CASES, SEAL, case_folders, file_digest, folder_digest, read_seal
+from bayes_hw.gap.blind.folders import (
+    CASES,
+    SEAL,
+    TRUTH,
+    case_folders,
+    file_digest,
+    folder_digest,
+    read_seal,
+)
 from bayes_hw.progress import Progress
 
 DIAGNOSIS = "bayes_hw.gap.diagnosis:diagnose_case"
 VERDICTS = "verdicts.json"
-SCHEMA = "bayes-hw/verdicts/1"
+SCHEMA = "bayes-hw/verdicts/2"
 VERDICT, PREDICTION = "verdict.json", "holdout_prediction.csv"
 KEPT = "finished"
 
@@ -55,17 +63,20 @@ def run_set(
 
     `diagnosis` is MODULE:FUNCTION, called as function(case folder, out folder, seed, **options). Finished
     cases are kept in OUT, so that a run that was stopped goes on. A case whose diagnosis raises an error is
-    kept as one that gave no verdict. Returns the digest of all verdicts.
+    kept as one that gave no verdict. Returns the digest of OUT/verdicts.json, which holds that of all
+    verdicts.
 
-    Raises InputError when the truth lies open in `folder`; with `truth_is_open` such a set (labelled cases to
-    practise on) is accepted, and the verdicts say so. Either way the diagnosis sees copies of the case's own
-    files in an empty folder.
+    Raises InputError when the truth may lie within reach in `folder` (see `withheld_cases`), and when a kept
+    verdict is not the one that the diagnosis wrote; with `truth_is_open` a set with its truth (labelled cases
+    to practise on) is accepted, and the verdicts say so. Either way the diagnosis sees copies of the case's
+    own files in an empty folder.
     """
+    folder = set_folder(folder)
     cases = withheld_cases(folder, truth_is_open)
     find_diagnosis(diagnosis)
     digests = {case.name: case_digest(case) for case in cases}
     given = dict(options or {})
-    identity = json.dumps([__version__, seed, diagnosis, given, digests], sort_keys=True)
+    identity = json.dumps([SCHEMA, __version__, seed, diagnosis, given, digests], sort_keys=True)
     tasks = [
         asdict(RunTask(str(case.resolve()), str((out / case.name).resolve()), seed, diagnosis, given))
         for case in cases
@@ -77,55 +88,62 @@ def run_set(
         label="diagnosing blind cases",
         kept=ResultFolder(out / KEPT, hashlib.sha256(identity.encode()).hexdigest()),
     )
+    for outcome in outcomes:
+        if not outcome["error"] and outcome["written"] != _written(out / outcome["case"]):
+            raise InputError(
+                f"{out / outcome['case']}: is not what the diagnosis wrote; run the set again elsewhere"
+            )
     seal = read_seal(folder)["sha256"] if (folder / SEAL).exists() else None
-    digest = verdict_digest(out)
-    content = {
+    content: dict[str, Any] = {
         "schema": SCHEMA,
         "seal": seal,
         "truth_is_open": truth_is_open,
         "cases": digests,
-        "verdicts_sha256": digest,
+        "verdicts_sha256": verdict_digest(out),
         "seed": seed,
         "diagnosis": diagnosis,
         "options": given,
         "failed": {o["case"]: o["error"] for o in outcomes if o["error"]},
         "seconds": {o["case"]: o["seconds"] for o in outcomes},
     }
+    content["sha256"] = run_digest(content)
     write_text_atomically(out / VERDICTS, json.dumps(content, indent=1) + "\n")
-    return digest
+    return str(content["sha256"])
+
+
+def set_folder(folder: Path) -> Path:
+    """The set that `folder` is, or that it holds the cases of."""
+    parent = folder.resolve().parent
+    return parent if folder.resolve().name == CASES and (parent / SEAL).is_file() else folder
 
 
 def withheld_cases(folder: Path, truth_is_open: bool = False) -> list[Path]:
-    """The case folders of a set without its truth; raises InputError when truth lies open among them."""
+    """The case folders of a set without its truth.
+
+    Raises InputError where anything lies in the set, or a truth beside it, that a blind run is not given:
+    that is the case folders with the files that case.json lists, seal.json and the truth that it seals.
+    """
     if folder.is_file():
         raise InputError(f"{folder}: is a file; give the folder of the cases, not the truth")
+    cases = case_folders(folder / CASES if (folder / CASES).is_dir() else folder)
     if not truth_is_open:
-        for path in sorted(folder.rglob("*")):
-            if tells_truth(path, folder):
+        allowed = {folder, folder / CASES, folder / SEAL, *cases}
+        allowed |= {case / name for case in cases for name in case_files(case)}
+        allowed |= {path.parent for path in allowed if path.is_relative_to(folder)}
+        beside = [path for path in folder.resolve().parent.iterdir() if path.name.lower().startswith("truth")]
+        for path in [*sorted(folder.rglob("*")), *sorted(beside)]:
+            if path.is_symlink() or (path not in allowed and not _is_sealed(path, folder)):
                 raise InputError(
-                    f"{path}: the truth lies open; a blind run is given the cases and a sealed truth alone"
+                    f"{path}: the truth lies open, or may lie there; a blind run is given the cases and a "
+                    "sealed truth alone (--practice lifts that, and the verdicts say so)"
                 )
-    return case_folders(folder / CASES if (folder / CASES).is_dir() else folder)
+    return cases
 
 
-def tells_truth(path: Path, folder: Path) -> bool:
-    """Whether a file or folder of a set shows the truth: by name, or as JSON that lists the effects.
-
-    A sealed truth beside the cases, of the digest that seal.json states, does not.
-    """
-    if path.is_dir():
-        return path.name.lower().startswith((".truth", "truth"))
-    if path.suffix == ".json":
-        try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return False
-        return isinstance(content, dict) and "effects" in content
-    if path.suffix == ".zip":
-        seal = folder / SEAL
-        sealed = path.parent == folder and seal.exists() and read_seal(folder)["sha256"] == file_digest(path)
-        return not sealed
-    return "truth" in path.name.lower()
+def _is_sealed(path: Path, folder: Path) -> bool:
+    """Whether `path` is the truth of the digest that seal.json of the set states."""
+    sealed = path == folder / TRUTH and (folder / SEAL).exists()
+    return sealed and read_seal(folder)["sha256"] == file_digest(path)
 
 
 def run_one_case(task: dict[str, Any]) -> dict[str, Any]:
@@ -145,7 +163,13 @@ def run_one_case(task: dict[str, Any]) -> dict[str, Any]:
     for name in (VERDICT, PREDICTION):
         if not error and not (out / name).is_file():
             error = f"the diagnosis wrote no {name}"
-    return {"case": case.name, "seconds": round(time.perf_counter() - begin, 3), "error": error}
+    seconds = round(time.perf_counter() - begin, 3)
+    return {"case": case.name, "seconds": seconds, "error": error, "written": _written(out)}
+
+
+def _written(out: Path) -> dict[str, str]:
+    """Digests of the verdict and the prediction, as far as there are any."""
+    return {name: file_digest(out / name) for name in (VERDICT, PREDICTION) if (out / name).is_file()}
 
 
 def copy_case(case: Path, target: Path) -> Path:
@@ -192,6 +216,12 @@ def failures(out: Path) -> dict[str, str]:
 def verdict_digest(out: Path) -> str:
     """SHA-256 over every verdict and prediction below OUT."""
     return folder_digest(out, (VERDICT, PREDICTION))
+
+
+def run_digest(content: Mapping[str, Any]) -> str:
+    """SHA-256 over all of OUT/verdicts.json but this digest."""
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
 
 
 def find_diagnosis(name: str) -> Diagnosis:

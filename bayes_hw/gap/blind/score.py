@@ -221,11 +221,11 @@ def score_to_dict(score: Score, evidence: Evidence) -> dict[str, object]:
 
 
 def _closures(pairs: Sequence[tuple[CaseTruth, CaseVerdict]]) -> list[Closure]:
-    """Of every case that carries something and whose verdict added something."""
+    """Of every case that carries something and whose verdict adds effects: only that claims a closure."""
     found = []
     for truth, verdict in pairs:
         true = true_closure(truth, verdict)
-        if truth.effects and verdict.answer and np.isfinite(true):
+        if truth.effects and verdict.answer not in ((), ("other",)) and np.isfinite(true):
             found.append(
                 Closure(
                     truth.name,

@@ -125,12 +125,81 @@ def test_failed_diagnosis_counts_as_wrong(blind_set: Path, tmp_path: Path) -> No
     assert score.headline["single effects named right"].hits == 0
 
 
-@pytest.mark.parametrize("where", ["cases/truth/case_0000.json", "truth/a.csv", "cases/case_0000/notes.json"])
-def test_run_refuses_an_open_truth(copied: Path, tmp_path: Path, where: str) -> None:
-    (copied / where).parent.mkdir(exist_ok=True)
-    (copied / where).write_text(json.dumps({"effects": ["wind"]}))
-    arguments = ["blind", "run", str(copied), "--out", str(tmp_path / "out"), "--diagnosis", "stand_in:fails"]
-    assert main(arguments) == 2
+@pytest.mark.parametrize("given", ["set", "set/cases"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "set/cases/truth/case_0000.json",
+        "set/truth/a.csv",
+        "set/cases/case_0000/notes.json",
+        "set/answers.json",
+        "set/cases/case_0000_holdout.csv",
+        "set/cases/case_0001/answers.ZIP",
+        "set/answers.tar.gz",
+        "truth/case_0000.json",
+    ],
+)
+@pytest.mark.usefixtures("copied")
+def test_run_refuses_what_may_be_the_truth(tmp_path: Path, where: str, given: str) -> None:
+    """Whatever it is called and wherever it lies in the set, and a truth beside the set."""
+    (tmp_path / where).parent.mkdir(exist_ok=True)
+    (tmp_path / where).write_text(json.dumps([{"effects": ["wind"]}]))
+    arguments = ["blind", "run", str(tmp_path / given), "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--diagnosis", "stand_in:by_the_files", "--jobs", "1"]) == 2
+    (tmp_path / where).unlink()
+    if where.split("/")[-2] == "truth":
+        (tmp_path / where).parent.rmdir()
+    assert main([*arguments, "--diagnosis", "stand_in:by_the_files", "--jobs", "1"]) == 0
+
+
+def test_run_refuses_links_out_of_the_set(copied: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (copied / "extra").symlink_to(elsewhere)
+    with pytest.raises(InputError, match="extra: the truth lies open, or may lie there"):
+        run_set(copied, tmp_path / "out", diagnosis="stand_in:by_the_files", executor=HERE)
+
+
+def test_seal_gives_nothing_away_and_binds_the_cases(copied: Path, tmp_path: Path) -> None:
+    """Its seed would make the truth again; cases that were changed with their digest are found out."""
+    seal = read_seal(copied)
+    assert set(seal) == {"schema", "sha256", "cases_sha256", "number"}
+    holdout = copied / "cases" / "case_0001" / "holdout.csv"
+    holdout.write_text("".join(holdout.read_text().splitlines(keepends=True)[:-5]))
+    forged = seal | {"cases_sha256": folder_digest(copied / "cases")}
+    (copied / "seal.json").write_text(json.dumps(forged))
+    run_set(copied, tmp_path / "out", diagnosis="stand_in:by_the_files", executor=HERE)
+    with pytest.raises(InputError, match="cases have changed"):
+        read_evidence(copied, tmp_path / "out", seal=seal["sha256"])
+
+
+def test_a_tampered_verdict_is_not_made_valid_by_running_again(copied: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    digest = run_set(copied, out, diagnosis="stand_in:by_the_files", executor=HERE)
+    read_evidence(copied, out, run_sha256=digest)
+    with pytest.raises(InputError, match="verdicts have changed"):
+        read_evidence(copied, out, run_sha256="0" * 64)
+    verdict = out / "case_0001" / "verdict.json"
+    verdict.write_text(json.dumps(json.loads(verdict.read_text()) | {"answer": ["backlash"]}))
+    with pytest.raises(InputError, match="not what the diagnosis wrote"):
+        run_set(copied, out, diagnosis="stand_in:by_the_files", executor=HERE)
+
+
+def test_a_list_of_verdicts_is_not_changed_unseen(copied: Path, tmp_path: Path) -> None:
+    """Cases called failed after the run would not count as wrong."""
+    out = tmp_path / "out"
+    run_set(copied, out, diagnosis="stand_in:by_the_files", executor=HERE)
+    content = json.loads((out / "verdicts.json").read_text())
+    (out / "verdicts.json").write_text(json.dumps(content | {"failed": {"case_0001": "x"}}))
+    with pytest.raises(InputError, match="verdicts have changed"):
+        read_evidence(copied, out)
+
+
+def test_a_run_that_was_let_see_the_truth_is_no_blind_one(copied: Path, tmp_path: Path) -> None:
+    (copied / "truth").mkdir()
+    run_set(copied, tmp_path / "out", diagnosis="stand_in:by_the_files", truth_is_open=True, executor=HERE)
+    with pytest.raises(InputError, match="score it with --practice"):
+        read_evidence(copied, tmp_path / "out")
 
 
 def test_run_refuses_a_truth_that_is_not_the_sealed_one(copied: Path, tmp_path: Path) -> None:
@@ -213,6 +282,7 @@ def test_unknown_effects_and_diagnoses_are_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="gremlins"):
         make_set(tmp_path / "set", 1, 1, labels=[["gremlins"]], executor=HERE)
     (tmp_path / "cases" / "case_0000").mkdir(parents=True)
-    (tmp_path / "cases" / "case_0000" / "case.json").write_text("{}")
+    nothing = json.dumps({"model": "case.json", "train": [], "holdout": []})
+    (tmp_path / "cases" / "case_0000" / "case.json").write_text(nothing)
     with pytest.raises(InputError, match="nowhere"):
         run_set(tmp_path, tmp_path / "out", diagnosis="nowhere:diagnose", executor=HERE)
