@@ -234,7 +234,7 @@ def disk_advice(error: OSError) -> str:
     """What to do where there is no room for a file; nothing for other errors."""
     if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ""
-    return "; earlier results are untouched: make room, or give another --out, and run the command again"
+    return "; that file is as it was before: make room, or give another --out, and run the command again"
 
 
 def _fail(status: int, message: str) -> int:

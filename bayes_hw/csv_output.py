@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import temporary_sibling
+
+ROWS = 2**16
+"""Turned into text at once: the text of a long record takes ten times the memory of its numbers."""
 
 
 def write_csv(path: Path, columns: Mapping[str, FloatArray]) -> None:
     """Write columns of equal length under their names, with all 17 digits of every number."""
-    text = io.StringIO()
-    text.write(",".join(columns) + "\n")
-    np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",")
-    write_text_atomically(path, text.getvalue())
+    table = list(columns.values())
+    with temporary_sibling(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(columns) + "\n")
+        for start in range(0, len(table[0]), ROWS):
+            rows = np.column_stack([column[start : start + ROWS] for column in table])
+            np.savetxt(file, rows, fmt="%.17g", delimiter=",")

@@ -9,3 +9,10 @@ class InputError(ValueError):
     The message is one line that names the file, the row or key, and the remedy; the command line prints
     it on stderr and ends with exit status 2.
     """
+
+
+def storable_text(text: str, label: str) -> str:
+    """`text`, which files can hold; raises InputError where it has a null character or half of a pair."""
+    if "\0" in text or any("\ud800" <= character <= "\udfff" for character in text):
+        raise InputError(f"{label}: {text!r} is no text that a file can hold; leave out what is escaped")
+    return text

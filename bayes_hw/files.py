@@ -17,8 +17,10 @@ MOST_SETTINGS_BYTES = 16 * 2**20
 def temporary_sibling(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` that takes its name when the block ends without an error.
 
-    Raises InputError when the folder cannot be written, or `path` is a folder.
+    Of a link, what it leads to is written. Raises InputError when the folder cannot be written, or `path` is
+    a folder, a device or a pipe.
     """
+    path = _regular(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:60]}.", suffix=path.suffix, dir=path.parent)
@@ -49,24 +51,47 @@ def _named(path: Path) -> Iterator[None]:
         raise
 
 
+def _regular(path: Path) -> Path:
+    """Where a file at `path` really lies; raises InputError where something else than a file is there."""
+    try:
+        real = Path(os.path.realpath(path))
+        if not real.exists() or real.is_file():
+            return real
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be written ({_said(error)}); give another --out") from None
+    raise InputError(
+        f"{path}: is {'a folder' if real.is_dir() else 'no regular file'}; give a file name with --out"
+    )
+
+
+def _said(error: OSError | ValueError) -> str:
+    return str(getattr(error, "strerror", None) or error)
+
+
 def check_output_folder(folder: Path) -> None:
     """Raise InputError unless `folder` can be written or made; makes nothing."""
     nearest = folder
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
+    try:
+        if "\0" in str(folder):
+            raise ValueError("null character")
+        while not nearest.exists() and nearest != nearest.parent:
+            nearest = nearest.parent
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: cannot be written ({_said(error)}); give another --out") from None
     if not nearest.is_dir():
         raise InputError(f"{nearest}: is a file where a folder is to be; give another --out")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError(f"{nearest}: no permission to write there; give another --out")
 
 
-def check_output_file(path: Path, inputs: Sequence[Path]) -> None:
-    """Raise InputError unless `path` can be written and is none of the `inputs`; writes nothing."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; give a file name with --out")
-    check_output_folder(path.parent)
+def check_output_file(path: Path, inputs: Sequence[Path], ending: str = "") -> None:
+    """Raise InputError unless `path` has this ending, can be written and is none of the `inputs`; writes
+    nothing."""
+    check_output_folder(_regular(path).parent)
     if path.exists() and any(other.exists() and path.samefile(other) for other in inputs):
         raise InputError(f"{path}: would overwrite an input; give another --out")
+    if not path.name.lower().endswith(ending):
+        raise InputError(f"{path}: the result is a {ending[1:].upper()} file; give --out a name in {ending}")
 
 
 def read_small_text(path: Path) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.errors import InputError
+from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.record_files import Columns, read_columns
 from bayes_hw.resample import describe, resample_columns
@@ -37,6 +37,7 @@ class Units:
                 raise InputError(f'units: unknown key {key!r}; use "time", "input" and "output"')
             if not isinstance(value, str):
                 raise InputError(f"units.{key}: must be text")
+            storable_text(value, f"units.{key}")
         units = cls(**data)
         if units.time != "s":
             raise InputError(f"units.time: {units.time!r} is not supported; give times in s")

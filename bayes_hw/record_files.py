@@ -138,8 +138,12 @@ def _table(path: Path, columns: Columns, wanted: list[str]) -> Table:
 def _os_errors(path: Path) -> Iterator[None]:
     try:
         yield
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the path") from None
+    except ValueError as error:  # a name that no file can have
+        raise InputError(f"{str(path)!r}: cannot be read ({error}); check the path") from None
 
 
 def _digest(path: Path) -> str:

@@ -36,7 +36,7 @@ def main() -> None:
         [held_out],
         np.random.default_rng(study.seed),
         start="free",
-        settings=SamplerSettings(max_steps=100 if study.quick else 2000),
+        settings=SamplerSettings(max_steps=100 if study.quick else 12000),
         jobs=study.jobs,
         progress=study.progress,
         free_all=False,

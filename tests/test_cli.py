@@ -395,3 +395,18 @@ def test_the_package_runs_as_a_module() -> None:
         [sys.executable, "-m", "bayes_hw", "--version"], capture_output=True, text=True, timeout=60
     )
     assert done.returncode == 0 and done.stdout.startswith("bayes-hw ")
+
+
+@pytest.mark.parametrize(
+    ("out", "said"),
+    [("posterior/posterior.nc", "overwrite"), ("train_1.csv", "overwrite"), ("bands.nc", "a name in .csv")],
+)
+def test_predict_overwrites_nothing_it_reads(
+    folder: Path, capsys: pytest.CaptureFixture[str], out: str, said: str
+) -> None:
+    before = {path: path.read_bytes() for path in (folder / "posterior").iterdir()}
+    paths = {"--posterior": folder / "posterior", "--out": folder / out}
+    given = [text for option, path in paths.items() for text in (option, str(path))]
+    assert main(["predict", *given, str(folder / "train_1.csv")]) == 2
+    assert said in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in (folder / "posterior").iterdir()} == before

@@ -64,6 +64,7 @@ def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., s
         ((*MODEL, "--simulator", "json:loads"), "either a case folder or --model or --simulator"),
         (("--simulator", "json:absent", *TRAIN), "--simulator json:absent: cannot be imported"),
         (("--simulator", "json:__name__", *TRAIN), "returned no simulator"),
+        (("--simulator", "json:loads", *TRAIN), "--simulator json:loads: fails (TypeError"),
         ((*MODEL, *TRAIN, "--without", "dead_zone"), "--without dead_zone: not in the catalogue"),
         ((*MODEL, *TRAIN), "no record held out"),
         ((*MODEL, *HOLDOUT), "no record to train on"),
@@ -138,3 +139,21 @@ def test_a_simulator_of_ones_own_is_diagnosed(
     assert verdict["base"]["speed_per_volt"]["unit"] == "rpm/V"
     report = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
     assert "no noise level was given" in report and "nan" not in report.lower().split("provenance")[0].split()
+
+
+def test_columns_are_mapped_as_for_other_commands(folder: Path) -> None:
+    """The same verdict from records under other names, of a case folder too."""
+    expected = verdict(folder, "plain", ".", "--quiet")
+    for name in ("train_1", "train_2", "holdout"):
+        path = folder / f"{name}.csv"
+        path.write_text(path.read_text().replace("t,u,y", "time,cmd,ang", 1))
+    mapped = ("--time", "time", "--input", "cmd", "--output", "ang", "--quiet")
+    assert verdict(folder, "of_case", ".", *mapped) == expected
+    assert verdict(folder, "of_files", *MODEL, *TRAIN, *HOLDOUT, *mapped)["answer"] == expected["answer"]
+
+
+@pytest.mark.parametrize("name", ["a\0b.csv", "\ud800.csv"])
+def test_a_case_with_a_name_that_no_file_has(refused: Callable[..., str], folder: Path, name: str) -> None:
+    case = {"model": "model/model.json", "train": [name], "holdout": list(HOLDOUT[1:])}
+    (folder / "case.json").write_text(json.dumps(case))
+    assert "cannot be read" in refused(".")

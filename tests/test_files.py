@@ -10,6 +10,8 @@ import pytest
 
 from bayes_hw.errors import InputError
 from bayes_hw.files import (
+    check_output_file,
+    check_output_folder,
     read_small_text,
     temporary_sibling,
     write_bytes_atomically,
@@ -57,7 +59,7 @@ def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
 
 def test_a_target_that_is_a_folder_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "x.json").mkdir()
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="is a folder"):
         write_text_atomically(tmp_path / "x.json", "")
     assert [entry.name for entry in tmp_path.iterdir()] == ["x.json"]
 
@@ -90,3 +92,31 @@ def test_a_full_disk_is_named_with_its_file(tmp_path: Path) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
     assert caught.value.filename == str(tmp_path / "x.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_device_or_a_pipe_is_not_replaced(tmp_path: Path) -> None:
+    """As root, a file renamed to it would be in the place of /dev/null."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for target in (pipe, Path(os.devnull)):
+        with pytest.raises(InputError, match="no regular file"):
+            write_text_atomically(target, "x")
+        with pytest.raises(InputError, match="no regular file"):
+            check_output_file(target, [])
+    assert pipe.is_fifo() and Path(os.devnull).is_char_device()
+
+
+def test_a_link_stays_and_its_file_is_written(tmp_path: Path) -> None:
+    target, link = tmp_path / "there" / "x.csv", tmp_path / "x.csv"
+    write_text_atomically(target, "old")
+    link.symlink_to(target)
+    write_text_atomically(link, "new")
+    assert link.is_symlink() and target.read_text() == "new"
+
+
+@pytest.mark.parametrize("name", ["a" * 300, "a\0b"])
+def test_a_name_that_no_file_can_have_is_bad_input(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="give another --out"):
+        check_output_folder(tmp_path / name)
+    with pytest.raises(InputError, match="give another --out"):
+        write_text_atomically(tmp_path / name, "x")

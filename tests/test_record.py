@@ -89,3 +89,9 @@ def test_wrong_units_are_refused_with_the_key(units, complaint):
 def test_units_survive_a_round_trip():
     units = Units(input="V", output="m")
     assert Units.from_dict(units.to_dict()) == units
+
+
+@pytest.mark.parametrize("text", ["de\0g", "\ud800"])
+def test_a_unit_that_no_file_can_hold_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"units\.output"):
+        Units.from_dict({"output": text})

@@ -165,7 +165,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
 def simulate_command(parsed: argparse.Namespace) -> None:
     """bayes-hw simulate."""
     out = Path(parsed.out)
-    check_output_file(out, [Path(parsed.record), Path(parsed.model)])
+    check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
     (record,) = read_records(parsed, [parsed.record], model.units)
     check_rates(model, [record])
@@ -181,13 +181,14 @@ def simulate_command(parsed: argparse.Namespace) -> None:
 def predict_command(parsed: argparse.Namespace) -> None:
     """bayes-hw predict."""
     out = Path(parsed.out)
-    check_output_file(out, [Path(parsed.record)])
+    kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
+    check_output_file(out, [Path(parsed.record), *kept], ".csv")
     posterior = Posterior.read(parsed.posterior)
     (record,) = read_records(parsed, [parsed.record], posterior.axis.model.units)
     prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
-        warn(f"the posterior has not converged: {posterior.problems[0]}")
+        warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
     if not parsed.quiet:
         achieved = band_coverage(prediction)
         low, high = achieved.interval

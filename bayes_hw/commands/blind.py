@@ -9,18 +9,28 @@ from bayes_hw.commands.options import add_common, add_output
 
 NAME = "blind"
 SUMMARY = "make withheld cases, diagnose them without their truth, score the verdicts"
-EXAMPLE = (
-    "bayes-hw blind make --n 100 --seed 7 --out set/\n"
-    "  bayes-hw blind run set/ --out verdicts/\n"
-    "  bayes-hw blind score set/ verdicts/ --out score/"
-)
+STEP_EXAMPLES = {
+    "make": "bayes-hw blind make --n 100 --seed 7 --out set/",
+    "run": "bayes-hw blind run set/ --out verdicts/",
+    "score": "bayes-hw blind score set/ verdicts/ --out score/",
+}
+EXAMPLE = "\n  ".join(STEP_EXAMPLES.values())
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The three steps as commands of their own."""
     steps = parser.add_subparsers(dest="step", required=True, metavar="STEP")
 
-    make = steps.add_parser("make", help="write cases and their sealed truth")
+    def step(name: str, summary: str) -> argparse.ArgumentParser:
+        return steps.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            epilog=f"example:\n  {STEP_EXAMPLES[name]}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+
+    make = step("make", "write cases and their sealed truth")
     make.add_argument("--n", type=int, default=100, metavar="N", help="cases (default 100)")
     make.add_argument(
         "--kind",
@@ -38,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common(make)
     make.set_defaults(goes_on=True)
 
-    run_step = steps.add_parser("run", help="diagnose the cases of a set without its truth")
+    run_step = step("run", "diagnose the cases of a set without its truth")
     run_step.add_argument("set", metavar="DIR", help="the --out folder of make, or a folder of case folders")
     run_step.add_argument("--scheduler", metavar="ADDRESS", help="run on this Dask cluster instead")
     run_step.add_argument(
@@ -52,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common(run_step)
     run_step.set_defaults(goes_on=True)
 
-    score = steps.add_parser("score", help="open the truth and score the verdicts")
+    score = step("score", "open the truth and score the verdicts")
     score.add_argument("set", metavar="DIR", help="the --out folder of make")
     score.add_argument("verdicts", metavar="VERDICTS", help="the --out folder of run")
     score.add_argument("--seal", metavar="SHA256", help="the seal as make printed it")

@@ -6,7 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
-from bayes_hw.commands.options import add_common, add_output
+from bayes_hw.commands.options import add_common, add_output, add_record_options
 from bayes_hw.errors import InputError
 
 NAME = "diagnose"
@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder for verdict.json, holdout_prediction.csv, report.html, report.pdf; where the answer is other,"
         " free_residual.csv too: the missing force over time",
     )
+    add_record_options(parser)
     add_common(parser)
 
 
@@ -47,21 +48,25 @@ def run(parsed: argparse.Namespace) -> None:
     """Diagnose and write; raises InputError on bad input before anything is written."""
     import numpy as np
 
+    from bayes_hw.commands.inputs import read_records
     from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.case import Case
     from bayes_hw.gap.diagnosis import diagnose, write_results
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
-    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
     from bayes_hw.gap.sentence import sentence
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
+    from bayes_hw.record import Record, Units
 
     begin = time.perf_counter()
     out = Path(parsed.out)
     known = list(LABEL_BLOCKS)
     if parsed.simulator is not None:
         known += sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(known))
+    else:
+        known += sorted({effect.label for effect in catalogue(frozenset())} - set(known))
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
     if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:
@@ -72,13 +77,18 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
     train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
+
+    def read_record(path: Path, *, units: Units) -> Record:
+        (record,) = read_records(parsed, [str(path)], units)
+        return record
+
     case: Case | SimulatorCase
     if parsed.case is not None:
-        case = Case.read(Path(parsed.case))
+        case = Case.read(Path(parsed.case), read_record)
     elif parsed.simulator is not None:
-        case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout)
+        case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
-        case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout)
+        case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bayes_hw.errors import InputError
+from bayes_hw.errors import InputError, storable_text
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.record import Columns, Record, Units
 
@@ -26,6 +26,7 @@ def read_records(
             raise InputError(
                 f"{option} {given}: the model is in {of_model}; give records in the model's unit"
             )
+        storable_text(given or "", option)
     base = units or Units()
     chosen = replace(base, input=parsed.input_unit or base.input, output=parsed.output_unit or base.output)
     columns = Columns(

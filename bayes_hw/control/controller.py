@@ -18,6 +18,9 @@ from bayes_hw.files import read_small_text, write_text_atomically
 
 SCHEMA = "bayes-hw/controller/1"
 RATIO_TOLERANCE = 1e-6
+LARGEST_NUMBER = 1e150
+LARGEST_DELAY = 1000
+"""Periods; the states of a loop grow with them."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,8 @@ class Controller:
             raise InputError("rate_of_change_limit: must be positive")
         if not self.anti_windup_s >= 0:
             raise InputError("anti_windup_s: must be zero or more, or null for none")
-        if self.delay_samples < 0:
-            raise InputError("delay_samples: must be zero or more")
+        if not 0 <= self.delay_samples <= LARGEST_DELAY:
+            raise InputError(f"delay_samples: must be from zero to {LARGEST_DELAY}")
         for notch in self.notches:
             if notch.frequency_hz >= self.sample_rate_hz / 2:
                 raise InputError("notches: frequency_hz must lie below half the controller's rate")
@@ -250,8 +253,8 @@ class Controller:
 def _number(value: Any, label: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f"{label}: missing or not a number")
-    if not np.isfinite(value):
-        raise InputError(f"{label}: must be finite")
+    if not abs(value) <= LARGEST_NUMBER:
+        raise InputError(f"{label}: must be finite, and no larger than {LARGEST_NUMBER:g}")
     return float(value)
 
 

@@ -56,7 +56,10 @@ class Notch:
         for key in keys:
             if isinstance(data[key], bool) or not isinstance(data[key], (int, float)):
                 raise InputError(f"{label}.{key}: must be a number")
-        return cls(*(float(data[key]) for key in keys))
+        try:
+            return cls(*(float(data[key]) for key in keys))
+        except OverflowError:
+            raise InputError(f"{label}: holds a number that is too large") from None
 
     def to_dict(self) -> dict[str, float]:
         return {

@@ -6,11 +6,13 @@ process reads the attributes and numbers of the file first; only a file that it 
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
 
+PACKAGE = Path(__file__).resolve().parents[1]
 PROBE_SECONDS = 6.0
 BYTES_PER_SECOND = 20 * 2**20
 MOST_ADDRESSES = 2**31
@@ -20,12 +22,21 @@ MOST_NUMBERS = 2**25
 """A data set of more numbers is not tried, nor is it read later."""
 
 
-def is_sound_hdf5(path: Path) -> bool:
-    """Whether a child process can read the file in the time that its size allows."""
-    seconds = PROBE_SECONDS + path.stat().st_size / BYTES_PER_SECOND
-    command = [sys.executable, "-m", "bayes_hw.formats.hdf5_probe", str(path.resolve())]
+def is_sound_hdf5(*paths: Path) -> bool:
+    """Whether a child process can read the files in the time that their size allows.
+
+    It finds this package where it is, and nothing in the folder that it happens to run in.
+    """
+    seconds = PROBE_SECONDS + sum(path.stat().st_size for path in paths) / BYTES_PER_SECOND
+    files = [str(path.resolve()) for path in paths]
+    command = [sys.executable, "-P", "-m", "bayes_hw.formats.hdf5_probe", *files]
+    given = os.environ.get("PYTHONPATH", "")
+    places = os.pathsep.join([str(PACKAGE.parent), *filter(None, given.split(os.pathsep))])
+    environment = os.environ | {"PYTHONPATH": places}
     try:
-        done = subprocess.run(command, timeout=seconds, stdin=subprocess.DEVNULL, capture_output=True)
+        done = subprocess.run(
+            command, timeout=seconds, stdin=subprocess.DEVNULL, capture_output=True, env=environment
+        )
     except subprocess.TimeoutExpired:
         return False
     return done.returncode == 0
@@ -58,7 +69,8 @@ def main() -> int:
 
         resource.setrlimit(resource.RLIMIT_AS, (MOST_ADDRESSES, MOST_ADDRESSES))
     try:
-        try_file(sys.argv[1])
+        for path in sys.argv[1:]:
+            try_file(path)
     except Exception:
         return 1
     return 0

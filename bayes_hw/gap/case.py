@@ -6,16 +6,23 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record import Record
+from bayes_hw.record import Record, Units
 
 RATE_TOLERANCE = 1e-6
 SHORTEST = 200
 """Samples that a record must have."""
+
+
+class ReadRecord(Protocol):
+    """Reads one record of a model in these units, as `Record.read` does."""
+
+    def __call__(self, path: Path, *, units: Units) -> Record: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +35,7 @@ class Case:
     holdout: tuple[Record, ...]
 
     @classmethod
-    def read(cls, folder: Path) -> Case:
+    def read(cls, folder: Path, read_record: ReadRecord = Record.read) -> Case:
         """Read case.json and what it names, relative to `folder`. Raises InputError on anything wrong."""
         path = folder / "case.json"
         try:
@@ -49,13 +56,21 @@ class Case:
             folder / data["model"],
             [folder / item for item in data["train"]],
             [folder / item for item in data["holdout"]],
+            read_record,
         )
 
     @classmethod
-    def of_files(cls, name: str, model: Path, train: Sequence[Path], holdout: Sequence[Path]) -> Case:
+    def of_files(
+        cls,
+        name: str,
+        model: Path,
+        train: Sequence[Path],
+        holdout: Sequence[Path],
+        read_record: ReadRecord = Record.read,
+    ) -> Case:
         """Read a model and records from files."""
         nominal = HammersteinWiener.read(model)
-        records = [Record.read(path, units=nominal.units) for path in (*train, *holdout)]
+        records = [read_record(path, units=nominal.units) for path in (*train, *holdout)]
         return cls.of_records(name, nominal, records[: len(train)], records[len(train) :])
 
     @classmethod

@@ -26,8 +26,8 @@ def sentence(diagnosis: Diagnosis) -> str:
         best = diagnosis.decision.explanation.name
         return (
             f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
-            f"({_percent(verdict.probability['other'])} sure): beside the best of them ({best}) "
-            f"a {left.kind} of {left.size:.2g} times the noise stays."
+            f"({_percent(verdict.probability['other'])} sure): what stays beside the best of them ({best}) "
+            f"is {left.kind}, {left.size:.2g} times the noise."
         )
     explanation = diagnosis.decision.explanation
     effects = explanation.fit.hypothesis.effects

@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case import check_records
+from bayes_hw.gap.case import ReadRecord, check_records
 from bayes_hw.gap.simulator import Simulator
 from bayes_hw.record import Record
 
@@ -50,9 +50,15 @@ class SimulatorCase:
         return cls(simulator.name, simulator, tuple(train), tuple(holdout), before)
 
     @classmethod
-    def of_files(cls, simulator: Simulator, train: Sequence[Path], holdout: Sequence[Path]) -> SimulatorCase:
+    def of_files(
+        cls,
+        simulator: Simulator,
+        train: Sequence[Path],
+        holdout: Sequence[Path],
+        read_record: ReadRecord = Record.read,
+    ) -> SimulatorCase:
         """Read the records of a simulator from files."""
-        records = [Record.read(path, units=simulator.units) for path in (*train, *holdout)]
+        records = [read_record(path, units=simulator.units) for path in (*train, *holdout)]
         return cls.of_records(simulator, records[: len(train)], records[len(train) :])
 
     @property
@@ -66,12 +72,18 @@ def find_simulator(name: str) -> Simulator:
     module, _, function = name.partition(":")
     try:
         make = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
         raise InputError(
             f"--simulator {name}: cannot be imported ({error}); give MODULE:FUNCTION of a module that Python "
             "finds (PYTHONPATH)"
         ) from None
-    found = make() if callable(make) else make
+    try:
+        found = make() if callable(make) else make
+    except Exception as error:
+        raise InputError(
+            f"--simulator {name}: fails ({type(error).__name__}: {error}); give a function that returns the "
+            "simulator without arguments"
+        ) from error
     needed = ("name", "parameters", "sample_rate_hz", "units", "noise_sigma", "force_door", "simulate")
     if missing := [part for part in needed if not hasattr(found, part)]:
         raise InputError(

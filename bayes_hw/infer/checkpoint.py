@@ -19,9 +19,12 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_output import hdf5_written_atomically
+from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.infer.bend import Bend
 from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import StudentTMixture
+
+REMEDY = "remove the folder and run without --resume"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +92,10 @@ class Checkpoint:
         """
         if not (self.folder / "plan.h5").exists():
             return None
+        files = sorted(self.folder.glob("*.h5"))
+        if not is_sound_hdf5(*files):
+            damaged = next((path for path in files if not is_sound_hdf5(path)), self.folder)
+            raise InputError(f"{damaged}: the checkpoint is damaged; {REMEDY}")
         with self._open(self.folder / "plan.h5") as file:
             bent = {name: array[:] for name, array in file["bend"].items()} if "bend" in file else None
             proposal = StudentTMixture(
@@ -124,17 +131,18 @@ class Checkpoint:
 
     @contextmanager
     def _open(self, path: Path) -> Iterator[h5py.File]:
-        remedy = "remove the folder and run without --resume"
         try:
             with h5py.File(path, "r") as file:
                 if file.attrs.get("fingerprint") != self.fingerprint:
                     raise InputError(
                         f"{path}: the checkpoint belongs to another run (other model, records, options or"
-                        f" seed); {remedy}"
+                        f" seed); {REMEDY}"
                     )
                 yield file
-        except (OSError, KeyError, TypeError, AttributeError, RuntimeError):
-            raise InputError(f"{path}: the checkpoint is damaged; {remedy}") from None
+        except InputError:
+            raise
+        except (OSError, KeyError, TypeError, ValueError, AttributeError, RuntimeError):
+            raise InputError(f"{path}: the checkpoint is damaged; {REMEDY}") from None
 
 
 def fingerprint(*parts: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -94,6 +94,15 @@ def infer(
     `starting_point` and `sample`. With `checkpoint_folder` the chain is kept there block by block.
     """
     begin = time.perf_counter()
+    for option, given, known in (
+        ("free", free, get_args(FreeSet)),
+        ("start", start, get_args(StartCondition)),
+        ("noise", noise, get_args(NoiseKind)),
+    ):
+        if given not in known:
+            raise InputError(f"{option}={given!r}: unknown; use one of {', '.join(known)}")
+    if not records:
+        raise InputError("no record to sample from; give at least one")
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
     check_rates(model, records)

@@ -208,10 +208,14 @@ class Posterior:
             with h5py.File(path, "r") as file:
                 state = json.loads(file.attrs["bayes_hw"])
                 names = state["names"]
+                if len(set(names)) < len(names):
+                    raise ValueError("a parameter twice")
                 columns = [_stored(file["posterior"][name]) for name in names]
                 log_probability = _stored(file["sample_stats"]["lp"])
             model = HammersteinWiener.from_dict(state["model"])
             start = state["start_positions"]
+            if start is not None and not len(start):
+                raise ValueError("no start positions")
             axis = AxisParameters(
                 model,
                 state["free"],
@@ -241,7 +245,7 @@ class Posterior:
                 tuple(str(problem) for problem in state["problems"]),
                 float(state["seconds"]),
             )
-        except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError):
+        except (OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError):
             raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
         if posterior.names != tuple(names):
             raise InputError(f"{path}: written by another version of bayes-hw; sample again")

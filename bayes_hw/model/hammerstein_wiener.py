@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.errors import InputError
+from bayes_hw.errors import InputError, storable_text
 from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
@@ -166,7 +166,7 @@ class HammersteinWiener:
         if sigma < 0:
             raise InputError("noise.sigma: must be zero or more")
         model = cls(
-            name=str(data.get("name", "axis")),
+            name=storable_text(str(data.get("name", "axis")), "name"),
             sample_rate_hz=rate,
             saturation=Saturation(
                 _number(saturation, "saturation.lower"),

@@ -97,6 +97,13 @@ def test_memory_of_the_forms() -> None:
         ({"kp": 1}, "unknown key 'kp'"),
         ({"type": "PID"}, "type: is 'PID'"),
         ({"anti_windup_s": -1}, "anti_windup_s"),
+        ({"delay_samples": 2**64}, "delay_samples: must be from zero to 1000"),
+        ({"delay_samples": 20000}, "delay_samples: must be from zero to 1000"),
+        ({"proportional": 10**400}, "proportional: must be finite"),
+        (
+            {"notches": [{"frequency_hz": 2, "numerator_damping": 0.1, "denominator_damping": 10**400}]},
+            "too large",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_with_file_and_key(

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -160,3 +161,16 @@ def test_fingerprint_tells_parts_apart() -> None:
     assert (
         len({fingerprint("a", "b"), fingerprint("ab"), fingerprint("b", "a"), fingerprint("a", "b", "")}) == 4
     )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_checkpoint_of_any_bytes_is_resumed_or_refused(finished: Path, tmp_path: Path, seed: int) -> None:
+    """The HDF5 library can crash on a damaged file: it is tried in another process first."""
+    copied = Path(shutil.copytree(finished, tmp_path / "copy"))
+    rng = np.random.default_rng(seed)
+    content = bytearray((copied / "plan.h5").read_bytes())
+    for position in rng.integers(len(content), size=20):
+        content[position] = rng.integers(256)
+    (copied / "plan.h5").write_bytes(content)
+    with suppress(InputError):
+        Checkpoint(copied, "a").load()

@@ -17,6 +17,7 @@ from command_files import write_axis
 from matplotlib.figure import Figure
 
 import bayes_hw
+from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.identify.four_steps import identify
@@ -125,3 +126,14 @@ def test_importing_the_package_is_light() -> None:
         "assert not hasattr(bayes_hw, 'nonsense')\n"
     )
     subprocess.run([sys.executable, "-W", "error", "-c", script], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("typo", [{"free": "everything"}, {"start": "fre"}, {"noise": "gauss"}])
+def test_a_setting_that_does_not_exist_is_named(
+    small_axis: HammersteinWiener, small_record: Record, typo: dict[str, Any]
+) -> None:
+    ((name, given),) = typo.items()
+    with pytest.raises(InputError, match=f"{name}='{given}': unknown; use one of"):
+        bayes_hw.sample(small_axis, [small_record], **typo)
+    with pytest.raises(InputError, match="no record"):
+        bayes_hw.sample(small_axis, [])

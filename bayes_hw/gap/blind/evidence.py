@@ -14,6 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.files import read_small_text
 from bayes_hw.gap.blind.folders import (
     CASES,
     ORIGIN,
@@ -78,6 +79,9 @@ class CaseVerdict:
     failed: bool = False
     white_choice: tuple[str, ...] = ()
 
+
+KEYS = ("sha256", "verdicts_sha256", "truth_is_open", "seal", "cases", "failed", "diagnosis")
+"""Of verdicts.json, that are read."""
 
 FAILED = CaseVerdict(("no verdict",), {}, failed=True)
 
@@ -161,14 +165,14 @@ def _number(value: Any) -> float:
 def _read_run(verdicts: Path) -> dict[str, Any]:
     path = verdicts / VERDICTS
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_small_text(path))
     except OSError:
         raise InputError(
             f"{path}: no such file; give the --out folder of a finished bayes-hw blind run"
         ) from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: is damaged; run the diagnosis again") from None
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA or not set(KEYS) <= set(content):
         raise InputError(f"{path}: is not a list of verdicts of this version; run the diagnosis again")
     return content
 

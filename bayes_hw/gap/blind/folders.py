@@ -12,12 +12,13 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from bayes_hw.errors import InputError
-from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.files import read_small_text, temporary_sibling, write_text_atomically
 
 CASES, TRUTH, SEAL = "cases", "truth.zip", "seal.json"
 ORIGIN = "set.json"
@@ -71,7 +72,7 @@ def read_truth(path: Path) -> dict[str, str]:
     try:
         with zipfile.ZipFile(path) as archive:
             return {name: archive.read(name).decode() for name in archive.namelist()}
-    except (OSError, zipfile.BadZipFile, UnicodeDecodeError) as error:
+    except (OSError, EOFError, NotImplementedError, ValueError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: is not a sealed truth ({error}); make the set again") from None
 
 
@@ -84,11 +85,11 @@ def read_seal(folder: Path) -> dict[str, Any]:
     """Content of DIR/seal.json; raises InputError where it is missing or damaged."""
     path = folder / SEAL
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_small_text(path))
     except OSError:
         raise InputError(f"{path}: no such file; give the --out folder of bayes-hw blind make") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: is damaged; make the set again") from None
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA or "sha256" not in content:
         raise InputError(f"{path}: is not a seal of this version; make the set again")
     return content

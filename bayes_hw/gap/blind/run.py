@@ -16,7 +16,7 @@ from typing import Any
 from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.gap.blind.folders import (
     CASES,
     SEAL,
@@ -185,19 +185,22 @@ def case_files(case: Path) -> list[str]:
     """case.json and the files that it lists; raises InputError when one is not inside the case."""
     path = case / "case.json"
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_small_text(path))
         names = [
             "case.json",
             str(content["model"]),
             *map(str, content["train"]),
             *map(str, content["holdout"]),
         ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: is not a case description ({error})") from None
     for name in names:
-        inside = (case / name).resolve().is_relative_to(case.resolve())
-        if not (inside and (case / name).is_file()):
-            raise InputError(f"{path}: {name} is not a file of the case")
+        try:
+            inside = (case / name).resolve().is_relative_to(case.resolve()) and (case / name).is_file()
+        except (OSError, ValueError):
+            inside = False
+        if not inside:
+            raise InputError(f"{path}: {name!r} is not a file of the case")
     return names
 
 
@@ -219,8 +222,8 @@ def verdict_digest(out: Path) -> str:
 
 
 def run_digest(content: Mapping[str, Any]) -> str:
-    """SHA-256 over all of OUT/verdicts.json but this digest."""
-    rest = {key: value for key, value in content.items() if key != "sha256"}
+    """SHA-256 over all of OUT/verdicts.json but this digest and the times taken."""
+    rest = {key: value for key, value in content.items() if key not in ("sha256", "seconds")}
     return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
 
 
@@ -229,7 +232,7 @@ def find_diagnosis(name: str) -> Diagnosis:
     module, _, function = name.partition(":")
     try:
         found = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
         raise InputError(f"--diagnosis {name}: cannot be imported ({error}); give MODULE:FUNCTION") from None
     if not callable(found):
         raise InputError(f"--diagnosis {name}: is not a function; give MODULE:FUNCTION")
