@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -186,6 +188,27 @@ def test_another_package_registers_an_effect(monkeypatch: pytest.MonkeyPatch) ->
     assert block_of("cable_drag", (added,)) == "drive"
     assert np.abs(output(added, (1.1,)) - Y).max() > 1e-3
     assert len(catalogue(frozenset({"cable_drag"}))) == len(CATALOGUE)
+
+
+def test_the_effect_of_the_readme_is_registered_by_a_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it stands there, installed beside its entry point; its two places warm up in one time."""
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"```python3\n(# hot_drive\.py.*?)```", readme, re.DOTALL)
+    (points,) = re.findall(r"```toml\n\[project.entry-points.*?\]\n(.*?)```", readme, re.DOTALL)
+    (tmp_path / "hot_drive.py").write_text(shown)
+    installed = tmp_path / "hot_drive-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: hot-drive\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text("[bayes_hw.effects]\n" + points.replace('"', ""))
+    monkeypatch.syspath_prepend(tmp_path)
+    added = catalogue()[-1]
+    assert (added.name, block_of("hot_drive", (added,))) == ("hot_drive", "input")
+    warm, cold = output(added, added.test_values), output(added, (0.0, 0.0, 30.0))
+    np.testing.assert_allclose(cold, Y, atol=1e-12)
+    assert np.abs(warm - Y).max() > 0.015
+    assert len(added.starts(BASE.scale)[0]) == len(added.parameters(BASE.scale)) == 3
 
 
 @pytest.mark.parametrize(
