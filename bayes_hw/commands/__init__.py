@@ -37,5 +37,6 @@ def run(parsed: argparse.Namespace) -> None:
         named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
         raise InputError(
             f"{', '.join(named)}: no fit is possible in floating point ({error}); "
-            "check the units of the records and of the model"
+            "check the units of the records and of the model, and that the records hold measured noise: "
+            "a simulation without any leaves nothing to estimate it from"
         ) from None

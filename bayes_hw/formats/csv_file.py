@@ -59,9 +59,16 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
 
 
 def _check_lines(path: Path) -> None:
-    """Refuse a file with a line too long for a table before any line is held in memory."""
+    """Refuse a file with a line too long for a table, or a quote that goes on to the next, before any line is
+    held in memory."""
+    quoted = False
     with path.open("rb") as stream:
         for chunk in iter(lambda: stream.read(LONGEST_LINE), b""):
+            if quoted or b'"' in chunk:
+                for i, part in enumerate(re.split(rb"[\r\n]", chunk)):
+                    if i > 0 and quoted:
+                        raise InputError(f"{path}: has a quote that does not end in its row; remove it")
+                    quoted ^= part.count(b'"') % 2 == 1
             if len(chunk) == LONGEST_LINE and b"\n" not in chunk and b"\r" not in chunk:
                 raise InputError(
                     f"{path}: has a line longer than {LONGEST_LINE} characters; give a CSV table"

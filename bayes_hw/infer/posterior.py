@@ -216,6 +216,10 @@ class Posterior:
             start = state["start_positions"]
             if start is not None and not len(start):
                 raise ValueError("no start positions")
+            if not (0 < state["noise_sigma"] < np.inf and 0 < state["output_scale"] < np.inf):
+                raise ValueError("a size that is not positive")
+            if len(state["point_estimate"]) != len(names):
+                raise ValueError("an estimate of other parameters")
             axis = AxisParameters(
                 model,
                 state["free"],

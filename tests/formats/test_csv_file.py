@@ -1,6 +1,7 @@
 """Delimited text: every finite table is read back, every other one is refused in one line."""
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
 from bayes_hw.formats.csv_file import read_csv
+from bayes_hw.record import Record
 
 COLUMNS = ["t", "u", "y"]
 GOOD = "t,u,y\n" + "".join(f"{k / 10},{k % 3},{k % 5}\n" for k in range(40))
@@ -151,3 +153,12 @@ def test_a_table_with_few_rows_keeps_its_columns_apart(tmp_path, rows):
     path = tmp_path / "a.csv"
     path.write_text("".join(itertools.islice(GOOD.splitlines(keepends=True), rows + 1)))
     assert [len(v) for v in read(path).values.values()] == [rows] * 3
+
+
+@pytest.mark.parametrize("rest", ["", "2,0,0\n" * 5])
+def test_a_quote_that_does_not_end_in_its_row_is_refused(tmp_path: Path, rest: str) -> None:
+    """It would make one cell of all that follows, of a large file more than memory has."""
+    path = tmp_path / "r.csv"
+    path.write_text('t,u,y\n0,0,0\n1,"0,0\n' + rest)
+    with pytest.raises(InputError, match="quote that does not end in its row"):
+        Record.read(path)
