@@ -13,7 +13,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
 from bayes_hw.gap.decide import OTHER, Decision, best_of_sets
-from bayes_hw.gap.explanation import LARGEST_STRAIN, Explanation
+from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.hypothesis import held_within_prior
 
 DRAWS = 2048
 LEAST_DRAWS = 10
@@ -86,9 +87,7 @@ def _scattered(
     spread = FARTHER**2 * apart.T @ apart / len(failed) + best.fit.covariance()[rows, rows]
     centre = best.fit.coordinates[rows]
     drawn = rng.multivariate_normal(centre, spread, count, method="eigh")
-    farthest = np.max(np.abs(hypothesis.prior_deviations(drawn)), axis=1, keepdims=True)
-    within = centre + (drawn - centre) * np.minimum(1.0, LARGEST_STRAIN / farthest)
-    return np.asarray(hypothesis.to_values(within))
+    return np.asarray(hypothesis.to_values(held_within_prior(hypothesis, drawn, centre)))
 
 
 def noise_beside(best: Explanation, nominal_sigma: float) -> tuple[float, float]:

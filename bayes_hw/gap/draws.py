@@ -14,7 +14,7 @@ from emcee.moves import DEMove
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.display_likelihood import DisplayDensity, display_likelihood
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.hypothesis import Hypothesis, held_within_prior
 from bayes_hw.gap.parallel import Each
 from bayes_hw.infer.importance import acceptance_from_weights
 from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
@@ -106,7 +106,8 @@ def posterior_draws(
         if explanation.chaotic:
             apart = np.array([best.coordinates - rival for rival in rivals]).reshape(-1, len(covariance))
             covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))
-            coordinates = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)
+            drawn = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)
+            coordinates = held_within_prior(best.hypothesis, drawn, best.coordinates)
             return Draws(coordinates, to_values(coordinates))
         posterior = _Shared(PosteriorDensity(explanation), each)
         coordinates = _sampled(posterior, best.coordinates, covariance, rng, seconds)

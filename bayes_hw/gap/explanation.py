@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit, fitted_on
-from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.stochastic import ROUNDING, Display, StochasticFit, autoregression
 from bayes_hw.gap.whitener import Autoregression, no_glitches
 
@@ -25,9 +25,6 @@ laid to its being chaotic. On 583 simulated cases it was that far ahead in 26, a
 
 REPEATS_MARGIN = 1000.0
 """Log-evidence by which repeated samples must be ahead before responses to fresh ones are sought no more."""
-
-LARGEST_STRAIN = 4.0
-"""Prior standard deviations; base parameters farther from the nominal model stand for something else."""
 
 Kind = TypeVar("Kind", bound=Hashable)
 

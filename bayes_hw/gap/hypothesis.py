@@ -20,6 +20,9 @@ from bayes_hw.model.priors import LogNormal
 
 BASE_DERIVATIVE_STEP = 3e-4
 
+LARGEST_STRAIN = 4.0
+"""Prior standard deviations; base parameters farther from the nominal model stand for something else."""
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -185,6 +188,14 @@ class Hypothesis:
     def prior_sds(self) -> FloatArray:
         """Standard deviation of every prior in coordinates."""
         return np.array([_prior_sd(parameter) for parameter in self.parameters])
+
+
+def held_within_prior(hypothesis: Hypothesis, drawn: FloatArray, centre: FloatArray) -> FloatArray:
+    """Coordinates `drawn` (n, parameters) about `centre` (parameters,), moved towards it where a base
+    parameter would be farther than LARGEST_STRAIN prior standard deviations off."""
+    deviations = np.abs(hypothesis.prior_deviations(drawn)[:, : hypothesis.base_count])
+    farthest = np.max(deviations, axis=1, keepdims=True)
+    return np.asarray(centre + (drawn - centre) * (LARGEST_STRAIN / np.maximum(farthest, LARGEST_STRAIN)))
 
 
 def _prior_sd(parameter: Parameter) -> float:

@@ -27,7 +27,7 @@ def sentence(diagnosis: Diagnosis) -> str:
         return (
             f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
             f"({_percent(verdict.probability['other'])} sure): what stays beside the best of them ({best}) "
-            f"is {left.kind}, {left.size:.2g} times the noise."
+            f"is {left.size:.2g} times the noise ({left.kind})."
         )
     explanation = diagnosis.decision.explanation
     effects = explanation.fit.hypothesis.effects

@@ -14,12 +14,12 @@ from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.linear import CubicStiffness
 from bayes_hw.gap.explanation import (
-    LARGEST_STRAIN,
     REPEATS_MARGIN,
     Explanation,
     repeats_far_ahead,
     with_stochastic,
 )
+from bayes_hw.gap.hypothesis import LARGEST_STRAIN
 from bayes_hw.gap.state_noise import walking_noise
 from bayes_hw.gap.stochastic import HeldDisplay, RoundedDisplay, StochasticFit, autoregression
 from bayes_hw.gap.whitener import fit_autoregression, no_glitches

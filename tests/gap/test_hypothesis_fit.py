@@ -20,7 +20,7 @@ from bayes_hw.gap.effects.catalogue import (
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import with_coloured_noise
 from bayes_hw.gap.fit import evaluated, fit, fitted_on, jacobians
-from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.hypothesis import LARGEST_STRAIN, Hypothesis, held_within_prior
 from bayes_hw.gap.whitener import Plain
 
 PLAIN = Plain(SIGMA)
@@ -210,3 +210,18 @@ def test_evidence_prefers_the_effect_that_is_there_and_no_effect_where_none_is()
             evidences.append(replace(done, whitener=Plain(SIGMA, likelihood)).log_evidence())
         gains.append(evidences[1] - evidences[0])
     assert gains[0] < 0 < 20 < gains[1]
+
+
+def test_draws_are_held_within_what_the_nominal_model_can_be_off() -> None:
+    """Along the line from where they are drawn about; those within stay to the bit, effects may go far."""
+    found = hypothesis(AXIS, INPUTS).with_effect(TransportDelay())
+    centre, sds = found.prior_means, found.prior_sds
+    drawn = centre + np.random.default_rng(1).normal(size=(500, len(centre))) * sds * 2
+    drawn[0], drawn[1] = centre + 0.5 * sds, centre
+    drawn[1, -1] += 20 * sds[-1]
+    held = held_within_prior(found, drawn, centre)
+    off = np.abs(found.prior_deviations(held)[:, : found.base_count]).max(axis=1)
+    assert 3.9 < off.max() < LARGEST_STRAIN + 0.5
+    np.testing.assert_array_equal(held[:2], drawn[:2])
+    shares = (held - centre) / (drawn - centre + 1e-300)
+    assert np.ptp(shares[2:], axis=1).max() < 1e-9
