@@ -26,6 +26,7 @@ from bayes_hw.commands import (
 from bayes_hw.commands.options import (
     FREE_HELP,
     RECORD_HELP,
+    add_command,
     add_common,
     add_noise,
     add_output,
@@ -103,13 +104,7 @@ def build_parser() -> argparse.ArgumentParser:
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     def command(name: str, summary: str, example: str) -> argparse.ArgumentParser:
-        return subparsers.add_parser(
-            name,
-            help=summary.replace("%", "%%"),
-            description=f"{summary[0].upper()}{summary[1:]}.",
-            epilog=f"example:\n  {example}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+        return add_command(subparsers, name, summary, example)
 
     sub = command(
         "identify",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bayes_hw.commands.options import add_common, add_output
+from bayes_hw.commands.options import add_command, add_common, add_output
 
 NAME = "blind"
 SUMMARY = "make withheld cases, diagnose them without their truth, score the verdicts"
@@ -22,13 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     steps = parser.add_subparsers(dest="step", required=True, metavar="STEP")
 
     def step(name: str, summary: str) -> argparse.ArgumentParser:
-        return steps.add_parser(
-            name,
-            help=summary,
-            description=f"{summary[0].upper()}{summary[1:]}.",
-            epilog=f"example:\n  {STEP_EXAMPLES[name]}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+        return add_command(steps, name, summary, STEP_EXAMPLES[name])
 
     make = step("make", "write cases and their sealed truth")
     make.add_argument("--n", type=int, default=100, metavar="N", help="cases (default 100)")

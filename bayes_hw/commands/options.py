@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from typing import TypeVar
 
 FREE_HELP = (
     "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
@@ -11,6 +12,22 @@ FREE_HELP = (
 )
 
 RECORD_HELP = "a record: .csv, .mat, .h5 or .parquet"
+
+
+Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
+
+
+def add_command(
+    subparsers: argparse._SubParsersAction[Parser], name: str, summary: str, example: str
+) -> Parser:
+    """A command, or a step of one, whose help begins with its summary and ends with an example."""
+    return subparsers.add_parser(
+        name,
+        help=summary.replace("%", "%%"),
+        description=f"{summary[0].upper()}{summary[1:]}.",
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
