@@ -12,9 +12,10 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.decide import OTHER, Decision, best_of_sets
+from bayes_hw.gap.decide import Decision, best_of_sets
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.hypothesis import held_within_prior
+from bayes_hw.gap.judgement import OTHER
 
 DRAWS = 2048
 LEAST_DRAWS = 10

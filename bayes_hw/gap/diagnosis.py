@@ -15,18 +15,11 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.base_average import averaged_base, noise_beside
 from bayes_hw.gap.builder import Builder
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import (
-    OTHER,
-    Calibration,
-    Decision,
-    best_of_sets,
-    choose,
-    decide,
-    expected_left,
-)
+from bayes_hw.gap.decide import Decision, best_of_sets, choose, decide, remains_of
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
@@ -34,6 +27,7 @@ from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.judgement import OTHER
 from bayes_hw.gap.latent_force import free_residual
 from bayes_hw.gap.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.leftover import leftovers
@@ -131,9 +125,8 @@ def diagnose(
         left = leftovers(best, inputs)
         if not nominal > 0:
             left = of_the_gap(left, best, attribution.base)
-        expected = expected_left(attribution.base, best, calibration)
-        ahead = is_far_ahead(attribution.explanations)
-        decision = decide(best, scores, left, expected, labels, calibration, ahead)
+        remains = remains_of(attribution.base, best, left, is_far_ahead(attribution.explanations))
+        decision = decide(best, scores, remains, labels, calibration)
         if not nominal > 0:
             attribution, decision = with_plain_estimates(attribution, decision, measured)
         final = attribution.base if decision.answer == (OTHER,) else decision.explanation

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from decision_constants import CONSTANTS, LABELS
 
-from bayes_hw.gap.decide import (
-    Calibration,
-    best_of_sets,
-    choose,
-    decide,
-    expected_left,
-    probability_of_other,
-    score,
-)
+from bayes_hw.gap.decide import best_of_sets, choose, decide, remains_of, score
 from bayes_hw.gap.explanation import is_far_ahead
 from bayes_hw.gap.leftover import Leftover
-
-LABELS = ("friction", "backlash", "wind", "encoder_quantization")
-CONSTANTS = Calibration(
-    temperature=5.0, single_gain=10.0, pair_gain=12.0, pair_size=0.3, slow_pair_size=0.3, slow_pair_share=0.1,
-    left_surprise=40.0, slow_left_surprise=15.0, left_size=0.3, left_share=0.05, loose_share=0.3,
-    bent_share=0.2, left_sharpness=2.0, floor=0.001, sigma_log_sd=0.25, pair_ceiling=0.999,
-    other_ceiling=0.999)  # fmt: skip
 
 
 @dataclass
@@ -53,23 +39,6 @@ class Stub:
 
 def chosen(*stubs: Stub, nominal: float = 1.0) -> tuple[str, ...]:
     return choose(SimpleNamespace(explanations=stubs), nominal, CONSTANTS)[0].labels  # type: ignore[arg-type]
-
-
-def probabilities(answer: Stub, scores: dict[tuple[str, ...], float], left: list[Leftover]) -> Any:
-    return decide(
-        explanation=answer,  # type: ignore[arg-type]
-        scores=scores,
-        left=left,
-        expected=0.0,
-        labels=LABELS,
-        calibration=CONSTANTS,
-    )
-
-
-def test_constants_come_with_the_program() -> None:
-    constants = Calibration.built_in()
-    assert all(getattr(constants, field.name) > 0 for field in fields(constants))
-    assert constants.floor < 0.05
 
 
 def test_the_best_form_stands_for_its_label() -> None:
@@ -99,8 +68,10 @@ def test_what_chaos_far_ahead_leaves_is_no_other_cause(
 ) -> None:
     best, left = Stub(("backlash",), 300, chaotic=chaotic), [Leftover("step", 1000.0, 3.0)]
     scores = {(): 0.0, ("backlash",): 300.0}
-    decision = decide(best, scores, left, 0.0, LABELS, CONSTANTS, far_ahead)  # type: ignore[arg-type]
+    remains = remains_of(Stub((), 0), best, left, far_ahead)  # type: ignore[arg-type]
+    decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]
     assert decision.answer == answer
+    assert decision.leftovers == tuple(left)
 
 
 @pytest.mark.parametrize(("gain", "answer"), [(9.0, ()), (11.0, ("friction",))])
@@ -167,56 +138,6 @@ def test_noise_unlike_the_nominal_counts_against_an_explanation() -> None:
     assert score(twice, float("nan"), CONSTANTS) == 100
 
 
-def test_probabilities_are_tempered_and_sum_over_sets() -> None:
-    """Worked by hand: sets at 0, 20 and 25 with handicaps 0, 10, 10 and temperature 5."""
-    scores = {(): 0.0, ("friction",): 25.0, ("backlash",): 20.0}
-    decision = probabilities(Stub(("friction",), 25), scores, [])
-    weights = {"none": 2.718281828 ** (-15 / 5), "friction": 1.0, "backlash": 2.718281828**-1}
-    total = sum(weights.values())
-    assert decision.answer == ("friction",)
-    for name, weight in weights.items():
-        assert decision.probability[name] == pytest.approx(weight / total, rel=1e-6)
-    assert set(decision.probability) == {*LABELS, "none", "other"}
-    assert decision.probability["wind"] == CONSTANTS.floor
-    assert sum(decision.sets.values()) + decision.probability["other"] == pytest.approx(1, abs=2e-3)
-
-
-def test_a_pair_counts_for_both_labels() -> None:
-    scores = {(): 0.0, ("friction",): 40.0, ("friction", "wind"): 90.0}
-    decision = probabilities(Stub(("friction", "wind"), 90), scores, [])
-    assert decision.probability["friction"] == decision.probability["wind"] > 0.98
-    assert decision.probability["friction"] <= 1 - CONSTANTS.floor
-
-
-def test_other_needs_gain_and_size() -> None:
-    """Even odds at both thresholds, joined by what is expected; one without the other is nothing."""
-
-    def other(gain: float, size: float, expected: float = 0.0) -> float:
-        return probability_of_other([Leftover("step", gain, size)], expected, CONSTANTS)
-
-    assert other(40.0, 0.3) == pytest.approx(0.5)
-    assert other(4000.0, 0.9) > 0.95
-    assert other(4000.0, 0.03) < 0.05 and other(4.0, 0.9) < 0.05
-    assert other(40.0, 0.5, expected=0.4) == pytest.approx(0.5)
-    assert other(-1.0, 0.9) == pytest.approx(0, abs=1e-10)
-    assert probability_of_other([], 0.0, CONSTANTS) == pytest.approx(0, abs=1e-10)
-
-
-@pytest.mark.parametrize("kind", ["function at input", "gusts after a limit"])
-def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
-    left = [Leftover(kind, CONSTANTS.slow_left_surprise, 3.0)]
-    assert probability_of_other(left, 0.0, CONSTANTS, drifts=True) == pytest.approx(0.5)
-    assert probability_of_other(left, 0.0, CONSTANTS) < 0.25
-
-
-def test_other_takes_the_place_of_a_name() -> None:
-    left = [Leftover("line in time", 4000.0, 0.9)]
-    decision = probabilities(Stub(("friction",), 25), {(): 0.0, ("friction",): 25.0}, left)
-    assert decision.answer == ("other",)
-    assert decision.probability["other"] > 0.95 > 0.05 > decision.probability["friction"]
-    assert decision.leftovers == tuple(left)
-
-
 def test_what_even_a_right_explanation_may_leave() -> None:
     """A share of the gap, a larger one where the motion is chaotic or the display repeats or rounds."""
     base, plain = Stub((), 0, rmse=5.0), Stub(("friction",), 9, rmse=1.0)
@@ -230,7 +151,7 @@ def test_what_even_a_right_explanation_may_leave() -> None:
 
 
 def expected(base: Stub, explanation: Stub) -> float:
-    return expected_left(base, explanation, CONSTANTS)  # type: ignore[arg-type]
+    return remains_of(base, explanation, []).expected(CONSTANTS)  # type: ignore[arg-type]
 
 
 def test_under_slow_noise_the_innovations_tell() -> None:
@@ -244,13 +165,3 @@ def test_under_slow_noise_the_innovations_tell() -> None:
     pair = ("friction", "sensor_drift")
     assert chosen(base, alone, drifting(pair, 530.0, 2.9)) == pair
     assert chosen(base, alone, drifting(pair, 504.0, 2.9)) == ("sensor_drift",)
-
-
-def test_a_search_that_found_nothing_may_have_missed_it() -> None:
-    """However much is left, `other` is no surer than its ceiling, and still the answer."""
-    base = Stub((), 0.0)
-    left = [Leftover("spectrum", 1e4, 3.0)]
-    constants = replace(CONSTANTS, other_ceiling=0.9)
-    decision = decide(base, {(): 0.0}, left, 0.1, LABELS, constants)  # type: ignore[arg-type]
-    assert decision.answer == ("other",)
-    assert decision.probability["other"] == pytest.approx(0.9)

@@ -12,7 +12,7 @@ from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.decide import Calibration
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.slow_noise import random_walk

@@ -1,0 +1,105 @@
+"""The judgement on hand-made numbers."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import pytest
+from decision_constants import CONSTANTS, LABELS
+
+from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.judgement import (
+    Claim,
+    Judgement,
+    Remains,
+    choose_labels,
+    judge,
+    probability_of_other,
+)
+from bayes_hw.gap.leftover import Leftover
+
+NOTHING = Remains(())
+
+
+def judged(
+    chosen: tuple[str, ...], scores: dict[tuple[str, ...], float], remains: Remains = NOTHING
+) -> Judgement:
+    return judge(chosen, scores, remains, LABELS, CONSTANTS)
+
+
+def test_constants_come_with_the_program() -> None:
+    constants = Calibration.built_in()
+    assert all(getattr(constants, field.name) > 0 for field in fields(constants))
+    assert constants.floor < 0.05
+
+
+@pytest.mark.parametrize(("size", "possible", "chosen"), [
+    (0.31, True, ("backlash", "friction")), (0.29, True, ("friction",)), (0.31, False, ("friction",)),
+])  # fmt: skip
+def test_a_pair_is_chosen_where_its_demands_are_met(
+    size: float, possible: bool, chosen: tuple[str, ...]
+) -> None:
+    """A pair that is not earned has no probability either, whatever its evidence."""
+    pair = Claim(80.0, possible, (("pair_gain", 40.0), ("pair_size", size)))
+    claims = {(): Claim(0.0), ("friction",): Claim(40.0), ("backlash", "friction"): pair}
+    found, scores = choose_labels(claims, CONSTANTS)
+    assert found == chosen
+    assert (scores["backlash", "friction"] == 80.0) == (len(chosen) == 2)
+
+
+def test_probabilities_are_tempered_and_sum_over_sets() -> None:
+    """Worked by hand: sets at 0, 20 and 25 with handicaps 0, 10, 10 and temperature 5."""
+    scores = {(): 0.0, ("friction",): 25.0, ("backlash",): 20.0}
+    judgement = judged(("friction",), scores)
+    weights = {"none": 2.718281828 ** (-15 / 5), "friction": 1.0, "backlash": 2.718281828**-1}
+    total = sum(weights.values())
+    assert judgement.answer == ("friction",)
+    for name, weight in weights.items():
+        assert judgement.probability[name] == pytest.approx(weight / total, rel=1e-6)
+    assert set(judgement.probability) == {*LABELS, "none", "other"}
+    assert judgement.probability["wind"] == CONSTANTS.floor
+    assert sum(judgement.sets.values()) + judgement.probability["other"] == pytest.approx(1, abs=2e-3)
+
+
+def test_a_pair_counts_for_both_labels() -> None:
+    scores = {(): 0.0, ("friction",): 40.0, ("friction", "wind"): 90.0}
+    judgement = judged(("friction", "wind"), scores)
+    assert judgement.probability["friction"] == judgement.probability["wind"] > 0.98
+    assert judgement.probability["friction"] <= 1 - CONSTANTS.floor
+
+
+def test_other_needs_gain_and_size() -> None:
+    """Even odds at both thresholds, joined by what is expected; one without the other is nothing."""
+
+    def other(surprise: float, size: float, gap: float = 0.0) -> float:
+        return probability_of_other(Remains((Leftover("step", surprise, size),), gap), CONSTANTS)
+
+    assert other(40.0, 0.3) == pytest.approx(0.5)
+    assert other(4000.0, 0.9) > 0.95
+    assert other(4000.0, 0.03) < 0.05 and other(4.0, 0.9) < 0.05
+    assert other(40.0, 0.5, gap=0.4 / CONSTANTS.left_share) == pytest.approx(0.5)
+    assert other(-1.0, 0.9) == pytest.approx(0, abs=1e-10)
+    assert probability_of_other(NOTHING, CONSTANTS) == pytest.approx(0, abs=1e-10)
+
+
+@pytest.mark.parametrize("kind", ["function at input", "gusts after a limit"])
+def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
+    left = (Leftover(kind, CONSTANTS.slow_left_surprise, 3.0),)
+    assert probability_of_other(Remains(left, drifts=True), CONSTANTS) == pytest.approx(0.5)
+    assert probability_of_other(Remains(left), CONSTANTS) < 0.25
+
+
+def test_other_takes_the_place_of_a_name() -> None:
+    remains = Remains((Leftover("line in time", 4000.0, 0.9),))
+    judgement = judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains)
+    assert judgement.answer == ("other",)
+    assert judgement.probability["other"] > 0.95 > 0.05 > judgement.probability["friction"]
+
+
+def test_a_search_that_found_nothing_may_have_missed_it() -> None:
+    """However much is left, `other` is no surer than its ceiling, and still the answer."""
+    constants = replace(CONSTANTS, other_ceiling=0.9)
+    remains = Remains((Leftover("spectrum", 1e4, 3.0),))
+    judgement = judge((), {(): 0.0}, remains, LABELS, constants)
+    assert judgement.answer == ("other",)
+    assert judgement.probability["other"] == pytest.approx(0.9)
