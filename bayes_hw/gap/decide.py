@@ -48,7 +48,7 @@ def score(explanation: Explanation, nominal_sigma: float, calibration: Calibrati
     if not nominal_sigma > 0:
         return explanation.log_evidence
     off = np.log(explanation.encoder_sigma / nominal_sigma) / calibration.sigma_log_sd
-    return explanation.log_evidence - min(0.5 * float(off**2), LARGEST_PENALTY)
+    return float(explanation.log_evidence - min(0.5 * off**2, LARGEST_PENALTY))
 
 
 def claims_of(
@@ -91,13 +91,13 @@ def _claim_of_pair(
             if label != ROUNDING:
                 continue
         else:
-            demands.append(("pair_gain", gain))
+            demands.append(("pair_gain", float(gain)))
         if pair.chaotic:
-            possible = possible and gain >= CHAOS_MARGIN
+            possible = possible and bool(gain >= CHAOS_MARGIN)
             continue
         if pair.stochastic is not None and pair.stochastic.label != label:
             if pair.stochastic.size is not None:
-                demands.append(("slow_pair_size", pair.stochastic.size / pair.encoder_sigma))
+                demands.append(("slow_pair_size", float(pair.stochastic.size / pair.encoder_sigma)))
             continue
         if _drifts(reference) and _drifts(pair):
             samples = sum(map(len, pair.fit.residuals))
@@ -106,7 +106,7 @@ def _claim_of_pair(
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
         made_up_for = reference.strained and not pair.strained
         if not made_up_for:
-            demands.append(("pair_size", float(np.sqrt(max(removed, 0.0))) / pair.encoder_sigma))
+            demands.append(("pair_size", float(np.sqrt(max(removed, 0.0)) / pair.encoder_sigma)))
     return Claim(scores[labels], possible, tuple(demands))
 
 
@@ -125,8 +125,8 @@ def remains_of(
     sigma = max(explanation.encoder_sigma, 1e-300)
     return Remains(
         tuple(left),
-        gap=float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0))) / sigma,
-        bent_gusts=explanation.bent_gusts / sigma,
+        gap=float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0)) / sigma),
+        bent_gusts=float(explanation.bent_gusts / sigma),
         loose=explanation.display is not None or explanation.chaotic,
         drifts=_drifts(explanation),
         excused=far_ahead and explanation.chaotic,

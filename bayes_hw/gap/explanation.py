@@ -132,7 +132,7 @@ def is_far_ahead(explanations: Sequence[Explanation]) -> bool:
         chaotic: max((e.log_evidence for e in explanations if e.chaotic == chaotic), default=-np.inf)
         for chaotic in (True, False)
     }
-    return evidence[True] > evidence[False] + CHAOS_MARGIN
+    return bool(evidence[True] > evidence[False] + CHAOS_MARGIN)
 
 
 def repeats_far_ahead(explanations: Sequence[Explanation]) -> bool:
