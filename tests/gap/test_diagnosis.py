@@ -12,6 +12,8 @@ import pytest
 from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
+from bayes_hw.gap.blind.ballot import Ballot, ballot_of
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis, _of_left_out, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
@@ -54,6 +56,20 @@ def case(clean: list[np.ndarray]) -> Case:
 @pytest.fixture(scope="module")
 def diagnosis(case: Case) -> Diagnosis:
     return diagnose(case, np.random.default_rng(1), jobs=1, without=STRUCK)
+
+
+def test_its_ballot_judged_again_gives_the_same_verdict(diagnosis: Diagnosis) -> None:
+    """Read back as from its file; other constants make another answer of it."""
+    labels = [name for name in diagnosis.verdict.probability if name not in ("none", "other")]
+    constants = Calibration.built_in()
+    content = json.loads(json.dumps(ballot_of(diagnosis, labels, constants).to_dict(), allow_nan=False))
+    ballot = Ballot.from_dict(content)
+    judgement = ballot.judge(constants)
+    assert judgement.answer == diagnosis.verdict.answer
+    assert dict(judgement.probability) == pytest.approx(dict(diagnosis.verdict.probability), abs=1e-12)
+    assert () in ballot.remains
+    cautious = replace(constants, single_gain=1e6)
+    assert ballot.judge(cautious).answer != judgement.answer
 
 
 def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
+from bayes_hw.gap.judgement import Claim, Remains
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -61,6 +63,15 @@ def always_nothing(case: Path, out: Path, seed: int, **options: str) -> None:  #
     model = HammersteinWiener.read(case / "model.json")
     y = model.simulate(Record.read(case / "holdout.csv").u).y
     write_verdict(out, verdict([]), y, y)
+
+
+def nothing_with_ballot(case: Path, out: Path, seed: int, **options: str) -> None:
+    """Says the same, on the ground of evidence drawn from the seed."""
+    always_nothing(case, out, seed, **options)
+    gains = np.random.default_rng([seed, int(case.name[-4:])]).normal(10.0, 10.0, 2)
+    claims = {(): Claim(0.0), ("wind",): Claim(float(gains[0])), ("friction",): Claim(float(gains[1]))}
+    ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), tuple(BLOCKS))
+    (out / BALLOT).write_text(json.dumps(ballot.to_dict()))
 
 
 def by_the_files(case: Path, out: Path, seed: int, **options: str) -> None:  # noqa: ARG001

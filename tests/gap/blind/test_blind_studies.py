@@ -14,15 +14,25 @@ from serial import SerialExecutor
 STUDIES = Path(__file__).resolve().parents[3] / "studies"
 
 
-@pytest.mark.parametrize(
-    ("name", "key"), [("08_blind_check", "easy"), ("09_power", "by_effect"), ("10_leave_one_out", "entries")]
-)
-def test_quick_run(name: str, key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("name", "key", "diagnosis", "written"), [
+    ("08_blind_check", "easy", "always_nothing", set()),
+    ("09_power", "by_effect", "always_nothing", set()),
+    ("10_leave_one_out", "entries", "always_nothing", set()),
+    ("19_decision_constants", "adopted", "nothing_with_ballot", {"calibration.json"}),
+])  # fmt: skip
+def test_quick_run(
+    name: str,
+    key: str,
+    diagnosis: str,
+    written: set[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Results and both reports are written, and the working folder is gone."""
     monkeypatch.syspath_prepend(str(STUDIES))
     study = importlib.import_module("study")
     monkeypatch.setattr(study, "make_executor", lambda *_: SerialExecutor())
-    arguments = ["--quick", "--quiet", "--out", str(tmp_path), "--diagnosis", "stand_in:always_nothing"]
+    arguments = ["--quick", "--quiet", "--out", str(tmp_path), "--diagnosis", f"stand_in:{diagnosis}"]
     monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
     runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
     results = json.loads((tmp_path / "results.json").read_text())
@@ -33,4 +43,5 @@ def test_quick_run(name: str, key: str, tmp_path: Path, monkeypatch: pytest.Monk
         "results.json",
         "report.html",
         "report.pdf",
+        *written,
     }

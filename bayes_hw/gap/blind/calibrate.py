@@ -1,0 +1,183 @@
+"""Fitting the constants of decisions on simulated cases whose truth is known.
+
+The score of a case is the logarithm of the probability stated for every label, present or absent, summed
+over labels: proper, so that best is what is calibrated. Every constant is held near the one that was set by
+hand by a normal prior on its logarithm, since some are decided by few cases; of a ceiling it is the
+logarithm of the doubt that it leaves. The score jumps where an answer changes, so the best is sought on a
+grid, one constant after another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.blind.ballot import WIDEST, Ballot
+from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.judgement import NONE, Judgement
+from bayes_hw.progress import Progress
+
+BY_HAND = Calibration(
+    temperature=6.0,
+    single_gain=14.0,
+    pair_gain=12.0,
+    pair_size=0.2,
+    slow_pair_size=0.5,
+    slow_pair_share=0.1,
+    left_surprise=18.0,
+    slow_left_surprise=9.0,
+    left_size=0.13,
+    left_share=0.06,
+    loose_share=0.35,
+    bent_share=0.25,
+    left_sharpness=2.0,
+    floor=0.01,
+    pair_ceiling=0.9,
+    other_ceiling=0.9,
+    sigma_log_sd=0.25,
+)
+"""Set with an eye on other simulated cases: the centre of the prior."""
+
+HELD = ("sigma_log_sd",)
+"""It is part of the evidences that a ballot holds."""
+
+PRIOR_LOG_SD = 0.5
+"""By about this factor each way a constant may be off that was set by hand."""
+
+STEPS = np.linspace(-1.0, 1.0, 13)
+"""Of the search, in units of the logarithm of WIDEST."""
+
+CYCLES = 4
+FOLDS = 5
+
+
+@dataclass(frozen=True)
+class CalibrationCase:
+    """A ballot and the labels that are true of its case: of a case without an effect, `none`."""
+
+    ballot: Ballot
+    true: frozenset[str]
+
+    @classmethod
+    def of(cls, ballot: Ballot, effects: Sequence[str]) -> CalibrationCase:
+        """From the effects of the truth."""
+        return cls(ballot, frozenset(effects) or frozenset({NONE}))
+
+    def log_score(self, judgement: Judgement) -> float:
+        """Sum over labels of the logarithm of the probability stated for what is true of each."""
+        stated = judgement.probability.items()
+        return float(sum(np.log(max(p if label in self.true else 1 - p, 1e-12)) for label, p in stated))
+
+    def right(self, judgement: Judgement) -> bool:
+        """Whether the answer is what the case carries."""
+        return (frozenset(judgement.answer) or frozenset({NONE})) == self.true
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationFit:
+    """Constants as fitted on `cases`, and judgements of them by hand, fitted, and fitted without their fold.
+
+    `profiles` holds the mean score against each constant, the others as fitted: (values, scores).
+    """
+
+    cases: tuple[CalibrationCase, ...]
+    fitted: Calibration
+    by_hand: tuple[Judgement, ...]
+    as_fitted: tuple[Judgement, ...]
+    left_out: tuple[Judgement, ...]
+    profiles: Mapping[str, tuple[FloatArray, FloatArray]]
+
+    def scores(self, judgements: Sequence[Judgement]) -> FloatArray:
+        """The log score of every case, shape (cases,)."""
+        pairs = zip(self.cases, judgements, strict=True)
+        return np.array([case.log_score(judgement) for case, judgement in pairs])
+
+    def right(self, judgements: Sequence[Judgement]) -> BoolArray:
+        """Whether every case is answered right, shape (cases,)."""
+        pairs = zip(self.cases, judgements, strict=True)
+        return np.array([case.right(judgement) for case, judgement in pairs])
+
+    @property
+    def gain(self) -> tuple[float, float]:
+        """Mean gain in score by constants fitted without the case, over those by hand; its standard error."""
+        gains = self.scores(self.left_out) - self.scores(self.by_hand)
+        return float(gains.mean()), float(gains.std(ddof=1) / np.sqrt(len(gains)))
+
+    @property
+    def adopted(self) -> Calibration:
+        """What goes with the program: as fitted where that predicts left-out cases better, else by hand."""
+        return self.fitted if self.gain[0] > 0 else BY_HAND
+
+
+def calibrate(cases: Sequence[CalibrationCase], progress: Progress) -> CalibrationFit:
+    """Fit the constants on all cases, and without each of the folds in turn."""
+    folds = np.arange(len(cases)) % FOLDS
+    judgements = [case.ballot.judge(BY_HAND) for case in cases]
+    left_out = list(judgements)
+    with progress.task("fitting constants", FOLDS + 1) as task:
+        for fold in range(FOLDS):
+            fitted = fit_constants([case for case, its in zip(cases, folds, strict=True) if its != fold])
+            for index in np.flatnonzero(folds == fold).tolist():
+                left_out[index] = cases[index].ballot.judge(fitted)
+            task.reach(fold + 1)
+        fitted = fit_constants(cases)
+        task.reach(FOLDS + 1)
+    return CalibrationFit(
+        tuple(cases),
+        fitted,
+        tuple(judgements),
+        tuple(case.ballot.judge(fitted) for case in cases),
+        tuple(left_out),
+        {name: _profile(cases, fitted, name) for name in names_fitted()},
+    )
+
+
+def names_fitted() -> tuple[str, ...]:
+    """The constants that are fitted."""
+    return tuple(field.name for field in fields(Calibration) if field.name not in HELD)
+
+
+def fit_constants(cases: Sequence[CalibrationCase]) -> Calibration:
+    """The constants of largest score and prior density, at most a factor WIDEST from those by hand."""
+    steps = dict.fromkeys(names_fitted(), 0.0)
+    best = _log_posterior(cases, steps)
+    for _ in range(CYCLES):
+        begin = best
+        for name in steps:
+            trials = [{**steps, name: float(step)} for step in STEPS if step != steps[name]]
+            values = [_log_posterior(cases, trial) for trial in trials]
+            if max(values) > best:
+                best, steps = max(values), trials[int(np.argmax(values))]
+        if best == begin:
+            break
+    return moved(BY_HAND, steps)
+
+
+def moved(calibration: Calibration, steps: Mapping[str, float]) -> Calibration:
+    """Constants changed by `steps` in units of the logarithm of WIDEST; of a ceiling its doubt."""
+    values = {}
+    for name, step in steps.items():
+        value, factor = getattr(calibration, name), WIDEST**step
+        values[name] = 1 - (1 - value) * factor if name.endswith("_ceiling") else value * factor
+    return replace(calibration, **values)
+
+
+def total_score(cases: Sequence[CalibrationCase], calibration: Calibration) -> float:
+    """The log score of all cases together."""
+    return sum(case.log_score(case.ballot.judge(calibration)) for case in cases)
+
+
+def _log_posterior(cases: Sequence[CalibrationCase], steps: Mapping[str, float]) -> float:
+    off = np.array(list(steps.values())) * np.log(WIDEST) / PRIOR_LOG_SD
+    return total_score(cases, moved(BY_HAND, steps)) - 0.5 * float(off @ off)
+
+
+def _profile(
+    cases: Sequence[CalibrationCase], calibration: Calibration, name: str
+) -> tuple[FloatArray, FloatArray]:
+    trials = [moved(calibration, {name: float(step)}) for step in STEPS]
+    means = [total_score(cases, trial) / len(cases) for trial in trials]
+    return np.array([getattr(trial, name) for trial in trials]), np.array(means)

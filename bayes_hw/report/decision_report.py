@@ -1,0 +1,151 @@
+"""The report of the decision's constants: fitted on which cases, how far from those by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bayes_hw.gap.blind.calibrate import BY_HAND, FOLDS, PRIOR_LOG_SD, CalibrationFit, names_fitted
+from bayes_hw.gap.blind.counts import ReliabilityBin, reliability, share
+from bayes_hw.gap.judgement import Judgement
+from bayes_hw.provenance import Provenance
+from bayes_hw.report.blind_report import share_text
+from bayes_hw.report.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
+from bayes_hw.report.drawing import drawing_settings, finished, new_canvas
+from bayes_hw.report.palette import BLUE, INK, MUTED, VERMILLION
+from bayes_hw.report.rounding import format_percent
+
+COLUMNS = 4
+MEANING = {
+    "temperature": "divides log-evidences",
+    "single_gain": "least gain in log-evidence of one effect",
+    "pair_gain": "least gain in log-evidence of a second effect",
+    "pair_size": "least error removed by a second effect (noise)",
+    "slow_pair_size": "least size of a stochastic second effect (noise)",
+    "slow_pair_share": "least share of innovations explained beside slow noise",
+    "left_surprise": "surprise left at even odds of other (nats)",
+    "slow_left_surprise": "the same beside slow noise (nats)",
+    "left_size": "size left at even odds of other (noise)",
+    "left_share": "share of the gap that may be left",
+    "loose_share": "the same where the effect cannot be followed",
+    "bent_share": "share of wind through a bent path that may be left",
+    "left_sharpness": "steepness of the odds of other",
+    "floor": "least doubt",
+    "pair_ceiling": "largest probability of a label of a pair",
+    "other_ceiling": "largest probability of other",
+}
+
+
+def decision_report(
+    fit: CalibrationFit, seeds: Mapping[str, tuple[int, int]], provenance: Provenance
+) -> Report:
+    """The report on a fit of cases of `seeds`: by kind the seed of the set and its number of cases."""
+    gain, error = fit.gain
+    adopted = fit.adopted is fit.fitted
+    before, after = (share(fit.right(judgements)) for judgements in (fit.by_hand, fit.left_out))
+    return Report(
+        title="Constants of the decision",
+        subtitle=f"fitted on {len(fit.cases)} simulated cases, judged by cases left out of the fit",
+        verdict=f"Fitted constants state probabilities that are {'better' if gain > 0 else 'no better'} than"
+        f" those by hand, by {gain:.3f} ± {error:.3f} nats a case on cases left out;"
+        f" {'they' if adopted else 'those by hand'} go with the program. Answered right: by hand"
+        f" {share_text(before)}, fitted without the case {share_text(after)}.",
+        badges=(
+            Badge("adopted", "good" if adopted else "warn", "fitted constants" if adopted else "by hand"),
+            Badge(
+                "clear of chance",
+                "good" if abs(gain) > 2 * error else "warn",
+                f"gain {gain / error if error > 0 else 0.0:.1f} standard errors",
+            ),
+        ),
+        key_figure=_profiles(fit),
+        sections=(
+            Section("The constants", (_table(fit), Paragraph(_method(seeds)))),
+            Section("Are stated probabilities kept?", (_reliability(fit),)),
+            Section("Provenance", (KeyValues(provenance.rows()),)),
+        ),
+    )
+
+
+def _method(seeds: Mapping[str, tuple[int, int]]) -> str:
+    sets = ", ".join(f"{number} {kind} of seed {seed}" for kind, (seed, number) in seeds.items())
+    return (
+        f"The cases ({sets}) are of the seeds kept for calibration; the blind check reports on others. A fit"
+        " takes the largest sum of the logarithms of the probabilities stated for every label, with a normal"
+        f" prior on the logarithm of every constant (standard deviation {PRIOR_LOG_SD:g}) about the one set"
+        " by hand, whose cases were others again. Constants that few cases decide stay where they were."
+        f" Left out means: fitted on {FOLDS - 1} of {FOLDS} parts of the cases, judged on the other."
+    )
+
+
+def _table(fit: CalibrationFit) -> Table:
+    return Table(
+        ("constant", "what it is", "by hand", "fitted"),
+        tuple(
+            (name, MEANING[name], f"{getattr(BY_HAND, name):.3g}", f"{getattr(fit.fitted, name):.3g}")
+            for name in names_fitted()
+        ),
+        "Constants of a decision before and after the fit.",
+        (2, 3),
+    )
+
+
+def _profiles(fit: CalibrationFit) -> Figure:
+    names = names_fitted()
+    rows = -(-len(names) // COLUMNS)
+    lowest = min(float(np.min(scores)) for _, scores in fit.profiles.values())
+    highest = max(float(np.max(scores)) for _, scores in fit.profiles.values())
+    room = 0.08 * (highest - lowest) + 1e-6
+    with drawing_settings():
+        canvas = new_canvas(0.4 + 1.05 * rows)
+        grid = canvas.subplots(rows, COLUMNS, sharey=True, squeeze=False)
+        for axes, name in zip(grid.flat, names, strict=False):
+            values, scores = fit.profiles[name]
+            axes.plot(values, scores, color=BLUE, linewidth=1.4)
+            axes.axvline(getattr(BY_HAND, name), color=MUTED, linestyle="--", linewidth=0.9)
+            axes.axvline(getattr(fit.fitted, name), color=VERMILLION, linewidth=0.9)
+            axes.set_title(name, size=7)
+            axes.tick_params(labelsize=6)
+            axes.set_ylim(lowest - room, highest + room)
+        for axes in grid[:, 0]:
+            axes.set_ylabel("score (nats)", size=7)
+        return finished(
+            canvas,
+            "Mean log score a case against every constant, the others as fitted (units as in the table)."
+            " Grey, dashed: by hand; orange: fitted, where the prior has a say too.",
+            f"Profiles of the score along {len(names)} constants.",
+        )
+
+
+def bins(fit: CalibrationFit, judgements: Sequence[Judgement]) -> list[ReliabilityBin]:
+    """Every stated probability of a label against whether the label was true."""
+    stated, true = [], []
+    for case, judgement in zip(fit.cases, judgements, strict=True):
+        for label, probability in judgement.probability.items():
+            stated.append(probability)
+            true.append(label in case.true)
+    return reliability(stated, true)
+
+
+def _reliability(fit: CalibrationFit) -> Figure:
+    with drawing_settings():
+        canvas = new_canvas(3.0)
+        axes = canvas.subplots()
+        axes.plot([0, 1], [0, 1], color=INK, linewidth=0.8, linestyle="--")
+        groups = (("by hand", MUTED, fit.by_hand, -0.006), ("fitted, left out", BLUE, fit.left_out, 0.006))
+        for name, colour, judgements, aside in groups:
+            found = [item for item in bins(fit, judgements) if item.share.trials]
+            at = [item.mean + aside for item in found]
+            for x, item in zip(at, found, strict=True):
+                axes.plot([x, x], item.share.interval, color=colour, linewidth=1.4)
+            axes.plot(at, [item.share.value for item in found], "o", color=colour, markersize=4, label=name)
+        axes.set(xlabel="stated probability", ylabel="share true", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
+        axes.legend(loc="upper left")
+        worst = max(abs(b.share.value - b.mean) for b in bins(fit, fit.left_out))
+        return finished(
+            canvas,
+            "How often what was said to have a probability was true, with 95 % binomial intervals; largest"
+            f" difference on cases left out {format_percent(worst)}.",
+            "Reliability by hand and fitted.",
+        )

@@ -1,0 +1,89 @@
+"""Constants fitted on ballots that were drawn from known odds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayes_hw.gap.blind.ballot import Ballot
+from bayes_hw.gap.blind.calibrate import (
+    BY_HAND,
+    STEPS,
+    CalibrationCase,
+    calibrate,
+    moved,
+    names_fitted,
+    total_score,
+)
+from bayes_hw.gap.judgement import Claim, Remains
+from bayes_hw.gap.leftover import Leftover
+from bayes_hw.progress import Progress
+
+QUIET = Progress(quiet=True)
+LABELS = ("friction", "wind")
+
+
+def drawn(temperature: float, number: int, seed: int) -> list[CalibrationCase]:
+    """Evidence spread evenly about the handicap; the truth is drawn with the odds it has at `temperature`."""
+    rng = np.random.default_rng(seed)
+    cases = []
+    for _ in range(number):
+        gain = BY_HAND.single_gain + rng.uniform(-40.0, 40.0)
+        probability = 1 / (1 + np.exp(-(gain - BY_HAND.single_gain) / temperature))
+        claims = {(): Claim(0.0), ("friction",): Claim(gain)}
+        ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), LABELS)
+        cases.append(CalibrationCase.of(ballot, ["friction"] if rng.random() < probability else []))
+    return cases
+
+
+def test_the_temperature_that_made_the_cases_is_found() -> None:
+    """11 of a start at 6: within what 400 cases tell; better on cases left out, and so adopted. Constants
+    that no case depends on stay."""
+    fit = calibrate(drawn(11.0, 400, 1), QUIET)
+    assert fit.fitted.temperature == pytest.approx(11.0, rel=0.2)
+    assert fit.gain[0] > 2 * fit.gain[1] > 0
+    assert fit.adopted == fit.fitted
+    untouched = {"pair_gain", "pair_size", "slow_pair_size", "left_surprise", "left_size", "pair_ceiling"}
+    assert all(getattr(fit.fitted, name) == getattr(BY_HAND, name) for name in untouched)
+
+
+def test_constants_that_are_right_stay() -> None:
+    """Cases drawn at the temperature by hand: the fit stays near, and gains nothing clear of chance."""
+    fit = calibrate(drawn(BY_HAND.temperature, 400, 2), QUIET)
+    assert fit.fitted.temperature == pytest.approx(BY_HAND.temperature, rel=0.3)
+    assert abs(fit.gain[0]) < 3 * fit.gain[1] + 1e-9
+
+
+def test_constants_that_predict_worse_are_not_adopted() -> None:
+    """Exchanged: what was by hand scores the more on cases left out."""
+    cases = drawn(11.0, 100, 3)
+    fit = calibrate(cases, QUIET)
+    worse = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand)
+    assert fit.gain[0] == pytest.approx(-worse.gain[0])
+    assert fit.adopted == fit.fitted != BY_HAND == worse.adopted
+
+
+def test_scores_are_worked_by_hand() -> None:
+    """One case: probabilities 0.5 of other, the rest as judged; the sum of logarithms of what is true."""
+    left = Leftover("step", BY_HAND.left_surprise, 10.0)
+    ballot = Ballot({(): Claim(0.0)}, {(): Remains((left,))}, ("friction",))
+    for effects, true in ((["other"], "other"), ([], "none")):
+        case = CalibrationCase.of(ballot, effects)
+        judgement = ballot.judge(BY_HAND)
+        assert judgement.probability["other"] == pytest.approx(0.5)
+        stated = judgement.probability
+        expected = sum(np.log(p if name == true else 1 - p) for name, p in stated.items())
+        assert case.log_score(judgement) == pytest.approx(expected)
+        assert total_score([case, case], BY_HAND) == pytest.approx(2 * expected)
+        assert case.right(judgement) == (true == "none")
+
+
+@pytest.mark.parametrize("step", [STEPS[0], STEPS[-1]])
+def test_constants_stay_sensible_at_both_ends(step: float) -> None:
+    """Positive, and ceilings below one."""
+    far = moved(BY_HAND, dict.fromkeys(names_fitted(), float(step)))
+    assert all(getattr(far, name) > 0 for name in names_fitted())
+    assert max(far.pair_ceiling, far.other_ceiling) < 1
+    assert min(far.pair_ceiling, far.other_ceiling) > 0.5
