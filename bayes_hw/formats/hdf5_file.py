@@ -42,7 +42,7 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     """
     with path.open("rb"):
         pass
-    if not is_sound_hdf5(path):
+    if not is_sound_hdf5(path, only=wanted):
         raise InputError(f"{path}: is not a sound HDF5 file; write it again")
     try:
         with h5py.File(path, "r") as file:

@@ -56,16 +56,16 @@ class Variable:
             data = zlib.decompressobj().decompress(data, _HEAD_BYTES)[8:]
         return Matrix.parse(memoryview(data), self.order)
 
-    def content(self) -> memoryview:
-        """The whole matrix element; raises InputError when it is larger than `MOST_BYTES`."""
-        self._check_size(self.size)
+    def content(self, most_bytes: int = MOST_BYTES) -> memoryview:
+        """The whole matrix element; raises InputError when it is larger than `most_bytes`."""
+        self._check_size(self.size, most_bytes)
         if not self.is_compressed:
             return memoryview(self._read(self.size))
         tag = b"".join(self._inflated(8))
         kind, size = struct.unpack(f"{self.order}II", tag)
         if kind != MATRIX:
             raise DamagedError
-        self._check_size(size)
+        self._check_size(size, most_bytes)
         content = bytearray()
         for piece in self._inflated(8 + size):
             content += piece
@@ -86,11 +86,12 @@ class Variable:
             size -= len(piece)
             yield piece
 
-    def _check_size(self, size: int) -> None:
-        if size > MOST_BYTES:
+    def _check_size(self, size: int, most_bytes: int) -> None:
+        if size > most_bytes:
+            rest = "" if most_bytes == MOST_BYTES else " with the structures before it"
             raise InputError(
-                f"{self.path}: variable {self.head().name!r} takes {size / 2**20:.0f} MB, more than the "
-                f"{MOST_BYTES // 2**20} MB that are read; save a shorter record"
+                f"{self.path}: variable {self.head().name!r} takes {size / 2**20:.0f} MB,{rest} more than "
+                f"the {MOST_BYTES // 2**20} MB that are read; save a shorter record, or what is needed alone"
             )
 
     def _read(self, size: int) -> bytes:

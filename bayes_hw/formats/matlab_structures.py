@@ -14,7 +14,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.matlab_elements import CELL, STRUCTURE, TEXT, DamagedError, Matrix, next_element
-from bayes_hw.formats.matlab_file import variables
+from bayes_hw.formats.matlab_file import MOST_BYTES, variables
 
 Value: TypeAlias = FloatArray | str | list["Value"] | dict[str, "Value"]
 """An array of real numbers in MATLAB's shape, text, the items of a cell array, the fields of a structure."""
@@ -48,9 +48,10 @@ class Structure:
 
 
 def read_structures(path: Path) -> list[Structure]:
-    """Every 1 x 1 structure at the top of the file. Raises InputError on a file that is not sound, OSError on
-    one that cannot be read."""
+    """Every 1 x 1 structure at the top of the file. Raises InputError on a file that is not sound or whose
+    structures take more than MOST_BYTES together, OSError on one that cannot be read."""
     found: list[Structure] = []
+    bytes_left = MOST_BYTES
     try:
         with path.open("rb") as stream:
             for variable in variables(path, stream):
@@ -58,7 +59,9 @@ def read_structures(path: Path) -> list[Structure]:
                     continue
                 if len(found) == MOST_STRUCTURES:
                     raise InputError(f"{path}: holds more than {MOST_STRUCTURES} structures; save one alone")
-                matrix = Matrix.parse(variable.content(), variable.order)
+                content = variable.content(bytes_left)
+                bytes_left -= len(content)
+                matrix = Matrix.parse(content, variable.order)
                 found.append(Structure(path, matrix.name, matrix.fields(), variable.order))
     except (DamagedError, zlib.error):
         raise InputError(f"{path}: is a damaged MATLAB file; save it again") from None

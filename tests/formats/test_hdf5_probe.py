@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import zlib
 from pathlib import Path
 
 import h5py
@@ -35,3 +38,42 @@ def test_all_of_several_files_must_be_sound(sound: Path, tmp_path: Path) -> None
     damaged.write_bytes(sound.read_bytes()[:-200])
     assert is_sound_hdf5(sound, sound)
     assert not is_sound_hdf5(sound, damaged)
+
+
+def with_chunk(path: Path, chunk: bytes) -> Path:
+    """A sound data set y, and a data set bad of 1000 numbers whose only chunk holds these bytes."""
+    with h5py.File(path, "w") as file:
+        file["y"] = np.arange(5.0)
+        bad = file.create_dataset("bad", (1000,), "f8", chunks=(1000,), compression="gzip")
+        bad.id.write_direct_chunk((0,), chunk)
+    return path
+
+
+def test_what_nobody_asks_for_is_not_read(tmp_path: Path) -> None:
+    """So a large file is as soon tried as the record in it; names with a point are found either way."""
+    path = with_chunk(tmp_path / "bad.h5", b"no deflated numbers")
+    assert not is_sound_hdf5(path)
+    assert is_sound_hdf5(path, only=["y", "absent", "bad.y"])
+    assert not is_sound_hdf5(path, only=["y", "bad"])
+    with h5py.File(tmp_path / "grouped.h5", "w") as file, h5py.File(path, "r") as bad:
+        bad.copy("bad", file.create_group("axis"))
+    assert not is_sound_hdf5(tmp_path / "grouped.h5", only=["axis.bad"])
+    assert not is_sound_hdf5(tmp_path / "grouped.h5", only=["/axis/bad"])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by what Linux counts")
+def test_a_chunk_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tmp_path: Path) -> None:
+    """8 kB are stated, 1.5 GB would come out."""
+    deflater, zeros = zlib.compressobj(1), bytes(2**24)
+    chunk = b"".join([deflater.compress(zeros) for _ in range(96)]) + deflater.flush()
+    path = with_chunk(tmp_path / "bomb.h5", chunk)
+    code = (
+        "import resource, sys; from pathlib import Path;"
+        "from bayes_hw.formats.hdf5_probe import is_sound_hdf5;"
+        "sound = is_sound_hdf5(Path(sys.argv[1]));"
+        "print(sound, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    sound, kilobytes = done.stdout.split()
+    assert sound == "False"
+    assert int(kilobytes) * 1024 < 1e9
