@@ -20,6 +20,9 @@ MORE_ITERATIONS = 10
 HOPEFUL = 2
 """Fits that go on although others are ahead, for what their quadratic model promises."""
 
+AHEAD, PROMISING = 0.5, 0.25
+"""Shares of the fits that go on half way through the first iterations: the cheapest, and of the others those
+whose quadratic model promises most."""
 
 SAME = 0.1
 """Cost by which two fits of one combination of effects may differ and yet have ended in the same minimum."""
@@ -55,20 +58,25 @@ class JointFits:
         """A few iterations of every host with its candidates, more of the best `finished` and of the few
         others that promise most; best first.
 
-        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it.
+        Of both `times` as many as usual; half way through the first the least hopeful stop. Fits on their
+        way to a known minimum are replaced by it (`finished`).
         """
-        begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
-        first = sorted(begun, key=lambda f: f.cost)
-        behind = first[finished:]
-        promised = [f.promised_cost() for f in behind]
-        hopeful = [behind[i] for i in np.argsort(promised)[:HOPEFUL]]
-        going_on = [*first[:finished], *hopeful]
-        ends = [self._end_of(f) for f in going_on]
-        new = [f for f, end in zip(going_on, ends, strict=True) if end is None]
-        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, times * MORE_ITERATIONS), new)
+        half = times * FIRST_ITERATIONS // 2
+        begun = self.each(lambda pair: self._begun(*pair, half), starts)
+        ahead = max(finished, int(np.ceil(AHEAD * len(begun))))
+        kept, left = hopeful(begun, ahead, max(HOPEFUL, int(np.ceil(PROMISING * len(begun)))))
+        first = [*self.each(lambda f: fitted_on(f, self.measured, self.plain, half), kept), *left]
+        going_on, behind = hopeful(first, finished, HOPEFUL)
+        return cheapest_of_each([*self.finished(going_on, times * MORE_ITERATIONS), *behind])
+
+    def finished(self, begun: Sequence[Fit], iterations: int = MORE_ITERATIONS) -> list[Fit]:
+        """The minima that the fits lead to, those that are known without another step."""
+        ends = [self._end_of(f) for f in begun]
+        new = [f for f, end in zip(begun, ends, strict=True) if end is None]
+        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, iterations), new)
         for f in done:
             self._minimum(f)
-        return cheapest_of_each([*done, *(end for end in ends if end is not None), *behind])
+        return [*done, *(end for end in ends if end is not None)]
 
     def explained(self, fits: Sequence[Fit]) -> list[Explanation]:
         """The plain `fits` under coloured noise, those of one minimum once."""
@@ -100,6 +108,13 @@ class JointFits:
     def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, start = joined(host, candidates)
         return fit(hypothesis, self.measured, start, self.plain, iterations)
+
+
+def hopeful(fits: Sequence[Fit], ahead: int, promising: int) -> tuple[list[Fit], list[Fit]]:
+    """The `ahead` cheapest of `fits` and of the others the `promising` that promise most; those left."""
+    order = sorted(fits, key=lambda f: f.cost)
+    behind = sorted(order[ahead:], key=lambda f: f.promised_cost())
+    return [*order[:ahead], *behind[:promising]], behind[promising:]
 
 
 def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, FloatArray]:
