@@ -20,10 +20,6 @@ MORE_ITERATIONS = 10
 HOPEFUL = 2
 """Fits that go on although others are ahead, for what their quadratic model promises."""
 
-AHEAD, PROMISING = 0.5, 0.25
-"""Shares of the fits that go on half way through the first iterations: the cheapest, and of the others those
-whose quadratic model promises most."""
-
 SAME = 0.1
 """Cost by which two fits of one combination of effects may differ and yet have ended in the same minimum."""
 
@@ -58,15 +54,11 @@ class JointFits:
         """A few iterations of every host with its candidates, more of the best `finished` and of the few
         others that promise most; best first.
 
-        Of both `times` as many as usual; half way through the first the least hopeful stop. Fits on their
-        way to a known minimum are replaced by it (`finished`).
+        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it
+        (`finished`).
         """
-        half = times * FIRST_ITERATIONS // 2
-        begun = self.each(lambda pair: self._begun(*pair, half), starts)
-        ahead = max(finished, int(np.ceil(AHEAD * len(begun))))
-        kept, left = hopeful(begun, ahead, max(HOPEFUL, int(np.ceil(PROMISING * len(begun)))))
-        first = [*self.each(lambda f: fitted_on(f, self.measured, self.plain, half), kept), *left]
-        going_on, behind = hopeful(first, finished, HOPEFUL)
+        begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
+        going_on, behind = hopeful(begun, finished)
         return cheapest_of_each([*self.finished(going_on, times * MORE_ITERATIONS), *behind])
 
     def finished(self, begun: Sequence[Fit], iterations: int = MORE_ITERATIONS) -> list[Fit]:
@@ -110,11 +102,11 @@ class JointFits:
         return fit(hypothesis, self.measured, start, self.plain, iterations)
 
 
-def hopeful(fits: Sequence[Fit], ahead: int, promising: int) -> tuple[list[Fit], list[Fit]]:
-    """The `ahead` cheapest of `fits` and of the others the `promising` that promise most; those left."""
+def hopeful(fits: Sequence[Fit], ahead: int) -> tuple[list[Fit], list[Fit]]:
+    """The `ahead` cheapest of `fits` and of the others the few that promise most; those left."""
     order = sorted(fits, key=lambda f: f.cost)
     behind = sorted(order[ahead:], key=lambda f: f.promised_cost())
-    return [*order[:ahead], *behind[:promising]], behind[promising:]
+    return [*order[:ahead], *behind[:HOPEFUL]], behind[HOPEFUL:]
 
 
 def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, FloatArray]:

@@ -22,9 +22,6 @@ LEFT_OUT = 0.3
 """Share of the records' stretches that does not count at first."""
 
 FIRST_ITERATIONS = 6
-AHEAD = 0.6
-"""Share of the fits that go on half way through the first iterations, the cheapest."""
-
 HOSTS = 3
 PARTNER_LABELS = 7
 SINGLES_SETTLED = 2
@@ -50,20 +47,13 @@ class TrimmedSearch:
 
     def _trimmed(self, starts: Sequence[tuple[Fit, list[Candidate]]]) -> list[Fit]:
         """Every host with its candidates, the best of each combination of effects, best first."""
-        half = FIRST_ITERATIONS // 2
-        begun = self.joint.each(lambda start: self._begun(*start, half), starts)
-        kept = sorted((f for f in begun if np.isfinite(f.cost)), key=lambda f: f.cost)
-        ahead = int(np.ceil(AHEAD * len(kept)))
-        return cheapest_of_each([*self._continued(kept[:ahead], half), *kept[ahead:]])
+        begun = self.joint.each(lambda start: self._begun(*start), starts)
+        return cheapest_of_each([f for f in begun if np.isfinite(f.cost)])
 
-    def _continued(self, begun: Sequence[Fit], iterations: int) -> list[Fit]:
-        """The fits carried on, on the stretches that fit best."""
+    def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
         joint = self.joint
-        return joint.each(lambda f: fitted_on(f, joint.measured, joint.plain, iterations, LEFT_OUT), begun)
-
-    def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, start = joined(host, candidates)
-        return fit(hypothesis, self.joint.measured, start, self.joint.plain, iterations, left_out=LEFT_OUT)
+        return fit(hypothesis, joint.measured, start, joint.plain, FIRST_ITERATIONS, left_out=LEFT_OUT)
 
     def _beside(self, host: Fit) -> list[tuple[Fit, list[Candidate]]]:
         """The effects that promise most beside that of `host`, on the stretches that it fits best."""
@@ -76,6 +66,10 @@ class TrimmedSearch:
 
     def _settled(self, begun: Sequence[Fit]) -> list[Explanation]:
         """The fits to all samples from where the stretches that fit best lead, under coloured noise."""
-        joint, trimmed = self.joint, self._continued(begun, MORE_ITERATIONS)
-        whole = joint.each(lambda f: fitted_on(f, joint.measured, joint.plain, 0), trimmed)
-        return joint.explained(cheapest_of_each(joint.finished(whole)))
+        joint = self.joint
+
+        def on_all(f: Fit) -> Fit:
+            trimmed = fitted_on(f, joint.measured, joint.plain, MORE_ITERATIONS, LEFT_OUT)
+            return fitted_on(trimmed, joint.measured, joint.plain, 0)
+
+        return joint.explained(cheapest_of_each(joint.finished(joint.each(on_all, begun))))
