@@ -153,7 +153,7 @@ class Attributor:
         """More single effects, pairs and chaotic motion, as long as structure is left."""
         if not is_far_ahead(self.found) and self._unfinished:
             self.tell("pairs on the stretches that fit best")
-            search = TrimmedSearch(self.nominal, self.effects, self._joint)
+            search = TrimmedSearch(self.nominal, self.measured, self.effects, self.plain, self.each)
             self.found += search.run(self._forms_at_nominal)
         if self._unfinished:
             self._seek_other_starts(base)
@@ -177,7 +177,7 @@ class Attributor:
 
     def _seek_pairs(self) -> None:
         self.tell("pairs of effects")
-        firsts = [e.fit for e in best_of_each(self.coloured, lambda e: e.name).values()]
+        firsts = [e.fit for e in sorted(self.coloured, key=_worst_first)]
         self.found += self._under_noise() + self._pairs.first(firsts, self.singles)
         tried = firsts
         if _may_hide_a_cause(self.found):

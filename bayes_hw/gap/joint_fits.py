@@ -20,6 +20,7 @@ MORE_ITERATIONS = 10
 HOPEFUL = 2
 """Fits that go on although others are ahead, for what their quadratic model promises."""
 
+
 SAME = 0.1
 """Cost by which two fits of one combination of effects may differ and yet have ended in the same minimum."""
 
@@ -54,21 +55,20 @@ class JointFits:
         """A few iterations of every host with its candidates, more of the best `finished` and of the few
         others that promise most; best first.
 
-        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it
-        (`finished`).
+        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it.
         """
         begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
-        going_on, behind = hopeful(begun, finished)
-        return cheapest_of_each([*self.finished(going_on, times * MORE_ITERATIONS), *behind])
-
-    def finished(self, begun: Sequence[Fit], iterations: int = MORE_ITERATIONS) -> list[Fit]:
-        """The minima that the fits lead to, those that are known without another step."""
-        ends = [self._end_of(f) for f in begun]
-        new = [f for f, end in zip(begun, ends, strict=True) if end is None]
-        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, iterations), new)
+        first = sorted(begun, key=lambda f: f.cost)
+        behind = first[finished:]
+        promised = [f.promised_cost() for f in behind]
+        hopeful = [behind[i] for i in np.argsort(promised)[:HOPEFUL]]
+        going_on = [*first[:finished], *hopeful]
+        ends = [self._end_of(f) for f in going_on]
+        new = [f for f, end in zip(going_on, ends, strict=True) if end is None]
+        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, times * MORE_ITERATIONS), new)
         for f in done:
             self._minimum(f)
-        return [*done, *(end for end in ends if end is not None)]
+        return cheapest_of_each([*done, *(end for end in ends if end is not None), *behind])
 
     def explained(self, fits: Sequence[Fit]) -> list[Explanation]:
         """The plain `fits` under coloured noise, those of one minimum once."""
@@ -100,13 +100,6 @@ class JointFits:
     def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
         hypothesis, start = joined(host, candidates)
         return fit(hypothesis, self.measured, start, self.plain, iterations)
-
-
-def hopeful(fits: Sequence[Fit], ahead: int) -> tuple[list[Fit], list[Fit]]:
-    """The `ahead` cheapest of `fits` and of the others the few that promise most; those left."""
-    order = sorted(fits, key=lambda f: f.cost)
-    behind = sorted(order[ahead:], key=lambda f: f.promised_cost())
-    return [*order[:ahead], *behind[:HOPEFUL]], behind[HOPEFUL:]
 
 
 def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, FloatArray]:

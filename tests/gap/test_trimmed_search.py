@@ -11,7 +11,6 @@ from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import CubicStiffness, TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.joint_fits import JointFits
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.screen import Screen
 from bayes_hw.gap.trimmed_search import TrimmedSearch
@@ -32,7 +31,7 @@ def found() -> list[Explanation]:
     plain = Plain(SIGMA)
     screen = Screen(origin, plain.widened(origin.rmse))
     forms = [screen.candidates(effect) for effect in EFFECTS]
-    return TrimmedSearch(origin, EFFECTS, JointFits(measured, plain, Each(1))).run(forms)
+    return TrimmedSearch(origin, measured, EFFECTS, plain, Each(1)).run(forms)
 
 
 def test_the_pair_is_found_beside_a_stretch_that_goes_its_own_way(found: list[Explanation]) -> None:
