@@ -47,6 +47,38 @@ class Units:
         return asdict(self)
 
 
+SPELLINGS = {
+    "s": ("sec", "second", "seconds"),
+    "deg": ("degree", "degrees", "°"),
+    "deg/s": ("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s"),
+    "rad": ("radian", "radians"),
+    "rad/s": ("rad/sec", "radian/s", "radians/s", "radians/second"),
+    "arcsec": ("arcsecond", "arcseconds"),
+    "arcsec/s": ("arcsec/sec", "arcsecond/s", "arcseconds/s"),
+}
+"""Of units, that mean the same."""
+
+
+def _spelt(unit: str) -> str:
+    """The unit in the first of its spellings."""
+    return next((first for first, others in SPELLINGS.items() if unit.lower() in others), unit)
+
+
+def _units(path: Path, given: Units | Mapping[str, str], stated: Mapping[str, str]) -> Units:
+    """The units of a record of which the file states some; see `Record.read`."""
+    asked = given.to_dict() if isinstance(given, Units) else dict(given)
+    held = {role: _spelt(unit) for role, unit in stated.items()}
+    if held.get("time", "s") != "s":
+        raise InputError(f"{path}: states its times in {stated['time']!r}; write them in s")
+    for role, unit in asked.items():
+        if role in held and held[role] != _spelt(unit):
+            raise InputError(
+                f"{path}: states its {role} in {stated[role]!r}, {unit!r} is asked for; convert the record, "
+                f"or correct the unit in the file, the model or --{role}-unit"
+            )
+    return Units.from_dict({**held, **asked})
+
+
 @dataclass(frozen=True, eq=False)
 class Record:
     """Commands and measured angles at a uniform rate.
@@ -95,9 +127,13 @@ class Record:
         columns: Columns | None = None,
         sample_rate_hz: float | None = None,
         resample_hz: float | None = None,
-        units: Units | None = None,
+        units: Units | Mapping[str, str] | None = None,
     ) -> Record:
-        """Read a CSV, MATLAB, HDF5 or Parquet file; see `bayes_hw.record_files.read_columns`."""
+        """Read a CSV, MATLAB, HDF5 or Parquet file; see `bayes_hw.record_files.read_columns`.
+
+        Units, all or those of "input" or "output" alone, are as given, else as the file states them, else
+        deg/s and deg. Raises InputError where a file states other units than are given, or times not in s.
+        """
         path = Path(path)
         content = read_columns(
             path, columns or Columns(), sample_rate_hz=sample_rate_hz, resample_hz=resample_hz
@@ -108,7 +144,7 @@ class Record:
             u=content.u,
             y=content.y,
             sample_rate_hz=content.sample_rate_hz,
-            units=units or Units(),
+            units=_units(path, units or {}, content.units),
             source=str(path),
             sha256=content.sha256,
             treatment=content.treatment,
@@ -116,7 +152,8 @@ class Record:
 
     def write(self, path: Path | str) -> None:
         """Write t, u, y in the format of the path's ending; see `bayes_hw.formats.column_output`."""
-        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y}, self.units.to_dict())
+        units = {"t": self.units.time, "u": self.units.input, "y": self.units.output}
+        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y}, self.units.to_dict(), units)
 
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.

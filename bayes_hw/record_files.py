@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,7 +54,8 @@ class Columns:
 
 
 class FileContent(NamedTuple):
-    """What a file holds of a record: columns (samples,), rate, digest, and what was done to them."""
+    """What a file holds of a record: columns (samples,), rate, digest, what was done to them, and the units
+    that it states, by role ("time", "input", "output")."""
 
     t: FloatArray
     u: FloatArray
@@ -62,6 +63,7 @@ class FileContent(NamedTuple):
     sample_rate_hz: float
     sha256: str
     treatment: tuple[str, ...]
+    units: Mapping[str, str]
 
 
 def read_columns(
@@ -115,7 +117,8 @@ def read_columns(
             treatment = (*treatment, describe(t, resample_hz, table.place))
             t, u, y = _resampled(path, t, u, y, resample_hz)
             rate = resample_hz
-    return FileContent(t, u, y, float(rate), digest, treatment)
+    units = {role: table.units[name] for role, name in wanted.items() if name in table.units}
+    return FileContent(t, u, y, float(rate), digest, treatment, units)
 
 
 def _table(path: Path, columns: Columns, wanted: list[str]) -> Table:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.infer.sampler import SamplerSettings
@@ -16,7 +15,8 @@ def read_records(
 ) -> list[Record]:
     """The records at `paths` as the options say; `units` are the model's, where there is one.
 
-    Raises InputError when an option gives another unit than the model has.
+    Raises InputError when an option gives another unit than the model has, or a record states another than
+    options, model or the first record.
     """
     for option, given, of_model in (
         ("--input-unit", parsed.input_unit, units and units.input),
@@ -27,21 +27,23 @@ def read_records(
                 f"{option} {given}: the model is in {of_model}; give records in the model's unit"
             )
         storable_text(given or "", option)
-    base = units or Units()
-    chosen = replace(base, input=parsed.input_unit or base.input, output=parsed.output_unit or base.output)
+    options = {"input": parsed.input_unit, "output": parsed.output_unit}
+    chosen: Units | dict[str, str] = units or {role: unit for role, unit in options.items() if unit}
     columns = Columns(
         time=None if parsed.time == "none" else parsed.time, input=parsed.input, output=parsed.output
     )
-    return [
-        Record.read(
+    records: list[Record] = []
+    for path in paths:
+        record = Record.read(
             path,
             columns=columns,
             sample_rate_hz=parsed.sample_rate,
             resample_hz=parsed.resample,
             units=chosen,
         )
-        for path in paths
-    ]
+        records.append(record)
+        chosen = records[0].units
+    return records
 
 
 def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:

@@ -49,8 +49,12 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="put records with uneven time stamps, or another rate, on this rate",
     )
-    group.add_argument("--input-unit", metavar="UNIT", help="unit of the command (default deg/s)")
-    group.add_argument("--output-unit", metavar="UNIT", help="unit of the output (default deg)")
+    group.add_argument(
+        "--input-unit", metavar="UNIT", help="unit of the command (default: as the file states, else deg/s)"
+    )
+    group.add_argument(
+        "--output-unit", metavar="UNIT", help="unit of the output (default: as the file states, else deg)"
+    )
 
 
 def add_start(parser: argparse.ArgumentParser) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
-from bayes_hw.formats.table import Table
+from bayes_hw.formats.table import Table, stated_unit
 
 MOST_BYTES = 256 * 2**20
 """Largest size of one data set, or of one of its chunks, inflated, in bytes."""
@@ -53,6 +53,11 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
                 if dataset is not None
             }
             names = _names(file)
+            units = {
+                name: unit
+                for name, dataset in found.items()
+                if dataset is not None and (unit := _unit(dataset)) is not None
+            }
     except InputError:
         raise
     except Exception:
@@ -64,7 +69,16 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         names=names,
         kind="data set",
         place=lambda index: f"sample {index + 1}",
+        units=units,
     )
+
+
+def _unit(dataset: h5py.Dataset) -> str | None:
+    """The unit in the attribute `units` or `unit` of a data set."""
+    for name in ("units", "unit"):
+        if name in dataset.attrs:
+            return stated_unit(dataset.attrs[name])
+    return None
 
 
 def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset | None:

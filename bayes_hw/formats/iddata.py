@@ -1,7 +1,7 @@
 """Records from MATLAB's `iddata`, exported as a structure (`s = get(data)`, or with the same field names).
 
-Read are OutputData (or y), InputData (or u), Ts, Tstart, SamplingInstants and TimeUnit. Source: MathWorks,
-System Identification Toolbox, "iddata".
+Read are OutputData (or y), InputData (or u), OutputUnit, InputUnit, Ts, Tstart, SamplingInstants and
+TimeUnit. Source: MathWorks, System Identification Toolbox, "iddata".
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.matlab_structures import Structure, Value, read_structures
-from bayes_hw.formats.table import Table
+from bayes_hw.formats.table import Table, stated_unit
 
 OUTPUT, INPUT = ("OutputData", "y"), ("InputData", "u")
 SECONDS = ("", "s", "sec", "second", "seconds")
@@ -45,7 +45,21 @@ def read_iddata(path: Path, names: Sequence[str], *, most_rows: int) -> Table | 
         tuple(f"{structure.name}.{field}" for field in structure.fields),
         "variable",
         lambda index: f"sample {index + 1}",
+        _units(structure, names),
     )
+
+
+def _units(structure: Structure, names: Sequence[str]) -> dict[str, str]:
+    """The units of input and output under the last two of `names`, as far as they are stated."""
+    found = {}
+    for name, field in zip(names[1:], ("InputUnit", "OutputUnit"), strict=True):
+        value: Value = structure.value(field, 16) if field in structure else ""
+        if isinstance(value, list) and len(value) == 1:
+            (value,) = value
+        unit = stated_unit(value)
+        if unit is not None:
+            found[name] = unit
+    return found
 
 
 def _is_iddata(structure: Structure) -> bool:

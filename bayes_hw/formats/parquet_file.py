@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.formats.table import Table
+from bayes_hw.formats.table import Table, stated_unit
 
 MOST_BYTES = 512 * 2**20
 """Largest size of one row group, inflated, in bytes, as the file states it.
@@ -54,6 +54,7 @@ def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
                 present = [name for name in wanted if name in names]
                 _check(path, file, present)
                 values = _columns(path, file, present, most_rows)
+                units = _units(file, present)
         except InputError:
             raise
         except Exception:
@@ -65,7 +66,16 @@ def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         names=names,
         kind="column",
         place=lambda index: f"row {index + 1}",
+        units=units,
     )
+
+
+def _units(file: object, names: Sequence[str]) -> dict[str, str]:
+    """The units in the metadata `units` or `unit` of the columns."""
+    schema = file.schema_arrow  # type: ignore[attr-defined]
+    found = {name: schema.field(name).metadata or {} for name in names}
+    stated = {name: stated_unit(held.get(b"units", held.get(b"unit"))) for name, held in found.items()}
+    return {name: unit for name, unit in stated.items() if unit is not None}
 
 
 def _check(path: Path, file: object, names: Sequence[str]) -> None:

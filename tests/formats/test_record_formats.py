@@ -240,3 +240,50 @@ def test_a_simulated_record_goes_through_every_format(small_axis: HammersteinWie
         record.write(path)
         record = Record.read(path)
     np.testing.assert_array_equal(record.y, measured(small_axis, 200, seed=1).y)
+
+
+RADIANS = Units(input="rad/s", output="rad")
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".parquet"])
+def test_units_survive_a_round_trip_and_are_held_against_those_asked_for(tmp_path: Path, suffix: str) -> None:
+    """A record in radians is never taken for one in degrees without a word."""
+    path = tmp_path / f"axis{suffix}"
+    Record("axis", T, U, Y, 20.0, RADIANS).write(path)
+    assert Record.read(path).units == RADIANS
+    assert Record.read(path, units=RADIANS).units == RADIANS
+    assert Record.read(path, units={"output": "radians"}).units == Units(input="rad/s", output="radians")
+    for units in (Units(), {"output": "deg"}):
+        with pytest.raises(InputError, match=r"'rad.*is asked for; convert"):
+            Record.read(path, units=units)
+
+
+@pytest.mark.parametrize(("stated", "read"), [
+    ("degrees", "deg"), (b"deg", "deg"), ("counts", "counts"), ("", "deg"), (5.0, "deg"), ("d\neg", "deg"),
+    ("x" * 40, "deg"),
+])  # fmt: skip
+def test_units_of_other_programs(tmp_path: Path, stated: object, read: str) -> None:
+    """The attribute `units` or `unit` of a data set; what is no short text is no unit."""
+    for name in ("units", "unit"):
+        path = tmp_path / f"{name}.h5"
+        with h5py.File(path, "w") as file:
+            for column, values in {"t": T, "u": U, "y": Y}.items():
+                file[column] = values
+            file["y"].attrs[name] = stated
+        assert Record.read(path).units == Units(output=read)
+
+
+def test_times_in_another_unit_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "axis.h5"
+    with h5py.File(path, "w") as file:
+        for column, values in {"t": T, "u": U, "y": Y}.items():
+            file[column] = values
+        file["t"].attrs["units"] = "ms"
+    assert refusal(path) == "states its times in 'ms'; write them in s"
+
+
+@pytest.mark.parametrize("unit", ["rad", np.array(["rad"], dtype=object)], ids=["text", "cell"])
+def test_units_of_an_iddata(tmp_path: Path, unit: object) -> None:
+    path = tmp_path / "axis.mat"
+    scipy.io.savemat(path, {"data": iddata(OutputUnit=unit, InputUnit="")})
+    assert Record.read(path).units == Units(output="rad")
