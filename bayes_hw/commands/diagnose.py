@@ -54,7 +54,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.case import Case
     from bayes_hw.gap.diagnosis import diagnose, write_results
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
-    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
     from bayes_hw.gap.sentence import sentence
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
@@ -62,11 +62,9 @@ def run(parsed: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     out = Path(parsed.out)
-    known = list(LABEL_BLOCKS)
+    known = known_labels()
     if parsed.simulator is not None:
-        known += sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(known))
-    else:
-        known += sorted({effect.label for effect in catalogue(frozenset())} - set(known))
+        known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
     if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:

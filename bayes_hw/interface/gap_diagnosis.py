@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -15,6 +13,7 @@ from bayes_hw.gap import diagnosis
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
+from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 from bayes_hw.report.drawing import on_paper
@@ -65,21 +64,21 @@ class GapDiagnosis:
 
 def diagnose(
     model: HammersteinWiener,
-    train: Sequence[Record],
-    holdout: Sequence[Record],
+    train: Record | Sequence[Record],
+    holdout: Record | Sequence[Record],
     *,
     seed: int = 1,
     jobs: int | None = None,
-    without: Sequence[str] = (),
+    without: str | Sequence[str] = (),
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
-    struck from the catalogue. Raises InputError on records that do not fit the model.
+    struck from the catalogue. Raises InputError on arguments that are not what they should be, and on
+    records that do not fit the model.
     """
-    case = Case.of_records(model.name, model, train, holdout)
-    return GapDiagnosis(
-        diagnosis.diagnose(
-            case, np.random.default_rng(seed), jobs=jobs or os.cpu_count() or 1, without=frozenset(without)
-        )
-    )
+    simulator = model_given(model)
+    records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
+    rng, number, labels = generator(seed), threads(jobs), struck(without)
+    case = Case.of_records(simulator.name, simulator, records, held_out)
+    return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))

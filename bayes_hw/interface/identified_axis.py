@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import get_args
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bayes_hw.errors import InputError
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
+from bayes_hw.interface.arguments import generator, records_given
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 from bayes_hw.report.drawing import on_paper
@@ -52,7 +54,7 @@ class IdentifiedAxis:
 
 
 def identify(
-    records: Sequence[Record],
+    records: Record | Sequence[Record],
     *,
     seed: int = 1,
     name: str | None = None,
@@ -61,13 +63,16 @@ def identify(
     """The four-step estimate from `records` of one axis; as `bayes-hw identify`.
 
     `name` is the model's (the first record's unless given). With `start` "free" the initial state of every
-    record is estimated; "rest" takes each to begin at rest at zero. Raises InputError when the records
-    cannot be used.
+    record is estimated; "rest" takes each to begin at rest at zero. Raises InputError when the arguments
+    are not what they should be, or the records cannot be used.
     """
+    if start not in get_args(StartCondition):
+        raise InputError(f"start: is {start!r}; give one of {', '.join(get_args(StartCondition))}")
+    given = records_given(records)
     found = four_steps.identify(
-        records,
-        rng=np.random.default_rng(seed),
-        name=name or (records[0].name if records else "axis"),
+        given,
+        rng=generator(seed),
+        name=name or given[0].name,
         free_start=start == "free",
     )
-    return IdentifiedAxis(found, tuple(records), start)
+    return IdentifiedAxis(found, given, start)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -18,6 +17,7 @@ from bayes_hw.infer.inference import Inference, StartCondition, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import NoiseKind
+from bayes_hw.interface.arguments import generator, model_given, records_given, threads
 from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -83,7 +83,7 @@ class SampledPosterior:
 
     def predict(self, record: Record, *, seed: int = 1) -> PredictedOutput:
         """94 % bands of this record's output. Raises InputError on a rate that is not the model's."""
-        return PredictedOutput(prediction.predict(self.posterior, record, np.random.default_rng(seed)))
+        return PredictedOutput(prediction.predict(self.posterior, record, generator(seed)))
 
     def write(self, folder: Path | str) -> None:
         """posterior.nc and posterior.json, as `bayes-hw sample` writes them."""
@@ -92,7 +92,7 @@ class SampledPosterior:
 
 def sample(
     model: HammersteinWiener,
-    records: Sequence[Record],
+    records: Record | Sequence[Record],
     *,
     seed: int = 1,
     free: FreeSet = "dominant",
@@ -103,17 +103,18 @@ def sample(
 ) -> SampledPosterior:
     """The posterior of `model`'s free parameters given `records`; as `bayes-hw sample`.
 
-    `jobs` threads (all cores unless given) change no number. Raises InputError on records that do not fit
-    the model.
+    `jobs` threads (all cores unless given) change no number. Raises InputError on arguments that are not
+    what they should be, and on records that do not fit the model.
     """
+    given = records_given(records)
     found = infer(
-        model,
-        records,
-        np.random.default_rng(seed),
+        model_given(model),
+        given,
+        generator(seed),
         free=free,
         start=start,
         noise=noise,
         settings=settings,
-        jobs=jobs or os.cpu_count() or 1,
+        jobs=threads(jobs),
     )
-    return SampledPosterior(found, tuple(records))
+    return SampledPosterior(found, given)

@@ -110,6 +110,11 @@ def catalogue(without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
     return tuple(effect for effect in found if effect.label not in without)
 
 
+def known_labels() -> list[str]:
+    """The labels that can be named or struck: those of the formats, then those of other packages."""
+    return [*LABEL_BLOCKS, *sorted({effect.label for effect in catalogue()} - set(LABEL_BLOCKS))]
+
+
 def block_of(label: str, effects: tuple[Effect, ...] = ()) -> Block:
     """The block of a label, of the built-in catalogue or of one of `effects`."""
     if label in LABEL_BLOCKS:
