@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -38,6 +40,51 @@ def temporary_sibling(path: Path) -> Iterator[Path]:
             raise InputError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def staged(folder: Path, instead_of: Sequence[str] = ()) -> Iterator[Path]:
+    """An empty folder whose files go to `folder` together, once the block ends without an error.
+
+    So a full disk leaves the files of the run before, all of them. Files of the names `instead_of` are taken
+    away where none of that name comes. Raises InputError when the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        place = Path(tempfile.mkdtemp(prefix=".staged.", dir=folder))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); give another --out") from None
+    try:
+        try:
+            yield place
+        except OSError as error:
+            if error.filename is not None and Path(error.filename).is_relative_to(place):
+                error.filename = str(folder / Path(error.filename).relative_to(place))
+            raise
+        made = {path: _regular(folder / path.relative_to(place)) for path in _files(place)}
+        for path, target in made.items():
+            _move(path, target)
+        for name in instead_of:
+            if place / name not in made:
+                (folder / name).unlink(missing_ok=True)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _move(path: Path, target: Path) -> None:
+    """Rename, or where `target` lies on another disk, copy and rename."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        path.replace(target)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise InputError(f"{target}: cannot be written ({error.strerror}); give another --out") from None
+        with temporary_sibling(target) as temporary:
+            shutil.copyfile(path, temporary)
 
 
 @contextmanager

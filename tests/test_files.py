@@ -13,6 +13,7 @@ from bayes_hw.files import (
     check_output_file,
     check_output_folder,
     read_small_text,
+    staged,
     temporary_sibling,
     write_bytes_atomically,
     write_text_atomically,
@@ -120,3 +121,56 @@ def test_a_name_that_no_file_can_have_is_bad_input(tmp_path: Path, name: str) ->
         check_output_folder(tmp_path / name)
     with pytest.raises(InputError, match="give another --out"):
         write_text_atomically(tmp_path / name, "x")
+
+
+def test_files_of_one_run_come_together(tmp_path: Path) -> None:
+    """What a run does not write again stays, unless it belongs to what the run stands for."""
+    for name in ("a.txt", "stale.txt", "mine.txt"):
+        (tmp_path / name).write_text("old")
+    with staged(tmp_path, instead_of=["a.txt", "stale.txt", "absent.txt"]) as place:
+        write_text_atomically(place / "a.txt", "new")
+        write_text_atomically(place / "deep" / "b.txt", "new")
+        assert (tmp_path / "a.txt").read_text() == "old"
+    held = {str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*.txt")}
+    assert held == {"a.txt": "new", "deep/b.txt": "new", "mine.txt": "old"}
+    assert {path.name for path in tmp_path.iterdir()} == {"a.txt", "deep", "mine.txt"}
+
+
+def test_a_disk_that_fills_up_leaves_all_of_the_run_before(tmp_path: Path) -> None:
+    """The second file finds no room: neither is replaced, and the file is named as the user knows it."""
+    for name in ("a.txt", "b.txt"):
+        (tmp_path / name).write_text("old")
+    with pytest.raises(OSError, match=r"No space") as caught, staged(tmp_path, ["b.txt"]) as place:
+        write_text_atomically(place / "a.txt", "new")
+        raise OSError(errno.ENOSPC, "No space left on device", str(place / "b.txt"))
+    assert caught.value.filename == str(tmp_path / "b.txt")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.txt": "old", "b.txt": "old"}
+
+
+def test_a_target_that_is_no_file_stops_all(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()
+    with pytest.raises(InputError, match=r"b.txt: is a folder"), staged(tmp_path) as place:
+        write_text_atomically(place / "a.txt", "new")
+        write_text_atomically(place / "b.txt", "new")
+    assert {path.name for path in tmp_path.iterdir()} == {"b.txt"}
+
+
+def test_a_file_reached_by_a_link_to_another_disk_is_copied(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = tmp_path / "elsewhere.txt"
+    real.write_text("old")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a.txt").symlink_to(real)
+    rename = Path.replace
+
+    def replace(path: Path, target: Path) -> Path:
+        if ".staged." in str(path) and ".staged." not in str(target):
+            raise OSError(errno.EXDEV, "Invalid cross-device link")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    with staged(tmp_path / "out") as place:
+        write_text_atomically(place / "a.txt", "new")
+    assert real.read_text() == "new"
+    assert (tmp_path / "out" / "a.txt").is_symlink()

@@ -17,7 +17,7 @@ from bayes_hw.commands.inputs import read_records, sampler_settings
 from bayes_hw.commands.speech import say, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import check_output_file, check_output_folder, write_text_atomically
+from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.inference import check_rates, discard_checkpoint, infer
@@ -101,13 +101,14 @@ def report_command(parsed: argparse.Namespace) -> None:
 
 
 def write_analysis(out: Path, analysis: Analysis) -> None:
-    """The files of identify, sample and predict in one folder."""
-    if analysis.identification is not None:
-        write_identification(out, analysis.identification, analysis.fits)
-    analysis.dominant.posterior.write(out, analysis.records)
+    """The files of identify, sample and predict in one folder, all or none."""
     names = band_file_names([prediction.record.name for prediction in analysis.predictions])
-    for name, prediction in zip(names, analysis.predictions, strict=True):
-        write_prediction(out / name, prediction)
+    with staged(out) as place:
+        if analysis.identification is not None:
+            write_identification(place, analysis.identification, analysis.fits)
+        analysis.dominant.posterior.write(place, analysis.records)
+        for name, prediction in zip(names, analysis.predictions, strict=True):
+            write_prediction(place / name, prediction)
 
 
 def band_file_names(records: Sequence[str]) -> list[str]:
@@ -122,10 +123,11 @@ def band_file_names(records: Sequence[str]) -> list[str]:
 
 
 def write_identification(out: Path, identification: Identification, validation: Sequence[RecordFit]) -> None:
-    """model.json and fit.json."""
+    """model.json and fit.json, both or neither."""
     content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]}
-    identification.model.write(out / "model.json")
-    write_text_atomically(out / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    with staged(out) as place:
+        identification.model.write(place / "model.json")
+        write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def sample_command(parsed: argparse.Namespace) -> None:

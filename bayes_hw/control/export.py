@@ -20,7 +20,7 @@ from bayes_hw.control.plant_summary import PlantSummary, Quantity
 from bayes_hw.control.tuning import Tuned, Tuning
 from bayes_hw.control.uncertainty import UncertaintySet
 from bayes_hw.control.zeros import zeros
-from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.files import staged, temporary_sibling, write_text_atomically
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -40,15 +40,14 @@ QUANTILES = (0.03, 0.05, 0.5, 0.95, 0.97)
 
 def write_design(folder: Path, design: Design) -> None:
     """Write design.json, design.mat, and controller_N.json for every tuned controller into `folder`."""
-    write_text_atomically(
-        folder / "design.json", json.dumps(design_content(design), indent=1, allow_nan=False) + "\n"
-    )
-    with temporary_sibling(folder / "design.mat") as path:
-        savemat(path, matlab_content(design), long_field_names=True, do_compression=True)
-    units = design.nominal.units
-    for tuning in design.tunings:
-        path = folder / f"controller_{tuning.structure.lower()}_tuned.json"
-        tuning.robust.controller.write(path, units.input, units.output)
+    text, units = json.dumps(design_content(design), indent=1, allow_nan=False), design.nominal.units
+    with staged(folder) as place:
+        write_text_atomically(place / "design.json", text + "\n")
+        with temporary_sibling(place / "design.mat") as path:
+            savemat(path, matlab_content(design), long_field_names=True, do_compression=True)
+        for tuning in design.tunings:
+            path = place / f"controller_{tuning.structure.lower()}_tuned.json"
+            tuning.robust.controller.write(path, units.input, units.output)
 
 
 def design_content(design: Design) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
+from bayes_hw.files import staged
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.base_average import averaged_base, noise_beside
 from bayes_hw.gap.builder import Builder
@@ -370,8 +371,10 @@ def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without:
 
 
 def write_results(diagnosis: Diagnosis, out: Path) -> None:
-    """verdict.json and holdout_prediction.csv; where the answer is `other`, free_residual.csv too."""
-    out.mkdir(parents=True, exist_ok=True)
+    """verdict.json and holdout_prediction.csv; where the answer is `other`, free_residual.csv too.
+
+    All or none: see `staged`.
+    """
     columns = {
         "t": diagnosis.case.holdout[0].t,
         "before": diagnosis.before,
@@ -379,10 +382,9 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
         "lo": diagnosis.low,
         "hi": diagnosis.high,
     }
-    write_csv(out / "holdout_prediction.csv", columns)
-    if diagnosis.verdict.answer == (OTHER,):
-        noise = diagnosis.decision.explanation.encoder_noise
-        write_csv(out / FREE_RESIDUAL, free_residual(diagnosis.attribution.base.fit, noise))
-    else:
-        (out / FREE_RESIDUAL).unlink(missing_ok=True)
-    diagnosis.verdict.write(out / "verdict.json")
+    with staged(out, instead_of=[FREE_RESIDUAL]) as place:
+        write_csv(place / "holdout_prediction.csv", columns)
+        if diagnosis.verdict.answer == (OTHER,):
+            noise = diagnosis.decision.explanation.encoder_noise
+            write_csv(place / FREE_RESIDUAL, free_residual(diagnosis.attribution.base.fit, noise))
+        diagnosis.verdict.write(place / "verdict.json")

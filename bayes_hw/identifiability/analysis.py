@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
 from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes
@@ -97,10 +97,11 @@ class Identifiability:
     def write(self, folder: Path) -> None:
         """identifiability.json, and freed_draws.csv with draws of the run that has all gains free."""
         text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
-        write_text_atomically(folder / "identifiability.json", text + "\n")
         flat = self.freed.values.reshape(-1, self.freed.values.shape[-1])
         kept = flat[:: -(-len(flat) // KEPT_DRAWS)]
-        write_csv(folder / "freed_draws.csv", dict(zip(self.freed.names, kept.T, strict=True)))
+        with staged(folder) as place:
+            write_text_atomically(place / "identifiability.json", text + "\n")
+            write_csv(place / "freed_draws.csv", dict(zip(self.freed.names, kept.T, strict=True)))
 
 
 def analyse_identifiability(

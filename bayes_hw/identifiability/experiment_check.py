@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
 from bayes_hw.identify.output_error import simulated_outputs
@@ -119,9 +119,13 @@ def check_design(
 def write_design(folder: Path, design: Design, check: WidthCheck | None = None) -> None:
     """command.csv with columns t,u, ready to play, and experiment.json with the check where there is one."""
     u = design.winner.u
-    write_csv(folder / "command.csv", {"t": np.arange(len(u)) / design.circumstances.sample_rate_hz, "u": u})
+    t = np.arange(len(u)) / design.circumstances.sample_rate_hz
     content = design.to_dict() | ({} if check is None else {"check": check.to_dict()})
-    write_text_atomically(folder / "experiment.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    with staged(folder) as place:
+        write_csv(place / "command.csv", {"t": t, "u": u})
+        write_text_atomically(
+            place / "experiment.json", json.dumps(content, indent=1, allow_nan=False) + "\n"
+        )
 
 
 def _simulated(design: Design, belief: Belief, draw: int, rng: np.random.Generator) -> Record:

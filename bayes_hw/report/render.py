@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from bayes_hw.files import write_bytes_atomically, write_text_atomically
+from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
 from bayes_hw.report.document import Report
 from bayes_hw.report.html import to_html
 from bayes_hw.report.pdf import to_pdf
+
+HTML, PDF = "report.html", "report.pdf"
 
 
 class RenderedReport(NamedTuple):
@@ -19,12 +21,12 @@ class RenderedReport(NamedTuple):
 
 
 def render(report: Report, out_dir: Path) -> RenderedReport:
-    """Write report.html and report.pdf into `out_dir`; both are made before either is written.
+    """Write report.html and report.pdf into `out_dir`, both or neither.
 
     Raises InputError when the folder cannot be written.
     """
     page, document = to_html(report), to_pdf(report)
-    written = RenderedReport(out_dir / "report.html", out_dir / "report.pdf")
-    write_text_atomically(written.html, page)
-    write_bytes_atomically(written.pdf, document)
-    return written
+    with staged(out_dir) as place:
+        write_text_atomically(place / HTML, page)
+        write_bytes_atomically(place / PDF, document)
+    return RenderedReport(out_dir / HTML, out_dir / PDF)
