@@ -218,8 +218,17 @@ def _check_stamps(path: Path, t: FloatArray, table: Table) -> None:
     if not 1 / HIGHEST_RATE_HZ <= median <= 1 / LOWEST_RATE_HZ:
         raise InputError(
             f"{path}: time stamps step by {median:.4g} (median); give times in s, at a rate of "
-            f"{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz"
+            f"{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz{_in_another_unit(median)}"
         )
+
+
+def _in_another_unit(step: float) -> str:
+    """What to do where a step would be one of 1 to 1000 Hz in a finer unit than s; nothing elsewhere."""
+    for unit, seconds in (("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
+        if 1e-3 <= step * seconds <= 1.0:
+            rate = 1 / (step * seconds)
+            return f"; if they are in {unit}, give --time none --sample-rate {rate:.6g}"
+    return ""
 
 
 def _rate(

@@ -165,10 +165,14 @@ def test_repeated_and_backward_stamps_are_refused_with_the_row(tmp_path, stamp, 
     assert message.startswith(f"row 42: {complaint}; remove the row")
 
 
-@pytest.mark.parametrize("scale", [1e3, 1e9, 1 / 86400 / 1000])
-def test_stamps_that_are_not_in_seconds_are_refused(tmp_path, scale):
+@pytest.mark.parametrize(("scale", "unit"), [(1e3, "ms"), (1e9, "ns"), (1 / 86400 / 1000, "")])
+def test_stamps_that_are_not_in_seconds_are_refused(tmp_path, scale, unit):
+    """With the option that reads them where they may be in a finer unit, at the rate that they have then."""
     t, u, y = columns()
-    assert "give times in s" in refusal(write_csv(tmp_path / "a.csv", t * scale, u, y))
+    said = refusal(write_csv(tmp_path / "a.csv", t * scale, u, y))
+    assert "give times in s" in said
+    remedy = f"if they are in {unit}, give --time none --sample-rate {1 / (t[1] - t[0]):.6g}"
+    assert said.endswith(remedy) == bool(unit)
 
 
 @pytest.mark.parametrize(("role", "column"), [("input", 1), ("output", 2)])

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_small_text, temporary_sibling, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
@@ -25,6 +25,9 @@ WELL_APART = 1e-3
 
 MODE_MATCH_RADIUS = 0.05
 """A dominant mode must lie this close (in z) to one of the pole pairs of G."""
+
+KEPT_SAMPLES, KEPT_TO = 500, 1e-4
+"""Samples of each of three steps, and the share of the travel to which polynomials must hold a model."""
 
 LARGEST_VALUE = 1e12
 """A number in model.json beyond this is a mistake, and overflows when squared and summed."""
@@ -211,11 +214,31 @@ class HammersteinWiener:
         }
 
     def write(self, path: Path) -> None:
-        """Write model.json, or an idnlhw structure where the path ends in .mat; see `write_idnlhw`."""
+        """Write model.json, or an idnlhw structure where the path ends in .mat; see `write_idnlhw`.
+
+        Raises InputError where the polynomials of an idnlhw structure do not tell the roots of this model.
+        """
         if path.suffix.lower() == ".mat":
-            write_idnlhw(path, self.to_dict(), *self.linear.coefficients())
+            with temporary_sibling(path) as temporary:
+                write_idnlhw(temporary, self.to_dict(), *self.linear.coefficients())
+                if not self._is_kept_in(temporary):
+                    raise InputError(
+                        f"{path}: polynomials of {len(self.linear.poles)} poles and a delay of "
+                        f"{self.linear.delay_samples} samples do not hold this model; keep it as .json"
+                    )
             return
         write_text_atomically(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
+
+    def _is_kept_in(self, path: Path) -> bool:
+        """Whether the model read from a file answers full steps either way as this one does."""
+        try:
+            back = type(self).read(path)
+        except InputError:
+            return False
+        limits = np.clip([self.saturation.upper, self.saturation.lower, 0.0], -LARGEST_VALUE, LARGEST_VALUE)
+        u = np.repeat(limits, KEPT_SAMPLES + self.linear.total_delay)
+        own, other = self.simulate(u).y, back.simulate(u).y
+        return bool(np.max(np.abs(own - other)) <= KEPT_TO * max(float(np.ptp(own)), 1e-300))
 
 
 def _mapping(data: Mapping[str, Any], key: str, optional: bool = False) -> Mapping[str, Any]:
@@ -285,8 +308,10 @@ def _roots(data: Mapping[str, Any], key: str) -> ComplexArray:
 
 
 def _short_list(data: Mapping[str, Any], key: str) -> list[Any]:
+    """At most MOST_ROOTS entries, zeros that stand for delay not counted."""
     values = _list(data.get(key), f"linear.{key}")
-    if len(values) > MOST_ROOTS:
+    delay = next((index for index, value in enumerate(values) if value != 0), 0)
+    if len(values) - delay > MOST_ROOTS or delay > LONGEST_DELAY:
         raise InputError(f"linear.{key}: has {len(values)} entries, more than the {MOST_ROOTS} that are read")
     return values
 

@@ -23,8 +23,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import temporary_sibling
 from bayes_hw.formats.matlab_structures import Structure, Value, read_structures
 
-MOST_COEFFICIENTS = 1000
 MOST_DELAY = 10_000
+MOST_COEFFICIENTS = MOST_DELAY + 1000
 MODEL_FIELDS = ("InputNonlinearity", "OutputNonlinearity")
 SYMMETRY = 1e-6
 """Largest relative difference of a dead zone's two sides that counts as none."""
@@ -42,8 +42,9 @@ def read_idnlhw(path: Path) -> dict[str, Any]:
             f"{path}: holds {len(found)} structures with InputNonlinearity and OutputNonlinearity; save one"
         )
     structure = found[0]
+    fields = _fields(structure)
     try:
-        return _content(_fields(structure), structure.name)
+        return _content(fields, structure.name)
     except InputError as error:
         raise InputError(f"{path}: {structure.name}.{error}") from None
 

@@ -90,7 +90,8 @@ def test_it_keeps_name_units_rate_and_noise(tmp_path: Path) -> None:
         ({"LinearModel": {"B": np.eye(2), "F": F, "nk": 1.0}}, "m.B: is not one row"),
         ({"LinearModel": {"B": B, "F": F, "nk": 0.5}}, "m.nk: is not one whole number"),
         ({"LinearModel": {"B": B, "F": [1.0, -2.5], "nk": 1.0}}, "unstable, |pole| = 2.5"),
-        ({"LinearModel": {"B": np.ones(5000), "F": F}}, "holds more than 1,000 numbers"),
+        ({"LinearModel": {"B": np.ones(5000), "F": F}}, "has 5000 entries, more than the 200"),
+        ({"LinearModel": {"B": np.ones(20_000), "F": F}}, "holds more than 11,000 numbers"),
         ({"InputNonlinearity": None}, "holds 0 structures with InputNonlinearity"),
         ({"DominantModes": np.zeros((2, 3))}, "m.DominantModes: is not a matrix of two columns"),
     ],
@@ -121,6 +122,29 @@ def test_a_round_trip_leaves_the_simulation(small_axis: HammersteinWiener, tmp_p
     expected = twin.simulate(u).y
     found = HammersteinWiener.read(tmp_path / "twin.mat").simulate(u).y
     np.testing.assert_allclose(found, expected, atol=1e-6 * float(np.ptp(expected)))
+
+
+def test_a_long_delay_survives_a_round_trip(small_axis: HammersteinWiener, tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    slow = replace(small_axis, linear=replace(small_axis.linear, delay_samples=5000))
+    slow.write(tmp_path / "slow.mat")
+    assert HammersteinWiener.read(tmp_path / "slow.mat").linear.delay_samples == 5000
+
+
+def test_a_model_that_polynomials_do_not_hold_is_not_written(
+    small_axis: HammersteinWiener, tmp_path: Path
+) -> None:
+    """150 poles: their product's coefficients tell no roots, which came back outside the unit circle."""
+    from dataclasses import replace
+
+    rng = np.random.default_rng(0)
+    upper = rng.uniform(0.3, 0.98, 75) * np.exp(1j * rng.uniform(0.1, 3.0, 75))
+    linear = replace(small_axis.linear, poles=np.concatenate([upper, upper.conj()]))
+    many = replace(small_axis, linear=linear, dominant_modes=())
+    with pytest.raises(InputError, match=r"many.mat: polynomials of 150 poles .* keep it as .json"):
+        many.write(tmp_path / "many.mat")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_gains_that_idnlhw_lacks_are_not_dropped(small_axis: HammersteinWiener, tmp_path: Path) -> None:
