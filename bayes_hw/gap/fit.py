@@ -68,15 +68,8 @@ class Fit:
 
     @cached_property
     def _quadratic(self) -> tuple[FloatArray, FloatArray]:
-        """Precision (parameters, parameters) and gradient (parameters,) of the cost, to first order."""
-        prior = self.hypothesis.prior_jacobian(self.coordinates)
-        precision = prior.T @ prior
-        gradient = prior.T @ self.hypothesis.prior_deviations(self.coordinates)
-        for record, (jacobian, residual) in enumerate(zip(self.jacobians, self.residuals, strict=True)):
-            white = self.whitener.whiten(jacobian, record)
-            precision = precision + white.T @ white
-            gradient = gradient - white.T @ self.whitener.whiten(residual[:, None], record)[:, 0]
-        return precision, gradient
+        white = [self.whitener.whiten(e[:, None], record)[:, 0] for record, e in enumerate(self.residuals)]
+        return _quadratic(self.hypothesis, self.coordinates, self.whitener, self.jacobians, white)
 
     def covariance(self) -> FloatArray:
         """Inverse of the precision, symmetric to the bit."""
@@ -203,17 +196,32 @@ class _Task:
         ]
 
     def quadratic(self, at: _Point, derivatives: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-        """Gauss-Newton precision (parameters, parameters) and the cost's negative gradient (parameters,)."""
-        prior = self.hypothesis.prior_jacobian(at.coordinates)
-        precision = prior.T @ prior
-        gradient = -prior.T @ self.hypothesis.prior_deviations(at.coordinates)
-        for record, jacobian in enumerate(derivatives):
-            filtered = self.whitener.whiten(jacobian, record)
-            if at.kept is not None:
-                filtered = np.where(at.kept[record][:, None], filtered, 0.0)
-            precision = precision + filtered.T @ filtered
-            gradient = gradient + filtered.T @ at.white[record]
-        return precision, gradient
+        """The cost about a point; see `_quadratic`."""
+        return _quadratic(self.hypothesis, at.coordinates, self.whitener, derivatives, at.white, at.kept)
+
+
+def _quadratic(
+    hypothesis: Hypothesis,
+    coordinates: FloatArray,
+    whitener: Whitener,
+    derivatives: Sequence[FloatArray],
+    white: Sequence[FloatArray],
+    kept: Sequence[BoolArray] | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Gauss-Newton precision (parameters, parameters) and the cost's negative gradient (parameters,).
+
+    `white` are the whitened residuals (samples,), zero where a sample is not `kept`.
+    """
+    prior = hypothesis.prior_jacobian(coordinates)
+    precision = prior.T @ prior
+    gradient = -prior.T @ hypothesis.prior_deviations(coordinates)
+    for record, jacobian in enumerate(derivatives):
+        filtered = whitener.whiten(jacobian, record)
+        if kept is not None:
+            filtered = np.where(kept[record][:, None], filtered, 0.0)
+        precision = precision + filtered.T @ filtered
+        gradient = gradient + filtered.T @ white[record]
+    return precision, gradient
 
 
 def _descended(

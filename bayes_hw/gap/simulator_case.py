@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case import ReadRecord, check_records
 from bayes_hw.gap.simulator import Simulator
+from bayes_hw.named_object import named_object
 from bayes_hw.record import Record
 
 
@@ -69,14 +69,7 @@ class SimulatorCase:
 
 def find_simulator(name: str) -> Simulator:
     """What MODULE:FUNCTION returns without arguments; raises InputError where that is no simulator."""
-    module, _, function = name.partition(":")
-    try:
-        make = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
-        raise InputError(
-            f"--simulator {name}: cannot be imported ({error}); give MODULE:FUNCTION of a module that Python "
-            "finds (PYTHONPATH)"
-        ) from None
+    make = named_object(name, "--simulator")
     try:
         found = make() if callable(make) else make
     except Exception as error:

@@ -93,7 +93,7 @@ def make_set(
     seal = write_truth(folder / TRUTH, files)
     shutil.rmtree(staging)
     shutil.rmtree(folder / UNFINISHED)
-    write_seal(folder, {"sha256": seal, "cases_sha256": cases, "number": number})
+    write_seal(folder, {"sha256": seal, "number": number})
     return seal
 
 

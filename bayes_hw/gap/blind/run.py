@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import json
 import shutil
 import tempfile
@@ -26,6 +25,7 @@ from bayes_hw.gap.blind.folders import (
     folder_digest,
     read_seal,
 )
+from bayes_hw.named_object import named_object
 from bayes_hw.progress import Progress
 
 DIAGNOSIS = "bayes_hw.gap.diagnosis:diagnose_case"
@@ -229,11 +229,8 @@ def run_digest(content: Mapping[str, Any]) -> str:
 
 def find_diagnosis(name: str) -> Diagnosis:
     """The function MODULE:FUNCTION; raises InputError where there is none."""
-    module, _, function = name.partition(":")
-    try:
-        found = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
-        raise InputError(f"--diagnosis {name}: cannot be imported ({error}); give MODULE:FUNCTION") from None
+    found = named_object(name, "--diagnosis")
     if not callable(found):
         raise InputError(f"--diagnosis {name}: is not a function; give MODULE:FUNCTION")
-    return found
+    function: Diagnosis = found
+    return function
