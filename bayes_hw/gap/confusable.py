@@ -12,7 +12,7 @@ SHOWS: Mapping[str, str] = MappingProxyType(
     {
         "rate_limit": "steps of the command of two sizes: a ramp's length grows with the step",
         "saturation_drift": "the same saturating step from several positions of the axis",
-        "command_bias": "a minute of zero command: a bias moves the axis",
+        "command_bias": "some motion, then a minute of zero command: a bias moves the axis on",
         "gain_drift": "the same command at the start and an hour later, drives warm",
         "transport_delay": "a fast multisine: a delay turns the phase in proportion to frequency",
         "unmodelled_mode": "a slow sweep of small amplitude through the band of the gap",
@@ -20,16 +20,16 @@ SHOWS: Mapping[str, str] = MappingProxyType(
         "friction": "constant slow speeds in both directions, with stops",
         "backlash": "slow reversals at two amplitudes: the lost motion of a play stays the same",
         "torque_ripple": "a constant slow speed over the whole travel, in both directions",
-        "wind": "the same record in calm air, or the axis held still in the wind",
-        "encoder_quantization": "the axis at rest for a minute: the reading shows its steps",
+        "wind": "the same record in calm air, or one with long rests in the wind",
+        "encoder_quantization": "some motion, then a minute at rest: the reading shows its steps",
         "encoder_eccentricity": "the whole travel at two constant speeds: a reading error keeps its size",
-        "sensor_drift": "the axis at rest for the length of a record",
-        "timing_jitter": "a constant fast speed: errors of the sampling grow with speed",
+        "sensor_drift": "some motion, then rest for the length of a record",
+        "timing_jitter": "a constant fast speed to and fro: errors of the sampling grow with speed",
         "gain_asymmetry": "equal steps from zero to both sides",
-        "outliers": "the axis at rest for a minute: glitches stay",
+        "outliers": "some motion, then a minute at rest: glitches stay",
     }
 )
-"""What a record must hold to show each effect alone."""
+"""What a record must hold to show each effect alone; every one moves the axis, as a record must."""
 
 
 def confusable_pairs(
