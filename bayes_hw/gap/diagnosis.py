@@ -33,8 +33,8 @@ from bayes_hw.gap.latent_force import free_residual
 from bayes_hw.gap.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
+from bayes_hw.gap.notes import notes_on
 from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.repeats import repeats
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,
@@ -60,9 +60,6 @@ UNKNOWN_NOISE_SHARE = 1e-3
 
 RIVAL_FITS = 3
 """Of a chaotic response, whose distance from the best tells how well its parameters are known."""
-
-CLEAR_ERRORS = 3.0
-"""Standard errors by which another answer must predict left-out blocks better to be spoken of."""
 
 FREE_RESIDUAL = "free_residual.csv"
 
@@ -258,7 +255,7 @@ def _finished(
         base_estimates,
         next_experiment(decision.answer, confusable),
         time.perf_counter() - begin,
-        _notes(case, attribution, decision, left_out),
+        notes_on(case, attribution, decision, left_out),
         white_choice(attribution),
     )
     return Diagnosis(
@@ -301,60 +298,6 @@ def _marginal_variance(explanation: Explanation) -> float:
     """Variance of a measured sample about the prediction, output units squared."""
     residual = float(np.mean(np.concatenate(explanation.fit.residuals) ** 2))
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
-
-
-def _notes(
-    case: Case | SimulatorCase,
-    attribution: Attribution,
-    decision: Decision,
-    left_out: Mapping[tuple[str, ...], LeftOut],
-) -> list[str]:
-    """What a reader should know beside the verdict."""
-    notes = []
-    costs = np.array(attribution.base_costs)
-    near = np.sum(costs < costs[0] * 1.02 + 2)
-    if near == 1 and len(costs) > 1:
-        notes.append(
-            "only one start of the base model reached its best fit; another minimum may lie elsewhere"
-        )
-    repeated = repeats(case.train)
-    if repeated is not None:
-        notes.append(
-            f"{', '.join(repeated.names)} had the same command: {repeated.floor:.3g} "
-            f"{case.model.units.output} rms does not repeat, of an error of {attribution.base.fit.rmse:.3g} "
-            "of the simulator"
-        )
-    if decision.explanation.lost_motion and decision.answer != (OTHER,):
-        notes.append(_of_lost_motion(decision.explanation, case.model.units.output))
-    if decision.answer == (OTHER,):
-        notes.append(
-            "no model here holds: base parameters are given about the best explanation that failed, as far "
-            "off as those lie apart"
-        )
-    else:
-        notes += _of_left_out(decision.explanation.labels, left_out)
-    return notes
-
-
-def _of_left_out(chosen: tuple[str, ...], left_out: Mapping[tuple[str, ...], LeftOut]) -> list[str]:
-    """That left-out blocks speak for another set of labels, where they clearly do."""
-    own = left_out.get(chosen)
-    if own is None or own.density >= -CLEAR_ERRORS * own.error:
-        return []
-    best = max(left_out, key=lambda labels: left_out[labels].density)
-    return [
-        f"blocks of the records left out are predicted better by {' and '.join(best) or 'no effect'}, by "
-        f"{-own.density:.0f} ± {own.error:.0f} in log-density; the answer goes by the evidence of all"
-    ]
-
-
-def _of_lost_motion(explanation: Explanation, unit: str) -> str:
-    label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.chaotic)
-    lost = np.sqrt(max(explanation.fit.rmse**2 - explanation.encoder_sigma**2, 0.0))
-    return (
-        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be followed, "
-        "which no better numbers would remove; structure in what is left is laid to that"
-    )
 
 
 def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> Diagnosis:

@@ -6,12 +6,23 @@ import math
 
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.notes import starts_disagree
 from bayes_hw.gap.shrink import Closure
 from bayes_hw.gap.verdict import Estimate
 
+DOUBT = (
+    "Starts of the base model disagree: only one reached its best fit, another may lie elsewhere, and all "
+    "that follows rests on it. "
+)
+
 
 def sentence(diagnosis: Diagnosis) -> str:
-    """One or two sentences: how large the gap is, what it is and how sure, how far it shrinks."""
+    """One or two sentences: how large the gap is, what it is and how sure, how far it shrinks; before them,
+    that it is all in doubt, where starts of the base model disagree."""
+    return DOUBT * starts_disagree(diagnosis.attribution) + _of_the_gap(diagnosis)
+
+
+def _of_the_gap(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     gap = verdict.gap_holdout
     size = (max(gap.rmse_before**2 - gap.noise_floor**2, 0.0)) ** 0.5 / gap.noise_floor

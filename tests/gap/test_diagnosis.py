@@ -15,9 +15,10 @@ from fitted import AXIS, simulated_with
 from bayes_hw.gap.blind.ballot import Ballot, ballot_of
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.case import Case
-from bayes_hw.gap.diagnosis import Diagnosis, _of_left_out, diagnose, write_results
+from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
 from bayes_hw.gap.left_out import LeftOut
+from bayes_hw.gap.notes import of_left_out
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.record import Record
@@ -70,6 +71,18 @@ def test_its_ballot_judged_again_gives_the_same_verdict(diagnosis: Diagnosis) ->
     assert () in ballot.remains
     cautious = replace(constants, single_gain=1e6)
     assert ballot.judge(cautious).answer != judgement.answer
+
+
+@pytest.mark.parametrize(("costs", "doubted"), [
+    ((100.0, 103.9, 500.0), False), ((100.0, 104.1, 500.0), True), ((100.0,), False),
+])  # fmt: skip
+def test_starts_that_disagree_are_said_before_anything_else(
+    diagnosis: Diagnosis, costs: tuple[float, ...], doubted: bool
+) -> None:
+    """Only one start reached the best fit of the base model: all else rests on it."""
+    found = replace(diagnosis, attribution=replace(diagnosis.attribution, base_costs=costs))
+    assert sentence(found).startswith("Starts of the base model disagree") == doubted
+    assert "The gap is" in sentence(found)
 
 
 def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
@@ -175,7 +188,7 @@ def test_another_answer_is_spoken_of_where_left_out_blocks_are_clearly_for_it(
 ) -> None:
     """Twenty nats behind are three standard errors or not."""
     compared = {("wind",): LeftOut(-20.0, error, 0.1), (): LeftOut(0.0, 0.0, 0.9)}
-    notes = _of_left_out(("wind",), compared)
+    notes = of_left_out(("wind",), compared)
     assert len(notes) == said
     assert all("better by no effect, by 20 ± 4 " in note for note in notes)
-    assert _of_left_out((), compared) == _of_left_out(("friction",), compared) == []
+    assert of_left_out((), compared) == of_left_out(("friction",), compared) == []
