@@ -1,0 +1,62 @@
+"""The report of fitted constants says which of them go with the program, and holds every one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.blind.ballot import Ballot
+from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
+from bayes_hw.gap.judgement import Claim, Judgement, Remains
+from bayes_hw.provenance import provenance
+from bayes_hw.report.decision_report import bins, decision_report
+from bayes_hw.report.document import Table
+
+
+def judgement(friction: float, answer: tuple[str, ...]) -> Judgement:
+    return Judgement(answer, {"none": 1 - friction, "friction": friction}, {})
+
+
+@pytest.fixture
+def fit() -> CalibrationFit:
+    """Three cases with friction and one without: by hand 60 % sure of it, fitted and left out 75 %."""
+    ballot = Ballot({(): Claim(0.0)}, {(): Remains(())}, ("friction",))
+    cases = [CalibrationCase.of(ballot, effects) for effects in (["friction"],) * 3 + ([],)]
+    by_hand = (judgement(0.6, ("friction",)),) * 4
+    sure = (judgement(0.75, ("friction",)),) * 4
+    fitted = moved(BY_HAND, {"temperature": -0.5})
+    profiles = {name: (by_hand_values(name), by_hand_values(name)) for name in names_fitted()}
+    return CalibrationFit(tuple(cases), fitted, by_hand, sure, sure, profiles)
+
+
+def by_hand_values(name: str) -> FloatArray:
+    return getattr(BY_HAND, name) * np.array([0.5, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(("worse", "said", "level"), [
+    (False, "better than those by hand", "good"), (True, "no better than those by hand", "warn"),
+])  # fmt: skip
+def test_what_goes_with_the_program_is_said_first(
+    fit: CalibrationFit, worse: bool, said: str, level: str
+) -> None:
+    shown = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand) if worse else fit
+    report = decision_report(shown, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    assert said in report.verdict
+    assert ("those by hand go with the program" in report.verdict) == worse
+    assert report.badges[0].state == level
+    assert "by hand 3 of 4" in report.verdict.replace("\u00a0", " ")
+
+
+def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
+    report = decision_report(fit, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    table = next(block for block in report.sections[0].blocks if isinstance(block, Table))
+    assert [row[0] for row in table.rows] == list(names_fitted())
+    assert table.rows[0][2:] == ("6", "4.24")
+
+
+def test_statements_are_counted_by_what_is_true(fit: CalibrationFit) -> None:
+    """0.75 of friction is true in 3 of 4; 0.25 of none in 1 of 4."""
+    assert sorted((item.mean, item.share.hits) for item in bins(fit, fit.left_out)) == [(0.25, 1), (0.75, 3)]
