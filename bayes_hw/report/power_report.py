@@ -14,8 +14,8 @@ from bayes_hw.report.drawing import drawable, drawing_settings, finished, new_ca
 from bayes_hw.report.palette import BLUE, MUTED, VERMILLION
 from bayes_hw.report.rounding import format_percent
 
-AXIS = (0.25, 8.0)
-TICKS = (0.3, 0.5, 1.0, 2.0, 4.0)
+AXIS = (0.06, 3.5)
+TICKS = (0.1, 0.2, 0.5, 1.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,9 @@ def power_report(study: PowerStudy, provenance: Provenance) -> Report:
                         "Every case carries one effect, whose strength leaves a gap drawn log-uniformly, in"
                         " root mean square over the training records after the base parameters are"
                         " re-estimated. The share named exactly right is a logistic curve in the logarithm"
-                        " of the gap; intervals are bootstrapped."
+                        " of the gap; given are posterior median and 95 % interval, with an even prior over"
+                        " the gaps tried and a factor of ten beyond, and a slope by which the share rises"
+                        " from 1 in 10 to 9 in 10 within a factor of 1.7 to 54."
                     ),
                     Bullets(
                         (
