@@ -67,7 +67,7 @@ def identify(
     are not what they should be, or the records cannot be used.
     """
     if start not in get_args(StartCondition):
-        raise InputError(f"start: is {start!r}; give one of {', '.join(get_args(StartCondition))}")
+        raise InputError(f"start={start!r}: unknown; use one of {', '.join(get_args(StartCondition))}")
     given = records_given(records)
     found = four_steps.identify(
         given,

@@ -135,5 +135,5 @@ def test_a_setting_that_does_not_exist_is_named(
     ((name, given),) = typo.items()
     with pytest.raises(InputError, match=f"{name}='{given}': unknown; use one of"):
         bayes_hw.sample(small_axis, [small_record], **typo)
-    with pytest.raises(InputError, match="no record"):
+    with pytest.raises(InputError, match="records: is empty"):
         bayes_hw.sample(small_axis, [])
