@@ -2,7 +2,8 @@
 
 Cases of two kinds (easy, hard) are drawn from the torque-level plant with seeds kept for calibration and
 diagnosed without their truth; what every decision rests on is kept, and the constants of the decision are
-fitted to the truth by the log score, cross-validated. Writes calibration.json, which is what goes with the
+fitted to the truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
+are too sure where an explanation is not quite right. Writes calibration.json, which is what goes with the
 program (bayes_hw/gap/calibration.json). Finished cases stay in OUT/work until the results are written, so
 that a run that was stopped goes on.
 """
@@ -11,16 +12,17 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from study import start_study
 
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.ballot import Ballot
-from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate, names_fitted
+from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
 from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
+from bayes_hw.gap.blind.tails import TailFit, standardized_errors
 from bayes_hw.report.decision_report import decision_report
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
@@ -34,7 +36,7 @@ FIGURES = 3
 def main() -> None:
     study = start_study("19_decision_constants", __doc__, diagnoses=True)
     function = WITH_BALLOT if study.diagnosis == DIAGNOSIS else study.diagnosis
-    cases, seeds = [], {}
+    cases, errors, seeds = [], [], {}
     for kind, count in (QUICK_NUMBERS if study.quick else NUMBERS).items():
         number = count if study.quick else study.part_of(count)
         seed = CALIBRATION_SEEDS.start + FIRST_SEED + 10 * (study.seed - 1) + list(NUMBERS).index(kind)
@@ -44,20 +46,22 @@ def main() -> None:
             folder, number, seed, kind, diagnosis=function, executor=study.executor(), progress=study.progress
         )
         verdicts = folder / f"verdicts_{function.rpartition(':')[2]}"
-        cases += [
-            CalibrationCase.of(Ballot.read(verdicts / truth.name), truth.effects)
-            for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True)
-            if not verdict.failed
-        ]
+        for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True):
+            if not verdict.failed:
+                cases.append(CalibrationCase.of(Ballot.read(verdicts / truth.name), truth.effects))
+                errors.append(standardized_errors(truth, verdict))
         seeds[kind] = (seed, number)
     fit = calibrate(cases, study.progress)
+    tails = TailFit(errors)
     adopted = {
-        name: float(f"{value:.{FIGURES}g}") if name in names_fitted() else value
-        for name, value in asdict(fit.adopted).items()
+        name: value if name == "sigma_log_sd" else float(f"{value:.{FIGURES}g}")
+        for name, value in asdict(replace(fit.adopted, tail_degrees=tails.degrees)).items()
     }
     write_text_atomically(study.out / "calibration.json", json.dumps(adopted, indent=1) + "\n")
-    study.write_document(decision_report(fit, seeds, study.origin()))
+    study.write_document(decision_report(fit, tails, seeds, study.origin()))
     gain, error = fit.gain
+    tail_gain, tail_error = tails.gain
+    alone, with_tails = tails.held()
     study.write_results(
         {
             "seeds": {kind: {"seed": seed, "cases": number} for kind, (seed, number) in seeds.items()},
@@ -67,14 +71,18 @@ def main() -> None:
             "right_by_hand": int(fit.right(fit.by_hand).sum()),
             "right_left_out": int(fit.right(fit.left_out).sum()),
             "right_fitted": int(fit.right(fit.as_fitted).sum()),
-            "fitted": asdict(fit.fitted),
+            "base_gain_left_out": tail_gain,
+            "base_gain_standard_error": tail_error,
+            "base_held_by_posteriors": alone.to_dict(),
+            "base_held_left_out": with_tails.to_dict(),
+            "fitted": asdict(replace(fit.fitted, tail_degrees=tails.degrees)),
             "adopted": adopted,
         }
     )
     shutil.rmtree(study.out / "work")
     print(f"log score of cases left out: {gain:+.3f} ± {error:.3f} a case against constants by hand")
-    for name in names_fitted():
-        print(f"{name:20} {adopted[name]:g}")
+    for name, value in adopted.items():
+        print(f"{name:20} {value:g}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """Base parameters averaged over what may be wrong with the model, each explanation by its probability.
 
 Within the chosen explanation they are its posterior. Were another right, or none, they would be elsewhere
-(Bayesian model averaging: Hoeting et al. 1999, doi 10.1214/ss/1009212519).
+(Bayesian model averaging: Hoeting et al. 1999, doi 10.1214/ss/1009212519). No explanation is quite right,
+so that their normal posteriors are too sure: they are t distributions here, with degrees of freedom as
+simulated cases of known parameters ask for.
 """
 
 from __future__ import annotations
@@ -12,9 +14,10 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.decide import Decision, best_of_sets
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.hypothesis import held_within_prior
+from bayes_hw.gap.hypothesis import Hypothesis, held_within_prior
 from bayes_hw.gap.judgement import OTHER
 
 DRAWS = 2048
@@ -39,15 +42,16 @@ def averaged_base(
     decision: Decision,
     chosen: FloatArray | None,
     nominal_sigma: float,
-    nominal_log_sd: float,
+    calibration: Calibration,
     rng: np.random.Generator,
 ) -> FloatArray:
     """Draws (draws, base parameters + 1) of the base parameters and, last, the encoder's noise.
 
     `chosen` (n, base parameters + 1) are posterior draws within the decision's explanation, if any were made;
     of other explanations their normal approximations are drawn. The encoder's noise is known as
-    `nominal_sigma` with a standard deviation of its logarithm of `nominal_log_sd`.
+    `nominal_sigma` with a standard deviation of its logarithm of `calibration.sigma_log_sd`.
     """
+    hypothesis = attribution.base.fit.hypothesis
     best = best_of_sets(attribution)
     best[decision.explanation.labels] = decision.explanation
     parts = []
@@ -62,9 +66,28 @@ def averaged_base(
         ranked = sorted(best.values(), key=lambda e: -e.log_evidence)
         failed = [*ranked[:FAILED], attribution.base]
         base = _scattered(decision.explanation, failed, count, rng)
-        sigma = _doubtful_noise(decision.explanation, nominal_sigma, nominal_log_sd, count, rng)
+        sigma = _doubtful_noise(decision.explanation, nominal_sigma, calibration.sigma_log_sd, count, rng)
         parts.append(np.column_stack([base, sigma]))
+    for part in parts:
+        part[:, :-1] = with_tails(part[:, :-1], hypothesis, calibration.tail_degrees, rng)
     return np.concatenate(parts)
+
+
+def with_tails(
+    drawn: FloatArray, hypothesis: Hypothesis, degrees: float, rng: np.random.Generator
+) -> FloatArray:
+    """Draws (n, base parameters) spread about their mean: normal ones to a multivariate t distribution.
+
+    The scale of every draw is that of a posterior whose variance is known by `degrees` of freedom only, in
+    the coordinates of `hypothesis`; no farther from the nominal model than that can be off.
+    """
+    if not np.isfinite(degrees):
+        return drawn
+    coordinates = hypothesis.to_coordinates(drawn)
+    centre = coordinates.mean(axis=0)
+    factors = np.sqrt(degrees / rng.chisquare(degrees, len(drawn)))[:, None]
+    spread = centre + (coordinates - centre) * factors
+    return np.asarray(hypothesis.to_values(held_within_prior(hypothesis, spread, centre)))
 
 
 def _laplace_draws(explanation: Explanation, count: int, rng: np.random.Generator) -> FloatArray:

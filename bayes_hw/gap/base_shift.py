@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bayes_hw.gap.diagnosis import Diagnosis
-from bayes_hw.gap.verdict import Estimate
+from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ def base_shifts(diagnosis: Diagnosis) -> list[BaseShift]:
     hypothesis = base.fit.hypothesis
     nominal = {p.name: p.nominal for p in hypothesis.parameters}
     alone = {p.name: float(v) for p, v in zip(hypothesis.parameters, base.fit.values, strict=True)}
-    nominal["noise.sigma"] = diagnosis.case.model.noise_sigma
-    alone["noise.sigma"] = base.encoder_sigma
+    nominal[NOISE_SIGMA] = diagnosis.case.model.noise_sigma
+    alone[NOISE_SIGMA] = base.encoder_sigma
     return [
         BaseShift(name, nominal[name], alone[name], joint) for name, joint in diagnosis.verdict.base.items()
     ]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 
 
@@ -23,7 +24,9 @@ class Calibration:
     an effect bends; `left_sharpness` how fast the odds
     change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
-    missed the cause; `sigma_log_sd` how far a nominal noise may be off.
+    missed the cause; `sigma_log_sd` how far a nominal noise may be off; `tail_degrees` the degrees of freedom
+    of the t distribution that base parameters follow about an explanation, in whose posterior they would be
+    normal if explanations were ever quite right.
     """
 
     temperature: float
@@ -43,10 +46,15 @@ class Calibration:
     pair_ceiling: float
     other_ceiling: float
     sigma_log_sd: float
+    tail_degrees: float
 
     def handicap(self, labels: Sequence[str]) -> float:
         """What a set of labels must gain in log-evidence to be named."""
         return self.single_gain * (len(labels) > 0) + self.pair_gain * (len(labels) > 1)
+
+    def with_posteriors_as_they_are(self) -> Calibration:
+        """The same without `tail_degrees`, which is fitted to what such posteriors miss."""
+        return replace(self, tail_degrees=math.inf)
 
     @classmethod
     def built_in(cls) -> Calibration:

@@ -50,7 +50,7 @@ from bayes_hw.gap.shrink import (
 from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
 from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
-from bayes_hw.gap.verdict import Estimate, Verdict
+from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.white_choice import white_choice
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
@@ -136,7 +136,7 @@ def diagnose(
             final,
             inputs,
             scores,
-            calibration.sigma_log_sd,
+            calibration,
             rng,
             begin,
             Each(jobs),
@@ -177,7 +177,7 @@ def _finished(
     final: Explanation,
     inputs: Sequence[FloatArray],
     scores: dict[tuple[str, ...], float],
-    noise_log_sd: float,
+    calibration: Calibration,
     rng: np.random.Generator,
     begin: float,
     each: Each,
@@ -238,8 +238,8 @@ def _finished(
         drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))
     known = np.column_stack([draws[:, :count], drawn_sigma])
     within = known if final is decision.explanation else None
-    averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, noise_log_sd, rng)
-    base_names, base_units = [*names[:count], "noise.sigma"], [*units[:count], case.model.units.output]
+    averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, calibration, rng)
+    base_names, base_units = [*names[:count], NOISE_SIGMA], [*units[:count], case.model.units.output]
     base_estimates = {name: Estimate.of(averaged[:, i], base_units[i]) for i, name in enumerate(base_names)}
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
     confusable = confusable_pairs(decision.answer, scores)
@@ -300,7 +300,15 @@ def _marginal_variance(explanation: Explanation) -> float:
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
 
 
-def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> Diagnosis:
+def diagnose_case(
+    folder: Path,
+    out: Path,
+    seed: int,
+    *,
+    jobs: int = 1,
+    without: str = "",
+    calibration: Calibration | None = None,
+) -> Diagnosis:
     """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`.
 
     `without` names labels to strike from the catalogue, joined by commas. One thread, since where many cases
@@ -308,7 +316,8 @@ def diagnose_case(folder: Path, out: Path, seed: int, *, jobs: int = 1, without:
     """
     case = Case.read(folder)
     struck = frozenset(without.split(",")) - {""}
-    diagnosis = diagnose(case, np.random.default_rng(seed), jobs=jobs, without=struck)
+    rng = np.random.default_rng(seed)
+    diagnosis = diagnose(case, rng, jobs=jobs, without=struck, calibration=calibration)
     write_results(diagnosis, out)
     return diagnosis
 

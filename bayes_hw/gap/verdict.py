@@ -17,6 +17,9 @@ from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, PROBABILITY, Closure
 
 SCHEMA = "bayes-hw/verdict/1"
 
+NOISE_SIGMA = "noise.sigma"
+"""Name of the encoder's noise among the base parameters."""
+
 
 @dataclass(frozen=True)
 class Estimate:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.gap.blind.calibrate import BY_HAND, FOLDS, PRIOR_LOG_SD, CalibrationFit, names_fitted
 from bayes_hw.gap.blind.counts import ReliabilityBin, reliability, share
+from bayes_hw.gap.blind.tails import LEVEL, TailFit
 from bayes_hw.gap.judgement import Judgement
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.blind_report import share_text
@@ -38,9 +39,12 @@ MEANING = {
 
 
 def decision_report(
-    fit: CalibrationFit, seeds: Mapping[str, tuple[int, int]], provenance: Provenance
+    fit: CalibrationFit, tails: TailFit, seeds: Mapping[str, tuple[int, int]], provenance: Provenance
 ) -> Report:
-    """The report on a fit of cases of `seeds`: by kind the seed of the set and its number of cases."""
+    """The report on a fit of cases of `seeds`: by kind the seed of the set and its number of cases.
+
+    `tails` are of the base parameters of the same cases.
+    """
     gain, error = fit.gain
     adopted = fit.adopted is fit.fitted
     before, after = (share(fit.right(judgements)) for judgements in (fit.by_hand, fit.left_out))
@@ -63,6 +67,7 @@ def decision_report(
         sections=(
             Section("The constants", (_table(fit), Paragraph(_method(seeds)))),
             Section("Are stated probabilities kept?", (_reliability(fit),)),
+            _base_section(tails),
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
     )
@@ -115,6 +120,40 @@ def _profiles(fit: CalibrationFit) -> Figure:
             "Mean log score a case against every constant, the others as fitted (units as in the table)."
             " Grey, dashed: by hand; orange: fitted, where the prior has a say too.",
             f"Profiles of the score along {len(names)} constants.",
+        )
+
+
+def _base_section(tails: TailFit) -> Section:
+    gain, error = tails.gain
+    alone, with_tails = tails.held()
+    text = (
+        "No explanation is quite right, so that its posterior is too sure of the base model. Of the true base"
+        f" parameters of the same cases {share_text(alone)} lay within {format_percent(LEVEL)} intervals."
+        f" Errors in units of the stated standard deviation follow a t distribution of {tails.degrees:.3g}"
+        f" degrees of freedom better than a normal one, by {gain:.2g} ± {error:.2g} nats a case left out;"
+        f" intervals of that distribution, fitted without the case, hold {share_text(with_tails)}."
+        " Verdicts draw base parameters from it."
+    )
+    return Section("Are intervals of base parameters kept?", (Paragraph(text), _coverage(tails)))
+
+
+def _coverage(tails: TailFit) -> Figure:
+    levels = np.array([0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.94, 0.97, 0.99])
+    held = [tails.held(float(level)) for level in levels]
+    with drawing_settings():
+        canvas = new_canvas(3.0)
+        axes = canvas.subplots()
+        axes.axhline(0.0, color=INK, linewidth=0.8, linestyle="--")
+        kinds = (("posterior alone", MUTED, 0, "s"), ("with tails, left out", BLUE, 1, "o"))
+        for name, colour, which, marker in kinds:
+            off = [100 * (pair[which].value - level) for pair, level in zip(held, levels, strict=True)]
+            axes.plot(100 * levels, off, marker, color=colour, linestyle="-", markersize=4, label=name)
+        axes.set(xlabel="stated probability of the interval (%)", ylabel="held less stated (points)")
+        axes.legend(loc="lower left")
+        return finished(
+            canvas,
+            "How many more true base parameters central intervals hold than they state.",
+            "Coverage of base parameters' intervals.",
         )
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from decision_constants import CONSTANTS
+from scipy.stats import kstest, t
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.base_average import DRAWS, averaged_base
@@ -26,6 +29,7 @@ def explanation(
         hypothesis=SimpleNamespace(
             base_count=2,
             to_values=lambda coordinates: coordinates,
+            to_coordinates=lambda values: values,
             prior_deviations=lambda coordinates: (coordinates - 4.0) / prior_sd,
         ),
         residuals=[np.zeros(1000)],
@@ -51,10 +55,12 @@ def averaged(
     other: float,
     chosen: FloatArray | None = CHOSEN,
     base: Any = BASE,
+    tail_degrees: float = np.inf,
 ) -> FloatArray:
     attribution: Any = SimpleNamespace(explanations=(FRICTION, BACKLASH, base), base=base)
     decision: Any = SimpleNamespace(explanation=FRICTION, sets=sets, probability={"other": other})
-    return averaged_base(attribution, decision, chosen, 0.04, 0.25, np.random.default_rng(1))
+    constants = replace(CONSTANTS, tail_degrees=tail_degrees)
+    return averaged_base(attribution, decision, chosen, 0.04, constants, np.random.default_rng(1))
 
 
 def test_a_sure_answer_keeps_its_posterior() -> None:
@@ -92,3 +98,21 @@ def test_where_none_explains_the_gap_the_nominal_model_still_holds() -> None:
 def test_without_posterior_draws_the_normal_approximation_is_drawn() -> None:
     found = averaged({("friction",): 1.0}, 0.0, chosen=None)
     np.testing.assert_allclose(found[:, :2].std(axis=0), SD, rtol=0.1)
+
+
+def test_tails_are_those_of_a_t_distribution_and_leave_the_noise_alone() -> None:
+    """Of normal draws; one factor for all parameters of a draw, so that large errors come together."""
+    known = np.random.default_rng(2).normal([4.0, 4.0, NOISE], [*SD, 0.001], (20_000, 3))
+    found = averaged({("friction",): 1.0}, 0.0, known, tail_degrees=5.0)
+    assert kstest((found[:, 0] - 4) / SD[0], t(5.0).cdf).pvalue > 0.01
+    assert np.mean(np.abs(found[:, 0] - 4) / SD[0] > 2.5) == pytest.approx(2 * t(5.0).sf(2.5), rel=0.25)
+    assert found[:, 2].std() == pytest.approx(0.001, rel=0.05)
+    far = np.abs(found[:, :2] - 4.0) / SD > 2.0
+    assert np.mean(far[far[:, 0], 1]) > 2 * np.mean(far[:, 1])
+
+
+def test_tails_end_where_the_nominal_model_cannot_be() -> None:
+    tight = explanation((), (4.0, 4.0), 0.0, prior_sd=0.06)
+    known = np.random.default_rng(2).normal([4.0, 4.0, NOISE], [*SD, 0.001], (20_000, 3))
+    found = averaged({("friction",): 1.0}, 0.0, known, base=tight, tail_degrees=2.0)
+    assert np.abs(found[:, :2] - 4.0).max() == pytest.approx(4 * 0.06, rel=0.1)

@@ -10,10 +10,13 @@ import pytest
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
+from bayes_hw.gap.blind.tails import TailFit
 from bayes_hw.gap.judgement import Claim, Judgement, Remains
 from bayes_hw.provenance import provenance
 from bayes_hw.report.decision_report import bins, decision_report
-from bayes_hw.report.document import Table
+from bayes_hw.report.document import Figure, Paragraph, Table
+
+TAILS = TailFit(list(np.random.default_rng(1).standard_t(4.0, (50, 8))))
 
 
 def judgement(friction: float, answer: tuple[str, ...]) -> Judgement:
@@ -43,7 +46,7 @@ def test_what_goes_with_the_program_is_said_first(
     fit: CalibrationFit, worse: bool, said: str, level: str
 ) -> None:
     shown = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand) if worse else fit
-    report = decision_report(shown, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(shown, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
     assert said in report.verdict
     assert ("those by hand go with the program" in report.verdict) == worse
     assert report.badges[0].state == level
@@ -51,7 +54,7 @@ def test_what_goes_with_the_program_is_said_first(
 
 
 def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
-    report = decision_report(fit, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
     table = next(block for block in report.sections[0].blocks if isinstance(block, Table))
     assert [row[0] for row in table.rows] == list(names_fitted())
     assert table.rows[0][2:] == ("6", "4.24")
@@ -60,3 +63,12 @@ def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
 def test_statements_are_counted_by_what_is_true(fit: CalibrationFit) -> None:
     """0.75 of friction is true in 3 of 4; 0.25 of none in 1 of 4."""
     assert sorted((item.mean, item.share.hits) for item in bins(fit, fit.left_out)) == [(0.25, 1), (0.75, 3)]
+
+
+def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:
+    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    section = next(item for item in report.sections if "base parameters" in item.title)
+    text = section.blocks[0]
+    alone, with_tails = TAILS.held()
+    assert isinstance(text, Paragraph) and isinstance(section.blocks[1], Figure)
+    assert f"{alone.hits} of 400" in text.text and f"{with_tails.hits} of 400" in text.text

@@ -109,8 +109,9 @@ def _eased(calibration: Calibration) -> Calibration:
 
 
 def diagnose_with_ballot(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> None:
-    """As `diagnose_case`; writes OUT/ballot.json too."""
-    diagnosis = diagnose_case(folder, out, seed, jobs=jobs, without=without)
+    """As `diagnose_case`, base parameters as the posteriors alone state them; writes OUT/ballot.json too."""
+    calibration = Calibration.built_in().with_posteriors_as_they_are()
+    diagnosis = diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
     labels = [name for name in diagnosis.verdict.probability if name not in ("none", "other")]
-    ballot = ballot_of(diagnosis, labels, Calibration.built_in())
+    ballot = ballot_of(diagnosis, labels, calibration)
     write_text_atomically(out / BALLOT, json.dumps(ballot.to_dict(), allow_nan=False) + "\n")

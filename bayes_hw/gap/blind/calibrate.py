@@ -9,6 +9,7 @@ grid, one constant after another.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -38,11 +39,12 @@ BY_HAND = Calibration(
     pair_ceiling=0.9,
     other_ceiling=0.9,
     sigma_log_sd=0.25,
+    tail_degrees=math.inf,
 )
 """Set with an eye on other simulated cases: the centre of the prior."""
 
-HELD = ("sigma_log_sd",)
-"""It is part of the evidences that a ballot holds."""
+HELD = ("sigma_log_sd", "tail_degrees")
+"""The first is part of the evidences that a ballot holds; no decision depends on the second (see `tails`)."""
 
 PRIOR_LOG_SD = 0.5
 """By about this factor each way a constant may be off that was set by hand."""

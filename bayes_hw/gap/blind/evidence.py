@@ -35,6 +35,7 @@ from bayes_hw.gap.blind.run import (
     verdict_digest,
 )
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.verdict import NOISE_SIGMA
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +210,7 @@ def _truth(name: str, files: Mapping[str, str]) -> CaseTruth:
         content = json.loads(files[f"{name}.json"])
         base = {key: float(value) for key, value in content["base"].items()}
         if "sigma" in base:
-            base["noise.sigma"] = base.pop("sigma")
+            base[NOISE_SIGMA] = base.pop("sigma")
         return CaseTruth(
             name=name,
             effects=tuple(content["effects"]),
