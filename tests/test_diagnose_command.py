@@ -115,6 +115,12 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}
 
 
+def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
+    (folder / "again").mkdir()
+    (folder / "again" / "report.html").write_text("of the run before")
+    verdict(folder, "again", ".")
+
+
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -69,7 +69,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
     from bayes_hw.report.design_report import design_report
-    from bayes_hw.report.render import render
+    from bayes_hw.report.render import remove_pages, render
 
     begin = time.perf_counter()
     if not 0.5 <= parsed.share < 1:
@@ -107,6 +107,7 @@ def run(parsed: argparse.Namespace) -> None:
         progress=progress,
     )
     write_design(out, found)
+    remove_pages(out)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
     if not parsed.no_report:

@@ -59,6 +59,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
     from bayes_hw.record import Record, Units
+    from bayes_hw.report.render import remove_pages, render
 
     begin = time.perf_counter()
     out = Path(parsed.out)
@@ -96,10 +97,10 @@ def run(parsed: argparse.Namespace) -> None:
         progress=progress,
     )
     write_results(diagnosis, out)
+    remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
         from bayes_hw.report.diagnosis_report import diagnosis_report
-        from bayes_hw.report.render import render
 
         with progress.stage("report"):
             records = [*case.train, *case.holdout]

@@ -30,3 +30,9 @@ def render(report: Report, out_dir: Path) -> RenderedReport:
         write_text_atomically(place / HTML, page)
         write_bytes_atomically(place / PDF, document)
     return RenderedReport(out_dir / HTML, out_dir / PDF)
+
+
+def remove_pages(out_dir: Path) -> None:
+    """Take away the report of results that are in `out_dir` no more."""
+    for name in (HTML, PDF):
+        (out_dir / name).unlink(missing_ok=True)
