@@ -89,7 +89,7 @@ class Attributor:
     """Fits hypotheses about one case; `jobs` threads, `effects` the catalogue.
 
     `found` are all explanations so far, `coloured` those of single effects under coloured noise, `singles`
-    the plain fits of single effects, best first.
+    the plain fits of single effects, best first, `refined` those whose effects were tried in richer forms.
     """
 
     def __init__(
@@ -110,6 +110,7 @@ class Attributor:
         self.found: list[Explanation] = []
         self.coloured: list[Explanation] = []
         self.singles: list[Fit] = []
+        self.refined: list[Explanation] = []
 
     def run(self) -> Attribution:
         """All explanations of the case; the search goes on while the best of them leaves structure."""
@@ -156,6 +157,8 @@ class Attributor:
             search = TrimmedSearch(self.nominal, self.measured, self.effects, self.plain, self.each)
             self.found += search.run(self._forms_at_nominal)
         if self._unfinished:
+            self._refine_the_best()
+        if self._unfinished:
             self._seek_other_starts(base)
         if not is_far_ahead(self.found) and self._goes_on:
             self._seek_pairs()
@@ -179,30 +182,29 @@ class Attributor:
         self.tell("pairs of effects")
         firsts = [e.fit for e in sorted(self.coloured, key=_worst_first)]
         self.found += self._under_noise() + self._pairs.first(firsts, self.singles)
-        tried = firsts
         if _may_hide_a_cause(self.found):
-            tried = tried + self._seek_partners(tried)
+            self._seek_partners(firsts)
         if self._unfinished:
-            self.tell("further pairs of effects")
-            self.found += self._pairs.further(firsts, self.singles)
+            self._refine_the_best()
         if self._unfinished:
-            richer = self._richer(_worth_refining(self.found))
-            self.found += richer + self._pairs.parts(sorted(richer, key=_worst_first)[:1])
-        if self._unfinished:
-            self.tell("pairs once more")
-            self._seek_partners(tried)
             known = [e for e in self.found if e.stochastic is None and len(e.fit.hypothesis.effects) == 2]
             for pair in sorted(known, key=_worst_first)[:1]:
                 self.found += self._restarts.near(pair)
 
-    def _seek_partners(self, tried: Sequence[Fit]) -> list[Fit]:
+    def _refine_the_best(self) -> None:
+        """The best explanations with their effects in forms of more parameters, and their parts."""
+        best = [e for e in _worth_refining(self.found) if not any(e is known for known in self.refined)]
+        self.refined += best
+        richer = self._richer(best)
+        self.found += richer + self._pairs.parts(sorted(richer, key=_worst_first)[:1])
+
+    def _seek_partners(self, tried: Sequence[Fit]) -> None:
         """Pairs of the best single effect and of the best beside slow noise, which may stand for a second
-        effect, where they are not among `tried`; those that were not."""
+        effect, where they are not among `tried`."""
         alone = [e for e in sorted(self.found, key=_worst_first) if len(e.fit.hypothesis.effects) == 1]
         best = [next((e.fit for e in alone if kind(e)), None) for kind in (_hides, _is_coloured)]
         new = [f for f in best if f is not None and not any(f is host for host in tried)]
         self.found += [pair for f in new for pair in self._pairs.beside(f, self.singles)]
-        return new
 
     def _seek_chaos(self) -> None:
         """Second effects beside motion that is lost in chaos, or chaos beside what is best otherwise."""

@@ -49,15 +49,13 @@ class JointFits:
     each: Each
     known: dict[frozenset[str], list[Minimum]] = field(default_factory=dict)
 
-    def in_two_rounds(
-        self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int, times: int = 1
-    ) -> list[Fit]:
+    def in_two_rounds(self, starts: Sequence[tuple[Fit, list[Candidate]]], finished: int) -> list[Fit]:
         """A few iterations of every host with its candidates, more of the best `finished` and of the few
         others that promise most; best first.
 
-        Of both `times` as many as usual. Fits on their way to a known minimum are replaced by it.
+        Fits on their way to a known minimum are replaced by it.
         """
-        begun = self.each(lambda pair: self._begun(*pair, times * FIRST_ITERATIONS), starts)
+        begun = self.each(lambda pair: self._begun(*pair), starts)
         first = sorted(begun, key=lambda f: f.cost)
         behind = first[finished:]
         promised = [f.promised_cost() for f in behind]
@@ -65,7 +63,7 @@ class JointFits:
         going_on = [*first[:finished], *hopeful]
         ends = [self._end_of(f) for f in going_on]
         new = [f for f, end in zip(going_on, ends, strict=True) if end is None]
-        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, times * MORE_ITERATIONS), new)
+        done = self.each(lambda f: fitted_on(f, self.measured, self.plain, MORE_ITERATIONS), new)
         for f in done:
             self._minimum(f)
         return cheapest_of_each([*done, *(end for end in ends if end is not None), *behind])
@@ -97,9 +95,9 @@ class JointFits:
         near = begun.cost < best.cost + NEARLY_THERE
         return best if near and begun.promised_cost() > best.cost - SAME else None
 
-    def _begun(self, host: Fit, candidates: Sequence[Candidate], iterations: int) -> Fit:
+    def _begun(self, host: Fit, candidates: Sequence[Candidate]) -> Fit:
         hypothesis, start = joined(host, candidates)
-        return fit(hypothesis, self.measured, start, self.plain, iterations)
+        return fit(hypothesis, self.measured, start, self.plain, FIRST_ITERATIONS)
 
 
 def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, FloatArray]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.fit import Fit, evaluated, fit
+from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.joint_screen import promising_pairs
@@ -23,18 +23,11 @@ LABELS_BESIDE = 7
 JOINT_EFFECTS = 12
 JOINT_STARTS = 6
 JOINTLY_SCREENED = 12
-FAR_PAIRS_KEPT = 4
-FAR_ITERATIONS = 3
-"""Times as many iterations as usual, for pairs that begin far off."""
-
 PAIRS_KEPT = 5
 PAIRS_PRUNED = 2
 
-FURTHER_FIRST_EFFECTS = 5
-FURTHER_PARTNERS = 6
+PARTNERS_OF_ONE = 6
 FINE_PARTNERS = 2
-FURTHER_JOINT_STARTS = 18
-"""Of the second search, where the first left structure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,27 +48,15 @@ class PairSearch:
     def first(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
         """The most promising pairs of `singles`, and the best of `firsts` with partners from all effects."""
         starts = self._promising(singles)[:JOINT_STARTS]
-        starts += self._together
+        starts += self._together()
         for host in firsts[:FIRST_EFFECTS]:
             starts += self._beside(self._at(host), singles, PARTNERS_TRIED) + self._afresh(host)
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
-    def further(self, firsts: Sequence[Fit], singles: Sequence[Fit]) -> list[Explanation]:
-        """Less promising pairs, more of `firsts` with more partners, and pairs screened together from the
-        model as it is given, with the iterations that it takes from far off."""
-        starts = self._promising(singles)[JOINT_STARTS:FURTHER_JOINT_STARTS]
-        for host in firsts[FIRST_EFFECTS:FURTHER_FIRST_EFFECTS]:
-            starts += self._beside(self._at(host), singles, FURTHER_PARTNERS)
-        given = evaluated(self.base, self.joint.measured, self.base.prior_means, self.joint.plain)
-        afar = [(given, pair) for _, pair in self._together]
-        patient = self.joint.in_two_rounds(afar, FAR_PAIRS_KEPT, FAR_ITERATIONS)[:FAR_PAIRS_KEPT]
-        begun = self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT]
-        return self._explained([*begun, *patient])
-
     def beside(self, host: Fit, singles: Sequence[Fit]) -> list[Explanation]:
         """The best partners of one effect more."""
         screen = self._at(host)
-        starts = self._beside(screen, singles, FURTHER_PARTNERS) + self._afresh(host) + self._finely(screen)
+        starts = self._beside(screen, singles, PARTNERS_OF_ONE) + self._afresh(host) + self._finely(screen)
         return self._explained(self.joint.in_two_rounds(starts, PAIRS_KEPT)[:PAIRS_KEPT])
 
     def parts(self, pairs: Sequence[Explanation]) -> list[Explanation]:
@@ -133,7 +114,6 @@ class PairSearch:
         forms = best_forms(self.joint.each(bare.candidates, others))[:LABELS_BESIDE]
         return [(self.origin.base, [own, c]) for candidates in forms for c in distinct(candidates)]
 
-    @cached_property
     def _together(self) -> list[tuple[Fit, list[Candidate]]]:
         """The pairs whose candidates promise most together, from the nominal modes."""
         pairs = promising_pairs(self.origin, self.forms, self.joint.each)[:JOINTLY_SCREENED]
