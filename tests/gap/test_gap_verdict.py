@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arviz_stats.base import array_stats
 
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.locate import Location
 from bayes_hw.gap.shrink import Closure
-from bayes_hw.gap.verdict import Estimate, Verdict
+from bayes_hw.gap.verdict import Estimate, Verdict, highest_density_interval
 
 KEYS = {
     *("schema", "answer", "probability", "confusable", "where", "gap", "parameters", "base"),
@@ -69,3 +70,9 @@ def test_an_estimate_of_draws() -> None:
     found = Estimate.of(draws, "deg")
     assert found.mean == pytest.approx(3, abs=0.02) and found.sd == pytest.approx(0.5, rel=0.03)
     assert found.hdi94 == pytest.approx((3 - 0.94, 3 + 0.94), abs=0.06)
+
+
+@pytest.mark.parametrize("count", [1, 7, 2048])
+def test_the_highest_density_interval_is_that_of_arviz(count: int) -> None:
+    draws = np.random.default_rng(count).gamma(2.0, size=count)
+    np.testing.assert_allclose(highest_density_interval(draws, 0.94), array_stats.hdi(draws, 0.94))
