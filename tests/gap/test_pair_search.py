@@ -60,11 +60,11 @@ def test_no_label_stands_beside_itself(found: tuple[PairSearch, list[Explanation
     assert all(len(set(e.fit.hypothesis.labels)) == len(e.fit.hypothesis.labels) for e in found[1])
 
 
-def test_the_patient_search_finds_the_pair_too(found: tuple[PairSearch, list[Explanation]]) -> None:
+def test_without_a_single_fit_the_pair_is_found_too(found: tuple[PairSearch, list[Explanation]]) -> None:
     """With no single fit to begin from: from the starts screened together alone."""
     search, explanations = found
     best = max(explanations, key=lambda e: e.log_evidence)
-    alone = search.further([], [])
+    alone = search.first([], [])
     assert max(alone, key=lambda e: e.log_evidence).labels == best.labels
     assert max(e.log_evidence for e in alone) == pytest.approx(best.log_evidence, abs=2)
 
