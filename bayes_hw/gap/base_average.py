@@ -42,6 +42,7 @@ def averaged_base(
     decision: Decision,
     chosen: FloatArray | None,
     nominal_sigma: float,
+    floor: float,
     calibration: Calibration,
     rng: np.random.Generator,
 ) -> FloatArray:
@@ -49,7 +50,8 @@ def averaged_base(
 
     `chosen` (n, base parameters + 1) are posterior draws within the decision's explanation, if any were made;
     of other explanations their normal approximations are drawn. The encoder's noise is known as
-    `nominal_sigma` with a standard deviation of its logarithm of `calibration.sigma_log_sd`.
+    `nominal_sigma` with a standard deviation of its logarithm of `calibration.sigma_log_sd`, and to be at
+    most `floor`.
     """
     hypothesis = attribution.base.fit.hypothesis
     best = best_of_sets(attribution)
@@ -66,8 +68,9 @@ def averaged_base(
         ranked = sorted(best.values(), key=lambda e: -e.log_evidence)
         failed = [*ranked[:FAILED], attribution.base]
         base = _scattered(decision.explanation, failed, count, rng)
-        sigma = _doubtful_noise(decision.explanation, nominal_sigma, calibration.sigma_log_sd, count, rng)
-        parts.append(np.column_stack([base, sigma]))
+        sigma, doubt = noise_beside(decision.explanation, nominal_sigma, floor)
+        spread = np.exp(max(doubt, calibration.sigma_log_sd) * rng.standard_normal(count))
+        parts.append(np.column_stack([base, sigma * spread]))
     for part in parts:
         part[:, :-1] = with_tails(part[:, :-1], hypothesis, calibration.tail_degrees, rng)
     return np.concatenate(parts)
@@ -114,22 +117,16 @@ def _scattered(
     return np.asarray(hypothesis.to_values(held_within_prior(hypothesis, drawn, centre)))
 
 
-def noise_beside(best: Explanation, nominal_sigma: float) -> tuple[float, float]:
+def noise_beside(best: Explanation, nominal_sigma: float, floor: float) -> tuple[float, float]:
     """The encoder's noise where no explanation holds, and how far it may be off, as a logarithm.
 
     Half way between what is known of it and what `best` leaves, which holds the gap too; of what is left
-    no more than LARGEST_DOUBT counts. What is left alone where nothing is known.
+    no more than LARGEST_DOUBT counts, nor more than the `floor` of what repeats do not share. What is left
+    alone where nothing is known.
     """
+    left = min(best.encoder_sigma, floor)
     if not nominal_sigma > 0:
-        return best.encoder_sigma, 0.0
-    apart = np.log(best.encoder_sigma / nominal_sigma)
+        return left, 0.0
+    apart = np.log(left / nominal_sigma)
     half = 0.5 * float(np.clip(apart, -LARGEST_DOUBT, LARGEST_DOUBT))
     return nominal_sigma * float(np.exp(half)), abs(half)
-
-
-def _doubtful_noise(
-    best: Explanation, nominal_sigma: float, nominal_log_sd: float, count: int, rng: np.random.Generator
-) -> FloatArray:
-    """Draws (count,) of the noise of `noise_beside`."""
-    sigma, doubt = noise_beside(best, nominal_sigma)
-    return np.asarray(sigma * np.exp(max(doubt, nominal_log_sd) * rng.standard_normal(count)))

@@ -35,6 +35,7 @@ from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.locate import locate
 from bayes_hw.gap.notes import notes_on
 from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.repeats import repeated_floor
 from bayes_hw.gap.scale import axis_scale
 from bayes_hw.gap.shrink import (
     DRAWS_SIMULATED,
@@ -149,7 +150,8 @@ def _posed(
     """The base hypothesis, the effects to try and every label in question."""
     nominal = case.model.noise_sigma
     travel = max(float(np.ptp(record.y)) for record in case.train)
-    sigma = nominal if nominal > 0 else UNKNOWN_NOISE_SHARE * travel
+    floor = repeated_floor(case.train)
+    sigma = nominal if nominal > 0 else min(floor, UNKNOWN_NOISE_SHARE * travel)
     inputs = [record.u for record in case.train]
     builder: Builder
     if isinstance(case, Case):
@@ -161,7 +163,11 @@ def _posed(
         builder = SimulatorBuilder(case.model)
         scale = simulator_scale(case.model, case.train, sigma)
         if not nominal > 0:
-            sigma = first_sigma(Hypothesis(builder, scale, inputs), [record.y for record in case.train])
+            sigma = (
+                floor
+                if np.isfinite(floor)
+                else first_sigma(Hypothesis(builder, scale, inputs), [record.y for record in case.train])
+            )
             scale = simulator_scale(case.model, case.train, sigma)
         effects, known = effects_for(scale, case.model.force_door, without), set(STOCHASTIC_ON_OUTPUT)
     known |= {effect.label for effect in effects}
@@ -189,7 +195,7 @@ def _finished(
     draws = posterior.values
     sigma = final.encoder_sigma
     if decision.answer == (OTHER,):
-        sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma)
+        sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma, repeated_floor(case.train))
     correlation = _first_autocorrelation(final)
     samples = sum(len(e) for e in final.fit.residuals)
     noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
@@ -238,7 +244,8 @@ def _finished(
         drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))
     known = np.column_stack([draws[:, :count], drawn_sigma])
     within = known if final is decision.explanation else None
-    averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, calibration, rng)
+    floor = repeated_floor(case.train)
+    averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, floor, calibration, rng)
     base_names, base_units = [*names[:count], NOISE_SIGMA], [*units[:count], case.model.units.output]
     base_estimates = {name: Estimate.of(averaged[:, i], base_units[i]) for i, name in enumerate(base_names)}
     where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)

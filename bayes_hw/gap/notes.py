@@ -42,10 +42,11 @@ def notes_on(
         )
     repeated = repeats(case.train)
     if repeated is not None:
+        whose = "had a periodic command" if repeated.periods else "had the same command"
         notes.append(
-            f"{', '.join(repeated.names)} had the same command: {repeated.floor:.3g} "
+            f"{', '.join(repeated.names)} {whose}: {repeated.floor:.3g} "
             f"{case.model.units.output} rms does not repeat, of an error of {attribution.base.fit.rmse:.3g} "
-            "of the simulator"
+            "of the simulator; the noise floor is taken to be no higher"
         )
     if decision.explanation.lost_motion and decision.answer != (OTHER,):
         notes.append(_of_lost_motion(decision.explanation, case.model.units.output))

@@ -56,11 +56,12 @@ def averaged(
     chosen: FloatArray | None = CHOSEN,
     base: Any = BASE,
     tail_degrees: float = np.inf,
+    floor: float = np.inf,
 ) -> FloatArray:
     attribution: Any = SimpleNamespace(explanations=(FRICTION, BACKLASH, base), base=base)
     decision: Any = SimpleNamespace(explanation=FRICTION, sets=sets, probability={"other": other})
     constants = replace(CONSTANTS, tail_degrees=tail_degrees)
-    return averaged_base(attribution, decision, chosen, 0.04, constants, np.random.default_rng(1))
+    return averaged_base(attribution, decision, chosen, 0.04, floor, constants, np.random.default_rng(1))
 
 
 def test_a_sure_answer_keeps_its_posterior() -> None:
@@ -116,3 +117,9 @@ def test_tails_end_where_the_nominal_model_cannot_be() -> None:
     known = np.random.default_rng(2).normal([4.0, 4.0, NOISE], [*SD, 0.001], (20_000, 3))
     found = averaged({("friction",): 1.0}, 0.0, known, base=tight, tail_degrees=2.0)
     assert np.abs(found[:, :2] - 4.0).max() == pytest.approx(4 * 0.06, rel=0.1)
+
+
+def test_what_repeats_do_not_share_bounds_the_noise_where_none_explains_the_gap() -> None:
+    """Half way between 0.04 and the least of what is left, 0.05, and of the floor."""
+    found = averaged({("friction",): 0.0}, 1.0, floor=0.03)
+    assert np.median(found[:, 2]) == pytest.approx(np.sqrt(0.04 * 0.03), rel=0.03)
