@@ -60,6 +60,10 @@ class Fit:
         """Gauss-Newton precision of the coordinates (parameters, parameters), prior included."""
         return self._quadratic[0]
 
+    def descent(self) -> FloatArray:
+        """Negative gradient of the cost (parameters,): zero at the minimum under its own noise."""
+        return self._quadratic[1]
+
     def promised_cost(self) -> float:
         """The cost at the minimum of its own quadratic model: lower where the fit has far to go."""
         precision, gradient = self._quadratic

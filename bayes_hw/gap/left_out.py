@@ -8,12 +8,14 @@ predictions are stacked (Yao et al., doi 10.1214/17-BA1091). The noise stays as 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.explanation import Explanation
+from bayes_hw.gap.plain_noise import CorrelatedPlain
+from bayes_hw.gap.stochastic import autoregression
 from bayes_hw.gap.whitener import LOG_2PI, Whitener
 
 BLOCKS = 12
@@ -39,10 +41,11 @@ class LeftOut:
 def compare_left_out(found: Mapping[tuple[str, ...], Explanation]) -> dict[tuple[str, ...], LeftOut]:
     """The explanations of most evidence by how they predict left-out blocks; empty where fewer than two can.
 
-    Those whose encoder repeats or rounds samples have no density of single samples, and are not compared.
+    Those whose encoder repeats or rounds samples have no density of single samples, and are not compared;
+    plain residuals that count for fewer are given the autoregression that they follow.
     """
     best = sorted(found.items(), key=lambda item: -item[1].log_evidence)[:MOST_COMPARED]
-    densities = {labels: block_densities(e) for labels, e in best if e.display is None}
+    densities = {labels: block_densities(_with_density(e)) for labels, e in best if e.display is None}
     if len(densities) < 2:
         return {}
     every = np.array(list(densities.values()))
@@ -50,6 +53,13 @@ def compare_left_out(found: Mapping[tuple[str, ...], Explanation]) -> dict[tuple
     errors = np.sqrt(behind.shape[1] * np.var(behind, axis=1))
     numbers = zip(behind.sum(axis=1), errors, stacking_weights(every), strict=True)
     return {labels: LeftOut(*map(float, own)) for labels, own in zip(densities, numbers, strict=True)}
+
+
+def _with_density(explanation: Explanation) -> Explanation:
+    fit = explanation.fit
+    if not isinstance(fit.whitener, CorrelatedPlain):
+        return explanation
+    return replace(explanation, fit=replace(fit, whitener=autoregression(fit)))
 
 
 def stacking_weights(densities: FloatArray) -> FloatArray:
@@ -68,20 +78,22 @@ def stacking_weights(densities: FloatArray) -> FloatArray:
 def block_densities(explanation: Explanation, blocks: int = BLOCKS) -> FloatArray:
     """Log predictive density (records * blocks,) of every block given the rest of the records.
 
-    With whitened residuals w and derivatives J at the estimate, H = J A^-1 J' of a block and A the precision
-    of all, the block's residuals left out are (I - H)^-1 w, of variance (I - H)^-1.
+    With whitened residuals w and derivatives J of a block, A the precision of all and B = A - J'J that of the
+    rest, whose descent is d, the residuals left out are w - J B^-1 d, of variance (I - J A^-1 J')^-1. At a
+    minimum of all d is -J'w; plain least squares end beside that of coloured noise.
     """
     fit, whitener = explanation.fit, explanation.fit.whitener
     white = [whitener.whiten(e[:, None], record)[:, 0] for record, e in enumerate(fit.residuals)]
     tangents = [whitener.whiten(j, record) for record, j in enumerate(fit.jacobians)]
-    precision = fit.precision()
+    precision, descent = fit.precision(), fit.descent()
     _, all_of_it = np.linalg.slogdet(precision)
     found = []
     for w, j, scale in zip(white, tangents, _log_scales(whitener, white), strict=True):
         for rows in np.array_split(np.arange(len(w)), blocks):
             rest = precision - j[rows].T @ j[rows]
-            gradient = j[rows].T @ w[rows]
-            square = float(w[rows] @ w[rows]) + float(gradient @ np.linalg.solve(rest, gradient))
+            left_out = w[rows] - j[rows] @ np.linalg.solve(rest, descent - j[rows].T @ w[rows])
+            along = j[rows].T @ left_out
+            square = float(left_out @ left_out) - float(along @ np.linalg.solve(precision, along))
             _, without = np.linalg.slogdet(rest)
             found.append(float(scale[rows].sum()) - 0.5 * square + 0.5 * float(without - all_of_it))
     return np.array(found)

@@ -14,6 +14,7 @@ from bayes_hw.gap.effects.catalogue import GainAsymmetry, TransportDelay
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise, with_stochastic
 from bayes_hw.gap.fit import fit
 from bayes_hw.gap.left_out import block_densities, compare_left_out, stacking_weights
+from bayes_hw.gap.plain_noise import CorrelatedPlain
 from bayes_hw.gap.slow_noise import random_walk
 from bayes_hw.gap.stochastic import held_samples
 from bayes_hw.gap.whitener import Plain, Whitener
@@ -28,17 +29,19 @@ def without_parameters(found: Explanation) -> Explanation:
 
 
 def test_blocks_are_predicted_as_the_joint_normal_of_all_does() -> None:
-    """Residuals w at the estimate of a linear model: w ~ N(J m, 1 + J P^-1 J'), P the prior's precision and m
-    where the prior's mean lies. The conditional density of each block given the rest, by partition."""
+    """Residuals w somewhere in a linear model: w ~ N(J m, 1 + J P^-1 J'), P the prior's precision and m where
+    the prior's mean lies. The conditional density of each block given the rest, by partition."""
     rng = np.random.default_rng(3)
     start = with_residuals([white(60, SIGMA, 0), white(60, SIGMA, 1)])
     count = len(start.coordinates)
+    start = replace(start, coordinates=start.coordinates + 0.3 * start.hypothesis.prior_sds)
     tangents = [SIGMA * rng.normal(size=(60, count)) for _ in range(2)]
     found = replace(start, jacobians=tangents, whitener=Plain(SIGMA, log_likelihood=0.0))
     j, w = np.concatenate(tangents) / SIGMA, np.concatenate(found.residuals) / SIGMA
     pull = found.hypothesis.prior_jacobian(found.coordinates)
     prior = pull.T @ pull
-    mean, variance = -j @ np.linalg.solve(prior, j.T @ w), np.eye(120) + j @ np.linalg.solve(prior, j.T)
+    away = -pull.T @ found.hypothesis.prior_deviations(found.coordinates)
+    mean, variance = j @ np.linalg.solve(prior, away), np.eye(120) + j @ np.linalg.solve(prior, j.T)
     expected = []
     for rows in np.array_split(np.arange(120), 6):
         rest = np.setdiff1d(np.arange(120), rows)
@@ -93,6 +96,22 @@ def test_the_model_that_holds_predicts_best() -> None:
     assert best.density == 0 and best.weight > 0.95
     for labels in ((), ("gain_asymmetry",)):
         assert compared[labels].density < -5 * compared[labels].error < 0
+
+
+def test_plain_residuals_that_count_for_fewer_are_compared_as_what_they_are() -> None:
+    """The fit that holds stays ahead where its noise was counted for half the samples only."""
+    measured = noisy(simulated_with(TransportDelay(), (1.6,), INPUTS))
+    found = {}
+    for effect in (None, TransportDelay()):
+        h = hypothesis(AXIS, INPUTS, *([effect] if effect else []))
+        own = with_coloured_noise(fit(h, measured, h.prior_means, Plain(SIGMA)), measured)
+        found[own.labels] = own
+    expected = compare_left_out(found)
+    best = found["transport_delay",]
+    counted = replace(best, fit=replace(best.fit, whitener=CorrelatedPlain.of(0.3, best.fit)))
+    compared = compare_left_out({**found, best.labels: counted})
+    assert compared["transport_delay",].density == 0
+    assert compared[()].density == pytest.approx(expected[()].density, rel=0.01)
 
 
 def test_weights_are_those_of_the_best_mixture() -> None:
