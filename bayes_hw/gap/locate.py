@@ -25,6 +25,9 @@ EXCESS_SHARE = 0.8
 """Of the power above the noise floor that the named band holds."""
 
 SEGMENTS = 12
+EVERYWHERE = "all"
+"""The regime of every sample."""
+
 THIRDS = ("lower third of the travel", "middle third of the travel", "upper third of the travel")
 
 BLOCK_OF_MEMORY = MappingProxyType({"after a limit": "input", "after a reversal": "drive"})
@@ -91,7 +94,7 @@ def locate(
         block,
         share,
         excess_band(base, rate),
-        max(regimes, key=lambda r: regimes[r]) if regimes else "all",
+        max(regimes, key=lambda r: regimes[r]) if regimes else EVERYWHERE,
         regimes,
         command_coherences(base, inputs, rate),
         segments,
@@ -183,7 +186,7 @@ def regime_masks(base: Fit, inputs: Sequence[FloatArray]) -> dict[str, list[Bool
 def regime_ratios(base: Fit, inputs: Sequence[FloatArray], sigma: float) -> dict[str, float]:
     """Mean square of the residual over the noise's in every regime that the records visit."""
     e = np.concatenate(base.residuals)
-    found = {"all": float(np.mean(e**2) / sigma**2)}
+    found = {EVERYWHERE: float(np.mean(e**2) / sigma**2)}
     for name, masks in regime_masks(base, inputs).items():
         mask = np.concatenate(masks)
         if mask.sum() >= 20:

@@ -9,6 +9,7 @@ import numpy as np
 from bayes_hw.gap.base_shift import BaseShift, base_shifts
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.latent_force import latent_force
+from bayes_hw.gap.locate import EVERYWHERE
 from bayes_hw.gap.ranking import Ranked, ranking
 from bayes_hw.gap.residual_map import noise_power, residual_map
 from bayes_hw.gap.shrink import Closure
@@ -66,8 +67,8 @@ def where_section(diagnosis: Diagnosis) -> Section:
     blocks: list[Block] = [
         Paragraph(
             f"Block: {where.block}, {BLOCK_MEANINGS.get(where.block, 'registered by another package')}. "
-            f"Most of the excess lies between {format_number(low)} and {format_number(high, unit='Hz')}; the "
-            f"residual is largest in the regime “{where.regime}”. All of this is of the re-estimated model's "
+            f"Most of the excess lies between {format_number(low)} and {format_number(high, unit='Hz')}; "
+            f"{_loudest_regime(where.regime)}. All of this is of the re-estimated model's "
             "residuals on the training records."
         ),
         block_shares(where.share, where.block),
@@ -103,6 +104,12 @@ def where_section(diagnosis: Diagnosis) -> Section:
         ),
     ]
     return Section("Where", tuple(blocks))
+
+
+def _loudest_regime(regime: str) -> str:
+    if regime == EVERYWHERE:
+        return "in no regime is the residual larger than in all samples together"
+    return f"the residual is largest in the regime “{regime}”"
 
 
 def _of_change_points(diagnosis: Diagnosis) -> str:

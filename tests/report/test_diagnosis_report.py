@@ -22,7 +22,8 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
 from bayes_hw.report.diagnosis_report import diagnosis_report
-from bayes_hw.report.document import Report, Table, ZoomableRecord
+from bayes_hw.report.diagnosis_sections import where_section
+from bayes_hw.report.document import Paragraph, Report, Table, ZoomableRecord
 from bayes_hw.report.plain_text import visible
 from bayes_hw.report.render import render
 
@@ -73,6 +74,15 @@ def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) 
     assert report.badges[0].label == "command_bias"
     assert [s.title for s in report.sections][:3] == ["Where", "Which effect", "How far it shrinks"]
     assert [s.title for s in report.sections][-2:] == ["What was not checked", "Provenance"]
+
+
+@pytest.mark.parametrize(("regime", "said"), [
+    ("all", "in no regime is the residual larger"), ("slow", "largest in the regime “slow”"),
+])  # fmt: skip
+def test_the_regime_is_named_where_one_stands_out(diagnosis: Diagnosis, regime: str, said: str) -> None:
+    where = replace(diagnosis.verdict.where, regime=regime)
+    first = where_section(replace(diagnosis, verdict=replace(diagnosis.verdict, where=where))).blocks[0]
+    assert isinstance(first, Paragraph) and said in first.text
 
 
 def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, diagnosis: Diagnosis) -> None:
