@@ -62,6 +62,7 @@ def main() -> None:
         {
             "by_effect": {name: gap_to_dict(gap) for name, gap in by_effect.items()},
             "by_setting": {name: gap_to_dict(gap) for name, gap in by_setting.items()},
+            "outcomes": {name: outcomes(check, labels) for name, check in checks.items()},
         }
     )
     shutil.rmtree(study.out / "work")
@@ -87,7 +88,7 @@ def evidence_of(study: Study, name: str, number: int, labels: Sequence[str], eac
 def of_cases(check: Evidence, labels: Sequence[str]) -> SmallestGap:
     """The smallest gap over the cases that carry one of these labels."""
     chosen = [(t, v) for t, v in zip(check.truths, check.verdicts, strict=True) if t.effects[0] in labels]
-    return smallest_gap([gap_of(t) for t, _ in chosen], [named_right(t, v) for t, v in chosen])
+    return smallest_gap([gap_of(t) for t, _ in chosen], [named_right(t, v) for t, v in chosen], GAPS)
 
 
 def outcomes(check: Evidence, labels: Sequence[str]) -> dict[str, list[tuple[float, bool]]]:

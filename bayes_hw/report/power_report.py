@@ -115,17 +115,21 @@ def smallest_gaps(
 
 
 def _verdict(study: PowerStudy) -> str:
-    known = {name: gap.gap for name, gap in study.by_effect.items() if 0 < gap.gap < float("inf")}
     level = format_percent(PROBABILITY)
-    if not known:
-        return f"No effect reaches {level} within the gaps tried."
-    easiest, hardest = min(known, key=lambda n: known[n]), max(known, key=lambda n: known[n])
-    beyond = [name for name, gap in study.by_effect.items() if not np.isfinite(gap.gap)]
+    every = study.by_setting[study.reference]
     sentence = (
-        f"Named right with {level} probability: {easiest} from a gap of {known[easiest]:.2g} times the noise,"
-        f" {hardest} from {known[hardest]:.2g}."
+        f"An effect is named right with {level} probability from a gap of {_bound(every.gap)} times the noise"
+        f" on (95 % interval {' to '.join(map(_bound, every.interval))}; {study.reference},"
+        f" {every.trials} cases)."
     )
-    return sentence + (f" Not reached by {', '.join(beyond)}." if beyond else "")
+    shown = [name for name, gap in study.by_effect.items() if np.isfinite(gap.interval[1])]
+    if not shown:
+        return sentence + " For no effect alone did its cases suffice for an upper bound."
+    hardest = max(shown, key=lambda name: study.by_effect[name].interval[1])
+    return sentence + (
+        f" Alone, {len(shown)} of {len(study.by_effect)} effects have an upper bound within the gaps tried,"
+        f" the largest {hardest} with {study.by_effect[hardest].interval[1]:.2f}."
+    )
 
 
 def _table(gaps: Mapping[str, SmallestGap], first: str) -> Table:

@@ -80,13 +80,13 @@ def test_share_text() -> None:
 def test_power_report_states_bounds_in_words() -> None:
     gaps = {
         "wind": SmallestGap(1.25, (0.9, float("inf")), 40),
-        "friction": SmallestGap(float("inf"), (2.0, float("inf")), 40),
+        "friction": SmallestGap(0.7, (0.0, 2.0), 40),
     }
     study = PowerStudy(gaps, {"120 s": gaps["wind"]}, "120 s", {"wind": [(0.5, False), (2.0, True)]})
     assert gap_text(gaps["wind"]) == "1.25 [0.90, beyond those tried]"
     shown = texts(power_report(study, ORIGIN))
-    assert "wind from a gap of 1.2 times the noise" in shown
-    assert "Not reached by friction" in shown
+    assert "from a gap of 1.25 times the noise on" in shown and "0.90 to beyond those tried" in shown
+    assert "1 of 2 effects have an upper bound" in shown and "friction with 2.00" in shown
 
 
 def test_leave_out_report_counts() -> None:

@@ -30,14 +30,15 @@ class SmallestGap:
     trials: int
 
 
-def smallest_gap(gaps: Sequence[float], right: Sequence[bool]) -> SmallestGap:
+def smallest_gap(gaps: Sequence[float], right: Sequence[bool], tried: tuple[float, float]) -> SmallestGap:
     """Posterior median and 95 % interval of the gap g90 in logit P = logit(0.9) + b log(g / g90), b > 0.
 
-    The prior of log g90 is even over the gaps tried and REACH beyond, that of b log-normal; the posterior is
-    summed on a grid. Gaps are over sigma.
+    The prior of log g90 is even over the range of gaps `tried` and REACH beyond, that of b log-normal; the
+    posterior is summed on a grid. Gaps are over sigma.
     """
     x, y = np.log(np.asarray(gaps, dtype=np.float64)), np.asarray(right, dtype=bool)
-    thresholds = np.linspace(x.min() - REACH, x.max() + REACH, THRESHOLDS)
+    smallest, largest = tried
+    thresholds = np.linspace(np.log(smallest) - REACH, np.log(largest) + REACH, THRESHOLDS)
     deviations = np.linspace(-3.0, 3.0, SLOPES)
     slopes = SLOPE_MEAN * np.exp(SLOPE_LOG_SD * deviations)
     log_density = np.repeat(-0.5 * deviations[None] ** 2, THRESHOLDS, axis=0)
@@ -47,7 +48,6 @@ def smallest_gap(gaps: Sequence[float], right: Sequence[bool]) -> SmallestGap:
     density = np.exp(log_density - log_density.max()).sum(axis=1)
     below = np.cumsum(density) / density.sum()
     low, middle, high = np.exp(np.interp([0.025, 0.5, 0.975], below, thresholds))
-    smallest, largest = float(np.exp(x.min())), float(np.exp(x.max()))
     return SmallestGap(
         _within(float(middle), smallest, largest),
         (_within(float(low), smallest, largest), _within(float(high), smallest, largest)),

@@ -8,7 +8,7 @@ from scipy import special
 
 from bayes_hw.gap.blind.power import REACH, SLOPE_LOG_SD, SLOPE_MEAN, smallest_gap
 
-LOW, HIGH = 0.3, 5.0
+TRIED = LOW, HIGH = 0.3, 5.0
 
 
 def drawn(count: int, rng: np.random.Generator, gap: float, slope: float) -> tuple[list[float], list[bool]]:
@@ -19,7 +19,7 @@ def drawn(count: int, rng: np.random.Generator, gap: float, slope: float) -> tup
 
 
 def test_threshold_of_many_outcomes() -> None:
-    found = smallest_gap(*drawn(4000, np.random.default_rng(1), 1.4, 4.0))
+    found = smallest_gap(*drawn(4000, np.random.default_rng(1), 1.4, 4.0), TRIED)
     assert found.gap == pytest.approx(1.4, rel=0.06)
     assert found.interval[1] / found.interval[0] < 1.2
 
@@ -34,19 +34,26 @@ def test_intervals_cover_as_they_say(count: int) -> None:
     for _ in range(trials):
         gap = np.exp(rng.uniform(np.log(LOW) - REACH, np.log(HIGH) + REACH))
         slope = SLOPE_MEAN * np.exp(SLOPE_LOG_SD * rng.standard_normal())
-        low, high = smallest_gap(*drawn(count, rng, float(gap), float(slope))).interval
+        low, high = smallest_gap(*drawn(count, rng, float(gap), float(slope)), TRIED).interval
         held += low <= gap <= high or (high == 0.0 and gap < LOW) or (low == np.inf and gap > HIGH)
     assert 0.925 * trials <= held
 
 
 def test_a_miss_at_a_large_gap_raises_it() -> None:
     gaps, right = drawn(30, np.random.default_rng(3), 1.0, 4.0)
-    assert smallest_gap([*gaps, 4.9], [*right, False]).gap > smallest_gap([*gaps, 4.9], [*right, True]).gap
+    missed, named = (smallest_gap([*gaps, 4.9], [*right, last], TRIED).gap for last in (False, True))
+    assert missed > named
 
 
 def test_beyond_the_gaps_tried_only_the_side_is_known() -> None:
     """All right says that it is small, and no more; how small an interval's upper end may be still counts."""
     gaps = [0.5, 1.0, 2.0, 4.0] * 5
-    assert smallest_gap(gaps, [False] * 20).gap == float("inf")
-    found = smallest_gap(gaps, [True] * 20)
+    assert smallest_gap(gaps, [False] * 20, TRIED).gap == float("inf")
+    found = smallest_gap(gaps, [True] * 20, TRIED)
     assert found.gap == found.interval[0] == 0.0 < found.interval[1] < 1.0
+
+
+def test_misses_of_small_gaps_say_little_of_large_ones() -> None:
+    """Where an effect was drawn small by chance, its smallest gap may still be within the range tried."""
+    found = smallest_gap([0.31, 0.32, 0.35], [False] * 3, TRIED)
+    assert LOW < found.interval[0] < 1.0 and found.interval[1] == np.inf
