@@ -28,7 +28,7 @@ from bayes_hw.report.decision_report import decision_report
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 FIRST_SEED = 910
 NUMBERS = {"easy": 110, "hard": 60}
-QUICK_NUMBERS = {"easy": 6}
+QUICK_NUMBERS = {"easy": 4}
 FIGURES = 3
 """Of a constant, that are kept."""
 

@@ -18,7 +18,8 @@ from bayes_hw.gap.fit import evaluated
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import joined
 from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.screen import LARGEST_RESPONSE, Candidate, Screen, best_forms
+from bayes_hw.gap.restarts import square_errors
+from bayes_hw.gap.screen import Candidate, Screen, best_forms
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.whitener import Plain
 
@@ -86,11 +87,7 @@ class ChaoticSearch:
     def _left(self, host: Explanation, hypothesis: Hypothesis, starts: FloatArray) -> FloatArray:
         """Whitened squared error (n,) of `hypothesis` with its last effect at `starts` (n, parameters)."""
         values = np.column_stack([np.repeat(host.fit.values[None], len(starts), axis=0), starts])
-        costs = np.zeros(len(starts))
-        for record, (y, s) in enumerate(zip(self.measured, hypothesis.simulate_batch(values), strict=True)):
-            error = np.clip(y[:, None] - s, -LARGEST_RESPONSE, LARGEST_RESPONSE)
-            costs += np.sum(host.fit.whitener.whiten(error, record) ** 2, axis=0)
-        return costs
+        return square_errors(hypothesis, self.measured, host.fit.whitener, values)
 
     def _joined(self, host: Explanation, candidate: Candidate) -> Explanation:
         """`host` with one effect more, refitted under its noise."""

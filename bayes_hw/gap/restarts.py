@@ -12,8 +12,9 @@ from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import FARTHEST, Fit, fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.screen import LARGEST_RESPONSE
 from bayes_hw.gap.stochastic_search import StochasticSearch
-from bayes_hw.gap.whitener import Plain
+from bayes_hw.gap.whitener import Plain, Whitener
 
 DRAWS = 48
 FAR_STARTS = 2
@@ -50,22 +51,22 @@ def drawn_about(centre: FloatArray, spreads: FloatArray, count: int, rng: np.ran
 
 
 def square_errors(
-    hypothesis: Hypothesis, measured: Sequence[FloatArray], plain: Plain, coordinates: FloatArray
+    hypothesis: Hypothesis, measured: Sequence[FloatArray], whitener: Whitener, values: FloatArray
 ) -> FloatArray:
-    """Squared whitened error at each of `coordinates` (n, parameters)."""
-    simulated = hypothesis.simulate_batch(hypothesis.to_values(coordinates))
-    white = (
-        plain.whiten(y[:, None] - s, record)
-        for record, (y, s) in enumerate(zip(measured, simulated, strict=True))
-    )
-    return np.asarray(sum(np.sum(w**2, axis=0) for w in white))
+    """Squared whitened error (n,) at each of `values` (n, parameters)."""
+    errors = np.zeros(len(values))
+    for record, (y, s) in enumerate(zip(measured, hypothesis.simulate_batch(values), strict=True)):
+        error = np.clip(y[:, None] - s, -LARGEST_RESPONSE, LARGEST_RESPONSE)
+        errors += np.sum(whitener.whiten(error, record) ** 2, axis=0)
+    return errors
 
 
 def nearest(
     hypothesis: Hypothesis, measured: Sequence[FloatArray], plain: Plain, draws: FloatArray
 ) -> FloatArray:
     """Coordinates (n, parameters) in order of their error."""
-    return np.asarray(draws[np.argsort(square_errors(hypothesis, measured, plain, draws))])
+    errors = square_errors(hypothesis, measured, plain, hypothesis.to_values(draws))
+    return np.asarray(draws[np.argsort(errors)])
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def test_errors_are_those_of_the_simulation() -> None:
     nominal = BASE.prior_means[None]
     simulated = BASE.simulate(BASE.to_values(nominal)[0])
     expected = sum(np.sum(((y - s) / SIGMA) ** 2) for y, s in zip(MEASURED, simulated, strict=True))
-    assert square_errors(BASE, MEASURED, PLAIN, nominal)[0] == pytest.approx(expected)
+    assert square_errors(BASE, MEASURED, PLAIN, BASE.to_values(nominal))[0] == pytest.approx(expected)
 
 
 def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
