@@ -18,6 +18,8 @@ from bayes_hw.gap.judgement import Claim, Judgement, Labels, Remains, choose_lab
 from bayes_hw.gap.leftover import Leftover
 from bayes_hw.gap.stochastic import ROUNDING
 
+MOST_LABELS = 2
+
 LARGEST_PENALTY = 200.0
 """Of noise unlike the nominal, in log-evidence."""
 
@@ -36,11 +38,12 @@ class Decision:
 def best_of_sets(attribution: Attribution) -> dict[Labels, Explanation]:
     """The best explanation of every set of labels.
 
-    Lost motion counts only where the effect is far ahead: noise of its own explains as much.
+    Lost motion counts only where the effect is far ahead: noise of its own explains as much. Sets of
+    more than MOST_LABELS are not judged.
     """
     ahead = is_far_ahead(attribution.explanations)
-    counted = (e for e in attribution.explanations if ahead or not e.lost_motion)
-    return best_of_each(counted, lambda e: e.labels)
+    few = (e for e in attribution.explanations if len(e.labels) <= MOST_LABELS)
+    return best_of_each((e for e in few if ahead or not e.lost_motion), lambda e: e.labels)
 
 
 def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:

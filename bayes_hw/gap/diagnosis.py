@@ -220,10 +220,10 @@ def _finished(
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
         else:
+            readings = without_glitches(final, outputs, shown)
             if moves_unseen(final) or final.chaotic:
-                found = measured_closure(before, after, outputs, sigma, noise_error, correlation, rng)
+                found = measured_closure(before, after, readings, sigma, noise_error, correlation, rng)
             else:
-                readings = without_glitches(final, outputs, shown)
                 hidden = hides_motion(final)
                 found = closure(before, after, drawn, readings, shown, sigma, correlation, rng, hidden)
             gaps.append(found.with_errors_of(outputs, before, shown, sigma))

@@ -56,8 +56,10 @@ class Explanation:
 
     @property
     def cause_of_noise(self) -> StochasticFit | None:
-        """The stochastic effect, unless its noise is `lost_motion`."""
-        return None if self.lost_motion else self.stochastic
+        """The stochastic effect; of noise that stands for `lost_motion` what is beside it, if anything."""
+        if self.stochastic is None or not self.lost_motion:
+            return self.stochastic
+        return self.stochastic.second
 
     @property
     def display(self) -> Display | None:

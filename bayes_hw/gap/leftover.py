@@ -49,8 +49,12 @@ GUSTS = "gusts"
 """The kind that says when slow noise is strongest begins with it."""
 
 SURPRISE_OF_STRUCTURE = 9.0
-SMALLEST_STRUCTURE = 0.06
-"""Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
+SMALLEST_STRUCTURE = 0.12
+"""Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on.
+
+Of 30 simulated pairs the better effect alone left 0.46 sigma or more in 29 (slow noise hid the other). Going
+on for less (0.06) changed the answer in none of 28 cases side by side and took twice as long in two.
+"""
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,14 @@ class StochasticFit:
         """Of all stochastic effects in the noise."""
         return (self.label,) if self.beside is None else (self.label, self.beside)
 
+    @property
+    def second(self) -> StochasticFit | None:
+        """The effect beside the first as if it were the only one, None where there is none."""
+        if self.beside is None:
+            return None
+        own = {name: value for name, value in self.parameters.items() if name.startswith(f"{self.beside}.")}
+        return replace(self, label=self.beside, form="", parameters=own, size=None, point=None, beside=None)
+
 
 @dataclass(frozen=True)
 class JitterWhitener:

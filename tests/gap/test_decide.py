@@ -49,6 +49,12 @@ def test_the_best_form_stands_for_its_label() -> None:
     }  # fmt: skip
 
 
+def test_no_more_than_two_effects_are_judged() -> None:
+    stubs = [Stub((), 0), Stub(("backlash", "outliers"), 300), Stub(("backlash", "outliers", "wind"), 900)]
+    best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
+    assert list(best) == [("backlash", "outliers"), ()]
+
+
 @pytest.mark.parametrize(("evidence", "counted"), [(350.0, 350.0), (345.0, 300.0)])
 def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
     evidence: float, counted: float

@@ -57,6 +57,22 @@ def test_slow_noise_beside_chaotic_motion_is_motion_that_was_lost(
     assert (explanation.cause_of_noise is None) == lost
 
 
+def test_glitches_beside_motion_that_was_lost_are_a_cause() -> None:
+    """Slow noise that stands for chaotic motion names nothing; glitches that it holds are named, alone."""
+    fit = with_residuals([white(SAMPLES, SIGMA, 0), white(SAMPLES, SIGMA, 1)])
+    noise = autoregression(fit)
+    parameters = {"wind.size": (3.0, 0.1, "deg"), "outliers.rate": (0.01, 0.001, "")}
+    found = StochasticFit("wind", "with glitches", noise, 0.0, parameters, size=3.0, beside="outliers")
+    moved = replace(fit, hypothesis=base().with_effect(DynamicBacklash()))
+    explanation = replace(with_stochastic(found, fit), fit=moved)
+    assert explanation.lost_motion
+    assert explanation.labels == ("backlash", "outliers")
+    assert explanation.name == "backlash (gap in the compliance) + outliers"
+    assert explanation.cause_of_noise is not None
+    assert list(explanation.cause_of_noise.parameters) == ["outliers.rate"]
+    assert replace(explanation, fit=fit).labels == ("outliers", "wind")
+
+
 @pytest.mark.parametrize(("moved", "strained"), [(0.9, False), (1.1, True), (-1.1, True)])
 def test_base_parameters_far_from_the_nominal_strain_an_explanation(moved: float, strained: bool) -> None:
     """Those of the effect may be anywhere."""
