@@ -122,7 +122,8 @@ class Attributor:
         self._seek_single_effects(bases[0], TRIED_FROM_NOMINAL if structure else TRIED_WHERE_NOTHING_IS_LEFT)
         hosts = list(self.coloured) if self.stochastic.lattice or self._unfinished else []
         self.tell("stochastic effects")
-        self.found += self.stochastic.beside(base, hosts, self.singles if hosts else [])
+        noisy = self.stochastic.beside(base, hosts, self.singles if hosts else [])
+        self.found += noisy + self.stochastic.two_at_once(base, noisy)
         if structure and self._goes_on:
             self._seek_richer_forms()
         if repeats_far_ahead(self.found):
@@ -222,7 +223,8 @@ class Attributor:
         for explanation in _with_parts(self.found):
             self.found += self._restarts.near(explanation)
         for chaotic in [e for e in _with_parts(self.found) if e.chaotic and e.stochastic is None]:
-            self.found += self.stochastic.beside(chaotic, [], [])
+            noisy = self.stochastic.beside(chaotic, [], [])
+            self.found += noisy + self.stochastic.two_at_once(chaotic, noisy)
 
     @property
     def _unfinished(self) -> bool:

@@ -81,7 +81,7 @@ class Explanation:
     @property
     def rounded(self) -> bool:
         """Whether the encoder rounds: a fact where the records lie on a lattice, no hypothesis."""
-        return self.display is not None and ROUNDING in self.labels
+        return ROUNDING in self.labels
 
     @property
     def encoder_noise(self) -> Autoregression:

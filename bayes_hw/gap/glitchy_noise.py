@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.glitches import Glitches
@@ -38,15 +40,10 @@ def _with_glitches(
     if glitches is None:
         return None
     bridged = replace(fit, residuals=bridged_records(fit.residuals, glitches.masks))
-    slow = kind(bridged, start, glitches.masks)
+    slow = kind(bridged, start, [np.where(mask, np.inf, 0.0) for mask in glitches.masks])
     if slow is None or not isinstance(slow.whitener, StateNoise):
         return None
     total = slow.log_likelihood + glitches.log_likelihood
-    return replace(
-        slow,
-        form=", ".join(filter(None, [slow.form, WITH_GLITCHES])),
-        whitener=replace(slow.whitener, log_likelihood=total),
-        log_likelihood=total,
-        parameters={**slow.parameters, **glitches.parameters(fit.hypothesis.scale.units.output)},
-        beside="outliers",
-    )
+    both = replace(slow, whitener=replace(slow.whitener, log_likelihood=total), log_likelihood=total)
+    unit = fit.hypothesis.scale.units.output
+    return both.with_second("outliers", WITH_GLITCHES, glitches.parameters(unit))

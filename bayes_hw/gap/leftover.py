@@ -19,13 +19,14 @@ import numpy as np
 from scipy.stats import chi2, gamma
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.clock_jitter import JitterWhitener
 from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
-from bayes_hw.gap.stochastic import ROUNDING, JitterWhitener
+from bayes_hw.gap.stochastic import ROUNDING
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -72,7 +73,7 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
     white = [explanation.fit.whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)]
     sigma = max(explanation.encoder_sigma, 1e-300)
     stochastic = explanation.stochastic
-    rounded = stochastic is not None and stochastic.label == ROUNDING
+    rounded = stochastic is not None and ROUNDING in stochastic.labels
     fit = explanation.fit
     found = [_line(residuals, white)]
     if not rounded:
@@ -85,10 +86,10 @@ def leftovers(explanation: Explanation, inputs: Sequence[FloatArray]) -> list[Le
         (_named(function.block), _tail(2 * function.gain, function.shapes), function.size**2)
         for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, memories)
     ]
-    if explanation.display is None:
+    if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
-    if explanation.display is None and (stochastic is None or "outliers" not in stochastic.labels):
-        found.append(_tails(white, sigma))
+        if stochastic is None or "outliers" not in stochastic.labels:
+            found.append(_tails(white, sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
         found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))

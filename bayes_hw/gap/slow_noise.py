@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.optimize import minimize
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain, TorquePath
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.spectra import (
@@ -28,7 +28,6 @@ from bayes_hw.gap.spectra import (
 )
 from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
-from bayes_hw.gap.whitener import no_glitches
 from bayes_hw.model.blocks import DeadZone
 
 STATIC_HZ = 1e-3
@@ -58,13 +57,13 @@ Model: TypeAlias = Callable[[FloatArray], StateNoise]
 
 
 def wind(
-    fit: Fit, start: FloatArray | None = None, ignored: Sequence[BoolArray] | None = None
+    fit: Fit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
 ) -> StochasticFit | None:
     """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
 
     Inside the dead zone it does not show. The second corner is the size of the structure, which small gusts
-    do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum. Samples in
-    `ignored` (a mask a record) are no readings.
+    do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum. `doubts`
+    (samples,), a record each, is the variance of what else is in a sample, infinite where it is no reading.
     """
     rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
     chain = fit.hypothesis.chain(fit.values)
@@ -80,10 +79,9 @@ def wind(
 
     motion, dead_zone = fit.hypothesis.motion(fit.values)
     rounds = FIRST_ROUNDS if start is None else 1
-    unread = _unread(fit, ignored)
+    own = [np.zeros(len(e)) for e in fit.residuals] if doubts is None else doubts
     at_rest = [
-        View((np.abs(w) > dead_zone).astype(np.float64), doubt)
-        for w, doubt in zip(motion, unread, strict=True)
+        View((np.abs(w) > dead_zone).astype(np.float64), doubt) for w, doubt in zip(motion, own, strict=True)
     ]
 
     def noise(p: FloatArray, views: Sequence[View] = at_rest) -> StateNoise:
@@ -112,7 +110,7 @@ def wind(
                 _view(w, *whitener.expected(e, record), dead_zone, whitener.sigma)
                 for record, (w, e) in enumerate(zip(motion, fit.residuals, strict=True))
             ]
-            views = [View(v.share, v.doubt + doubt) for v, doubt in zip(swaying, unread, strict=True)]
+            views = [View(v.share, v.doubt + doubt) for v, doubt in zip(swaying, own, strict=True)]
             whitener = noise(p, views)
         p, sds, whitener = _fitted(fit, partial(noise, views=views), p)
     first, second = corners(p)
@@ -128,12 +126,6 @@ def wind(
             "wind.second_corner_hz": (second, (second - first) * float(sds[4]), "Hz"),
         },
     )
-
-
-def _unread(fit: Fit, ignored: Sequence[BoolArray] | None) -> list[FloatArray]:
-    """Infinite where a sample is `ignored`, zero elsewhere (samples,), a record each."""
-    masks = no_glitches(fit.residuals) if ignored is None else ignored
-    return [np.where(mask, np.inf, 0.0) for mask in masks]
 
 
 def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: float, sigma: float) -> View:
@@ -160,11 +152,11 @@ def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: floa
 
 
 def random_walk(
-    fit: Fit, start: FloatArray | None = None, ignored: Sequence[BoolArray] | None = None
+    fit: Fit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
 ) -> StochasticFit | None:
     """A measured angle that wanders: increments of constant variance, beside the encoder's noise.
 
-    From `start` (3,) where given, else from the spectrum; `ignored` as for `wind`.
+    From `start` (3,) where given, else from the spectrum; `doubts` as for `wind`.
     """
     rate = fit.hypothesis.scale.rate
     duration = max(len(e) for e in fit.residuals) / rate
@@ -174,8 +166,8 @@ def random_walk(
         return _encoder(f, p, rate) + np.exp(2 * p[2]) / increments
 
     views = None
-    if ignored is not None:
-        views = tuple(View(np.ones_like(doubt), doubt) for doubt in _unread(fit, ignored))
+    if doubts is not None:
+        views = tuple(View(np.ones_like(doubt), doubt) for doubt in doubts)
 
     def noise(p: FloatArray) -> StateNoise:
         walk = walking_noise(float(np.exp(p[0])), _correlation(p[1]), float(np.exp(p[2])))

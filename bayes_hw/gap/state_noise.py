@@ -60,6 +60,13 @@ class StateNoise:
     def correlation(self) -> float:
         return float(self.transition[-1, -1])
 
+    def with_encoder(self, sigma: float) -> StateNoise:
+        """The same with the encoder's own noise of standard deviation `sigma`, its correlation kept."""
+        increment, initial = self.increment.copy(), self.initial.copy()
+        increment[-1, -1] = sigma**2 * (1 - self.correlation**2)
+        initial[-1, -1] = sigma**2
+        return replace(self, increment=increment, initial=initial, sigma=sigma)
+
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         return self._filtered(columns, record)[0]
 

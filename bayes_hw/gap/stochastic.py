@@ -1,9 +1,9 @@
 """Stochastic effects: what the residuals of a fit say of each, with the whitener that belongs to it.
 
 They change the noise, not the response: no simulator can track their realisation, so what they improve is
-the predictive density and the band. Wind and a random walk of the encoder are in `slow_noise`.
+the predictive density and the band. Wind and a random walk of the encoder are in `slow_noise`, samples off
+their instants in `clock_jitter`.
 
-- timing_jitter (clock): samples taken off their instants by epsilon ~ N(0, tau^2), an error dy/dt epsilon
 - timing_jitter (held samples): the encoder repeats its last sample with a probability
 - outliers: isolated glitches, a mixture with a wide component
 - encoder_quantization: y lies on a lattice whose step is well above the noise (interval likelihood)
@@ -16,24 +16,19 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.glitches import Glitches
-from bayes_hw.gap.noise_kernel import held_ages, jitter_filter
+from bayes_hw.gap.noise_kernel import held_ages
 from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
-from bayes_hw.gap.whitener import LOG_2PI, Autoregression, Plain, Whitener, fit_autoregression, no_glitches
+from bayes_hw.gap.whitener import Autoregression, Plain, Whitener, fit_autoregression, no_glitches
 
 ROUNDING = "encoder_quantization"
 """The label of a fact rather than a hypothesis: a lattice of the measured values is seen."""
 
 MAX_AGE = 12
-LEAST_OF_SPEED = 0.3
-"""Of what the speed alone makes of an untimely sample: where the expansion gives less, it ends."""
-
 NOISE_ORDER = 1
 SMALLEST_STEP = 1.8
 """Of the noise: a coarser lattice of y is quantization, a finer one is not told from noise."""
@@ -113,39 +108,12 @@ class StochasticFit:
         own = {name: value for name, value in self.parameters.items() if name.startswith(f"{self.beside}.")}
         return replace(self, label=self.beside, form="", parameters=own, size=None, point=None, beside=None)
 
-
-@dataclass(frozen=True)
-class JitterWhitener:
-    """First-order noise and white noise of changing variance."""
-
-    coefficient: float
-    innovation_variance: float
-    extra: tuple[FloatArray, ...]
-    log_likelihood: float
-    parameter_count: int = 3
-
-    @property
-    def correlation(self) -> float:
-        return self.coefficient
-
-    @property
-    def sigma(self) -> float:
-        return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
-
-    def relative_spread(self, record: int) -> FloatArray:
-        """Standard deviation (samples,) of every sample over that of one at rest."""
-        return np.sqrt(1 + self.extra[record] / self.sigma**2)
-
-    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
-        white = np.empty_like(columns)
-        jitter_filter(
-            np.ascontiguousarray(columns),
-            self.coefficient,
-            self.innovation_variance,
-            self.extra[record],
-            white,
-        )
-        return white
+    def with_second(
+        self, label: str, form: str, parameters: dict[str, tuple[float, float, str]]
+    ) -> StochasticFit:
+        """The same noise with a second effect in it, of `label`; `form` says so."""
+        forms = ", ".join(filter(None, [self.form, form]))
+        return replace(self, form=forms, parameters={**self.parameters, **parameters}, beside=label)
 
 
 def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
@@ -163,65 +131,6 @@ def outliers(fit: Fit) -> StochasticFit | None:
     whitener = replace(noise, log_likelihood=total, parameter_count=Autoregression.parameter_count)
     return StochasticFit(
         "outliers", "", whitener, total, glitches.parameters(fit.hypothesis.scale.units.output)
-    )
-
-
-def clock_jitter(fit: Fit) -> StochasticFit | None:
-    """Samples off their instants by epsilon ~ N(0, tau^2): white noise whose variance grows with the speed.
-
-    The mean square of y(t + epsilon) - y(t) is tau^2 y'^2 + tau^4 (3/4 y''^2 + y' y''') to fourth order, the
-    derivatives those of a cubic spline: differences of samples lose the speed of vibrations.
-    """
-    rate = fit.hypothesis.scale.rate
-    splines = [CubicSpline(np.arange(len(s)) / rate, s) for s in fit.simulated]
-    speeds, turns = ([spline(spline.x, order) for spline in splines] for order in (1, 2))
-    bends = [
-        0.75 * a**2 + v * rate**2 * np.diff(v, 2, prepend=v[0], append=v[-1])
-        for v, a in zip(speeds, turns, strict=True)
-    ]
-    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
-    power = float(np.mean(np.concatenate(speeds) ** 2))
-    if power == 0:
-        return None
-    correlation = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
-
-    def at(p: FloatArray) -> JitterWhitener:
-        coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
-        variance, square = np.exp(2 * p[1]), np.exp(2 * p[2])
-        extra = tuple(
-            np.maximum(square * v**2 + square**2 * bend, LEAST_OF_SPEED * square * v**2)
-            for v, bend in zip(speeds, bends, strict=True)
-        )
-        total = 0.0
-        for e, r in zip(fit.residuals, extra, strict=True):
-            white = np.empty((len(e), 1))
-            log_determinant = jitter_filter(np.ascontiguousarray(e[:, None]), coefficient, variance, r, white)
-            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
-        return JitterWhitener(float(coefficient), float(variance), extra, total)
-
-    first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
-    best = None
-    for share in (0.3, 0.8):
-        start = np.array([first, 0.5 * np.log(1 - share), 0.5 * np.log(share / power)])
-        start[1:] += np.log(noise.innovation_sigma)
-        found = minimize(  # type: ignore[call-overload]
-            lambda p: -at(p).log_likelihood,
-            start,
-            method="Nelder-Mead",
-            options={"maxiter": 120, "fatol": 0.1},
-        )
-        if best is None or found.fun < best.fun:
-            best = found
-    assert best is not None
-    whitener = at(best.x)
-    spread = float(np.exp(best.x[2]))
-    samples = sum(len(e) for e in fit.residuals)
-    return StochasticFit(
-        "timing_jitter",
-        "clock",
-        whitener,
-        whitener.log_likelihood,
-        {"timing_jitter.clock_sd": (spread, spread / np.sqrt(0.5 * samples), "s")},
     )
 
 
@@ -286,6 +195,11 @@ def lattice_step(measured: Sequence[FloatArray]) -> float:
     return step if off.max() < 0.05 else 0.0
 
 
+def rounding_step(step: float, unit: str) -> dict[str, tuple[float, float, str]]:
+    """The parameter of a rounding encoder, known to a millionth."""
+    return {f"{ROUNDING}.step": (step, 1e-6 * step, unit)}
+
+
 def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white."""
     measured = fit.measured
@@ -314,7 +228,7 @@ def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
         "",
         whitener,
         totals[best],
-        {"encoder_quantization.step": (step, 1e-6 * step, fit.hypothesis.scale.units.output)},
+        rounding_step(step, fit.hypothesis.scale.units.output),
         display,
     )
 

@@ -9,13 +9,16 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.clock_jitter import clock_jitter
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, ShownHypothesis, with_stochastic
 from bayes_hw.gap.fit import Fit, fit
 from bayes_hw.gap.glitchy_noise import WITH_GLITCHES, walk_and_glitches, wind_and_glitches
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.jittery_noise import WITH_JITTER, walk_and_jitter, wind_and_jitter
 from bayes_hw.gap.joint_fits import joined
 from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.rounded_noise import WITH_ROUNDING, walk_and_rounding, wind_and_rounding
 from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.slow_noise import random_walk, wind
 from bayes_hw.gap.state_noise import StateNoise
@@ -23,7 +26,6 @@ from bayes_hw.gap.stochastic import (
     ROUNDING,
     StochasticFit,
     autoregression,
-    clock_jitter,
     held_samples,
     lattice_step,
     outliers,
@@ -49,13 +51,15 @@ WORTH_EVERY_EFFECT = 50.0
 Kind: TypeAlias = Callable[..., StochasticFit | None]
 """A stochastic effect fitted to the residuals of a Fit; slow noise also from a `start` of its parameters."""
 
+WALK = "random walk"
+
 KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
     {
         ("outliers", ""): outliers,
         ("timing_jitter", "clock"): clock_jitter,
         ("timing_jitter", "held samples"): held_samples,
         ("wind", ""): wind,
-        ("sensor_drift", "random walk"): random_walk,
+        ("sensor_drift", WALK): random_walk,
     }
 )
 """By label and form; rounding of the records is a fact that needs no search."""
@@ -63,10 +67,18 @@ KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
 BOTH_KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
     {
         ("wind", WITH_GLITCHES): wind_and_glitches,
-        ("sensor_drift", f"random walk, {WITH_GLITCHES}"): walk_and_glitches,
+        ("sensor_drift", f"{WALK}, {WITH_GLITCHES}"): walk_and_glitches,
+        ("wind", WITH_JITTER): wind_and_jitter,
+        ("sensor_drift", f"{WALK}, {WITH_JITTER}"): walk_and_jitter,
+        ("wind", WITH_ROUNDING): wind_and_rounding,
+        ("sensor_drift", f"{WALK}, {WITH_ROUNDING}"): walk_and_rounding,
     }
 )
-"""The same of two effects at once; the second is outliers."""
+"""The same of two effects at once, of which SECOND is the other's label."""
+
+SECOND: Mapping[str, str] = MappingProxyType(
+    {WITH_GLITCHES: "outliers", WITH_JITTER: "timing_jitter", WITH_ROUNDING: ROUNDING}
+)
 
 
 class StochasticSearch:
@@ -99,7 +111,6 @@ class StochasticSearch:
         hosts = [base.fit, *(e.fit for e in (best if rounded else best[:HOSTS]))]
         noise = [autoregression(host).log_likelihood for host in hosts]
         tasks = [(kind, host) for kind in self.kinds(rounded) for host in range(len(hosts))]
-        tasks += [(kind, 0) for kind in self._both_kinds(rounded)]
         first = self.each(lambda task: task[0](hosts[task[1]]), tasks)
         chosen: list[tuple[Kind, StochasticFit, Fit]] = []
         helpful: list[Kind] = []
@@ -109,8 +120,7 @@ class StochasticSearch:
             gain = found.log_likelihood - noise[host]
             if gain > WORTH_REFITTING or rounded:
                 chosen.append((kind, found, hosts[host]))
-            alone = found.beside is None and not rounded
-            if gain > WORTH_EVERY_EFFECT and alone and kind not in helpful:
+            if gain > WORTH_EVERY_EFFECT and not rounded and kind not in helpful:
                 helpful.append(kind)
         for kind in helpful:
             others = [f for f in singles if not any(f is host for host in hosts)][:SINGLES_WITH_NOISE]
@@ -128,11 +138,38 @@ class StochasticSearch:
             return [self._quantization]
         return [kind for (label, _), kind in KINDS.items() if label in self.labels]
 
-    def _both_kinds(self, rounded: bool) -> list[Kind]:
-        """Two stochastic effects at once, to try beside the base model."""
-        if rounded or "outliers" not in self.labels:
-            return []
-        return [kind for (label, _), kind in BOTH_KINDS.items() if label in self.labels]
+    def two_at_once(self, host: Explanation, noisy: Sequence[Explanation]) -> list[Explanation]:
+        """Two stochastic effects at once beside the response of `host`, those of one being in `noisy`.
+
+        Clock jitter is tried beside slow noise that helps alone, rounding where the records are rounded.
+        """
+        rounded = self.rounded(host.fit)
+        alone = [e for e in noisy if e.fit.hypothesis.effects == host.fit.hypothesis.effects]
+        reached = (
+            max((e.log_evidence for e in alone if e.rounded), default=host.log_evidence)
+            + WORTH_EVERY_EFFECT * rounded
+        )
+        helpful = {
+            label
+            for e in alone
+            if e.stochastic is not None and e.log_evidence > host.log_evidence + WORTH_EVERY_EFFECT
+            for label in e.stochastic.labels
+        }
+        kinds = [
+            kind
+            for (label, form), kind in BOTH_KINDS.items()
+            for second in [SECOND[form.rpartition(", ")[2]]]
+            if {label, second} <= self.labels
+            and rounded == (second == ROUNDING)
+            and (second != "timing_jitter" or label in helpful)
+        ]
+        first = self.each(lambda kind: kind(host.fit), kinds)
+        worth = [
+            (kind, found)
+            for kind, found in zip(kinds, first, strict=True)
+            if found is not None and with_stochastic(found, host.fit).log_evidence > reached
+        ]
+        return self.each(lambda pair: self._refitted(*pair, host.fit), worth)
 
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
         """Effects, the best form of each label, fitted under the noise of `explanation`, alone so far."""

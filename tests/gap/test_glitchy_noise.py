@@ -70,7 +70,8 @@ def test_the_search_finds_both() -> None:
     """Among all stochastic effects beside the base model, and its explanation names both."""
     start = explained(spoilt(walking(0.3 * SIGMA)))
     measured, labels = start.fit.measured, frozenset({"outliers", "wind", "sensor_drift"})
-    found = StochasticSearch(measured, labels, SIGMA, Each(1)).beside(start, [], [])
-    best = max(found, key=lambda e: e.log_evidence)
+    search = StochasticSearch(measured, labels, SIGMA, Each(1))
+    alone = search.beside(start, [], [])
+    best = max([*alone, *search.two_at_once(start, alone)], key=lambda e: e.log_evidence)
     assert best.labels == ("outliers", "sensor_drift")
     assert best.name == "sensor_drift (random walk, with glitches)"

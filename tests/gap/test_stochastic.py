@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from drive_axis import RATE, SIGMA, coloured, white
+from drive_axis import SIGMA, coloured, white
 from fitted import AXIS, SAMPLES, base, of_records, with_residuals
-from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.stochastic import (
     autoregression,
-    clock_jitter,
     held_samples,
     lattice_step,
     outliers,
@@ -45,38 +41,6 @@ def test_outliers() -> None:
     assert found.parameters["outliers.height"][0] == pytest.approx(30 * SIGMA, rel=0.5)
     assert found.log_likelihood > autoregression(fit).log_likelihood + 100
     assert outliers(with_residuals(noise())) is None
-
-
-def test_clock_jitter() -> None:
-    """The spread of the sampling instants to 15 %."""
-    spread, rng = 0.03, np.random.default_rng(6)
-    instants = np.arange(SAMPLES) / RATE
-    residuals = [
-        e + CubicSpline(instants, y)(instants + rng.normal(0, spread, SAMPLES)) - y
-        for e, y in zip(noise(), outputs(), strict=True)
-    ]
-    fit = with_residuals(residuals)
-    found = clock_jitter(fit)
-    assert found is not None and (found.label, found.form) == ("timing_jitter", "clock")
-    assert found.parameters["timing_jitter.clock_sd"][0] == pytest.approx(spread, rel=0.15)
-    assert found.log_likelihood > autoregression(fit).log_likelihood + 50
-    innovations = found.whitener.whiten(residuals[0][:, None], 0)
-    assert innovations.std() == pytest.approx(1, abs=0.1)
-
-
-@pytest.mark.parametrize("spread", [0.01, 0.02])
-def test_clock_jitter_of_vibrations(spread: float) -> None:
-    """Five samples a cycle: differences of samples would lose a quarter of the speed."""
-    rng, instants = np.random.default_rng(8), np.arange(SAMPLES) / RATE
-
-    def vibration(t: FloatArray) -> FloatArray:
-        return 10 * SIGMA * np.sin(2 * np.pi * 4.0 * t)
-
-    clean = vibration(instants)
-    residuals = [e + vibration(instants + rng.normal(0, spread, SAMPLES)) - clean for e in noise(0.0)]
-    found = clock_jitter(replace(with_residuals(residuals), simulated=[clean] * RECORDS))
-    assert found is not None
-    assert found.parameters["timing_jitter.clock_sd"][0] == pytest.approx(spread, rel=0.08)
 
 
 @pytest.mark.parametrize("share", [0.15, 0.5])
