@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.clock_jitter import clock_jitter
 from bayes_hw.gap.explanation import with_stochastic
 from bayes_hw.gap.leftover import leftovers
 from bayes_hw.gap.slow_noise import random_walk
-from bayes_hw.gap.stochastic import clock_jitter
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 T = np.arange(SAMPLES) / RATE
