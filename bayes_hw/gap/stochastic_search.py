@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -155,14 +155,7 @@ class StochasticSearch:
             if e.stochastic is not None and e.log_evidence > host.log_evidence + WORTH_EVERY_EFFECT
             for label in e.stochastic.labels
         }
-        kinds = [
-            kind
-            for (label, form), kind in BOTH_KINDS.items()
-            for second in [SECOND[form.rpartition(", ")[2]]]
-            if {label, second} <= self.labels
-            and rounded == (second == ROUNDING)
-            and (second != "timing_jitter" or label in helpful)
-        ]
+        kinds = self._both_kinds(rounded, helpful)
         first = self.each(lambda kind: kind(host.fit), kinds)
         worth = [
             (kind, found)
@@ -170,6 +163,16 @@ class StochasticSearch:
             if found is not None and with_stochastic(found, host.fit).log_evidence > reached
         ]
         return self.each(lambda pair: self._refitted(*pair, host.fit), worth)
+
+    def _both_kinds(self, rounded: bool, helpful: Collection[str]) -> list[Kind]:
+        """Of two stochastic effects; `helpful` are labels of those that help alone."""
+        chosen = []
+        for (label, form), kind in BOTH_KINDS.items():
+            second = SECOND[form.rpartition(", ")[2]]
+            known = {label, second} <= self.labels and rounded == (second == ROUNDING)
+            if known and (label in helpful or second != "timing_jitter"):
+                chosen.append(kind)
+        return chosen
 
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
         """Effects, the best form of each label, fitted under the noise of `explanation`, alone so far."""
