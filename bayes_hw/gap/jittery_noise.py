@@ -64,12 +64,8 @@ def _with_jitter(
     if slow is None:
         return None
     spread = float(np.sqrt(square))
-    own = float(np.mean(np.concatenate(untimely.variances(square))))
-    size = float(np.sqrt(max((slow.size or 0.0) ** 2 - own, 0.0)))
-    both = slow.with_second(
-        "timing_jitter", WITH_JITTER, {CLOCK_SD: (spread, spread / np.sqrt(max(curvature, 1.0)), "s")}
-    )
-    return replace(both, size=size)
+    error = float(spread / np.sqrt(max(curvature, 1.0)))
+    return slow.with_second("timing_jitter", WITH_JITTER, {CLOCK_SD: (spread, error, "s")})
 
 
 def spread_with_speed(residuals: Sequence[FloatArray], squares: Sequence[FloatArray]) -> float:

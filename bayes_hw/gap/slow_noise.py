@@ -118,6 +118,7 @@ def wind(
         "wind",
         "",
         fit,
+        doubts,
         whitener,
         p,
         {
@@ -184,6 +185,7 @@ def random_walk(
         "sensor_drift",
         "random walk",
         fit,
+        doubts,
         whitener,
         p,
         {"sensor_drift.step_sd": (step, step * float(sds[2]), unit)},
@@ -194,11 +196,14 @@ def _found(
     label: str,
     form: str,
     fit: Fit,
+    doubts: Sequence[FloatArray] | None,
     whitener: StateNoise,
     point: FloatArray,
     parameters: dict[str, tuple[float, float, str]],
 ) -> StochasticFit:
-    size = float(np.sqrt(max(fit.rmse**2 - whitener.sigma**2, 0.0)))
+    beside = np.zeros(1) if doubts is None else np.concatenate(list(doubts))
+    known = whitener.sigma**2 + float(np.mean(beside[np.isfinite(beside)]))
+    size = float(np.sqrt(max(fit.rmse**2 - known, 0.0)))
     return StochasticFit(
         label,
         form,

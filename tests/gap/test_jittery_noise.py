@@ -47,6 +47,7 @@ def test_parameters_are_those_of_either_alone(
     assert found.labels == (clean.label, "timing_jitter")
     size = "sensor_drift.step_sd" if clean.label == "sensor_drift" else "wind.sd"
     assert found.parameters[size][0] == pytest.approx(clean.parameters[size][0], rel=0.15)
+    assert found.size == pytest.approx(clean.size, rel=0.05)
     value, error, unit = found.parameters[CLOCK_SD]
     assert unit == "s" and value == pytest.approx(SPREAD, rel=0.1)
     assert 0.01 * SPREAD < error < 0.1 * SPREAD

@@ -54,6 +54,7 @@ def test_the_slow_noise_is_that_before_rounding(
     assert found.labels == (clean.label, ROUNDING)
     size = "sensor_drift.step_sd" if clean.label == "sensor_drift" else "wind.sd"
     assert found.parameters[size][0] == pytest.approx(clean.parameters[size][0], rel=0.15)
+    assert found.size == pytest.approx(clean.size, rel=0.05)
     assert found.parameters["encoder_quantization.step"][0] == pytest.approx(STEP, rel=1e-4)
     assert both(with_residuals(slow)) is None
 
