@@ -8,20 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chaotic_search import ChaoticSearch
-from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
-from bayes_hw.gap.explanation import (
-    Explanation,
-    best_of_each,
-    is_far_ahead,
-    repeats_far_ahead,
-    with_coloured_noise,
+from bayes_hw.gap.contenders import (
+    SLIGHT,
+    best_of,
+    hides,
+    is_coloured,
+    later,
+    leaders,
+    may_hide_a_cause,
+    with_parts,
+    worst_first,
+    worth_refining,
 )
+from bayes_hw.gap.continuation import can_be_led, led, measured_positions
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.explanation import Explanation, is_far_ahead, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit, fitted_on
 from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -32,6 +39,7 @@ from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.refinement import Refinement
 from bayes_hw.gap.restarts import Restarts, drawn_about, nearest
 from bayes_hw.gap.screen import Candidate, Screen, distinct, most_promising
+from bayes_hw.gap.short_periods import SHORT_KEPT, most_of_a_short_period, short_periods
 from bayes_hw.gap.stochastic_search import StochasticSearch
 from bayes_hw.gap.trimmed_search import TrimmedSearch
 from bayes_hw.gap.whitener import Plain
@@ -51,24 +59,12 @@ HIDING = 2
 NEAR = 100.0
 """Log-evidence within which a second stochastic effect is held against every effect too."""
 
-PERIODS_TRIED = 2
-FURTHER_KEPT = 3
-
 REFINED = 4
-REFINED_PAIRS = 2
-"""Explanations whose effects are tried in forms of more parameters."""
+"""Single effects that are tried in forms of more parameters."""
 
 RESTARTED = 3
 LEADERS = 2
 """Labels of which the best fit is begun again near where it ended, before a second effect is sought."""
-
-SLIGHT = 40.0
-"""Log-evidence by which an effect and slow noise must be ahead of either alone before a second cause is
-sought: one of a fifth of the noise is worth 70 in 3,600 samples."""
-
-CLOSE_PART = 200.0
-"""Log-evidence by which one effect alone may fall short of two and yet be fitted again: a second effect may
-only make up for a fit that stopped half way."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +107,7 @@ class Attributor:
         self.coloured: list[Explanation] = []
         self.singles: list[Fit] = []
         self.refined: list[Explanation] = []
+        self._short_periods_known = False
 
     def run(self) -> Attribution:
         """All explanations of the case; the search goes on while the best of them leaves structure."""
@@ -124,18 +121,20 @@ class Attributor:
         self.tell("stochastic effects")
         noisy = self.stochastic.beside(base, hosts, self.singles if hosts else [])
         self.found += noisy + self.stochastic.two_at_once(base, noisy)
+        if self._noise_hides_a_period:
+            self._seek_short_periods(bases[0])
         if structure and self._goes_on:
             self._seek_richer_forms()
         if repeats_far_ahead(self.found):
             if self._unfinished:
-                self.found += self._richer(_worth_refining(self.found))
+                self.found += self._richer(worth_refining(self.found))
         elif structure:
             self._seek_further(bases[0])
         self._finish_best()
         if self.stochastic.lattice:
-            self.found += self.stochastic.beside(base, _later(self.found, hosts)[:ROUNDED_LATER], [])
+            self.found += self.stochastic.beside(base, later(self.found, hosts)[:ROUNDED_LATER], [])
         known = [e for e in self.found if np.isfinite(e.log_evidence) or e is base]
-        everything = sorted(known, key=_worst_first)
+        everything = sorted(known, key=worst_first)
         return Attribution(base, tuple(everything), tuple(f.cost for f in bases), tuple(self.singles))
 
     def _seek_single_effects(self, base: Fit, tried: int) -> None:
@@ -147,12 +146,14 @@ class Attributor:
     def _seek_richer_forms(self) -> None:
         """Of the best single effects."""
         self.tell("forms of more parameters")
-        richer = self._richer(sorted(self.coloured, key=_worst_first)[:REFINED])
+        richer = self._richer(sorted(self.coloured, key=worst_first)[:REFINED])
         self.found += richer
         self.coloured += richer
 
     def _seek_further(self, base: Fit) -> None:
         """More single effects, pairs and chaotic motion, as long as structure is left."""
+        if self._unfinished:
+            self._lead_the_ripple()
         if not is_far_ahead(self.found) and self._unfinished:
             self.tell("pairs on the stretches that fit best")
             search = TrimmedSearch(self.nominal, self.measured, self.effects, self.plain, self.each)
@@ -166,44 +167,73 @@ class Attributor:
         if self._unfinished:
             self._seek_chaos()
 
+    def _lead_the_ripple(self) -> None:
+        """From the measured position to the simulated one, where the best single effect is a ripple."""
+        best = min(self.coloured, key=worst_first).fit
+        if can_be_led(best.hypothesis):
+            positions = measured_positions(best)
+            found = led(best.hypothesis, best.coordinates, positions, self.measured, self.plain)
+            more = self._joint.explained([found])
+            self.found += more
+            self.coloured += more
+
     def _seek_other_starts(self, base: Fit) -> None:
         """Of single effects."""
-        self.tell("short periods and other starts")
-        short = self._short_periods(base)
-        self.singles = cheapest_of_each([*self.singles, *short])
-        more = self._joint.explained(short[:FURTHER_KEPT])
-        leading = [e.fit for e in sorted([*self.coloured, *more], key=_worst_first)][:RESTARTED]
-        more += self._joint.explained(cheapest_of_each(self._restarts.elsewhere(leading)))
-        for leader in _leaders([*self.coloured, *more])[:LEADERS]:
+        self._seek_short_periods(base)
+        self.tell("other starts")
+        leading = [e.fit for e in sorted(self.coloured, key=worst_first)][:RESTARTED]
+        more = self._joint.explained(cheapest_of_each(self._restarts.elsewhere(leading)))
+        for leader in leaders([*self.coloured, *more])[:LEADERS]:
             more += self._restarts.near(leader)
         self.found += more
         self.coloured += more
 
+    def _seek_short_periods(self, base: Fit) -> None:
+        if self._short_periods_known:
+            return
+        self._short_periods_known = True
+        self.tell("short periods")
+        short = short_periods(self.nominal, base, self.effects, self._joint)
+        self.singles = cheapest_of_each([*self.singles, *short])
+        more = self._joint.explained(short[:SHORT_KEPT])
+        self.found += more
+        self.coloured += more
+
+    @property
+    def _noise_hides_a_period(self) -> bool:
+        """Whether slow noise explains everything, and yet an effect of a short period stands out of it."""
+        best = best_of(self.found)
+        noise = best.cause_of_noise
+        if noise is None or noise.size is None or self._unfinished:
+            return False
+        screen = Screen(best.fit, noise.whitener)
+        return most_of_a_short_period(screen, self.effects, self.each) > 2 * SLIGHT
+
     def _seek_pairs(self) -> None:
         self.tell("pairs of effects")
-        firsts = [e.fit for e in sorted(self.coloured, key=_worst_first)]
+        firsts = [e.fit for e in sorted(self.coloured, key=worst_first)]
         self.found += self._under_noise() + self._pairs.first(firsts, self.singles)
-        if _may_hide_a_cause(self.found):
+        if may_hide_a_cause(self.found):
             self._seek_partners(firsts)
         if self._unfinished:
             self._refine_the_best()
         if self._unfinished:
             known = [e for e in self.found if e.stochastic is None and len(e.fit.hypothesis.effects) == 2]
-            for pair in sorted(known, key=_worst_first)[:1]:
+            for pair in sorted(known, key=worst_first)[:1]:
                 self.found += self._restarts.near(pair)
 
     def _refine_the_best(self) -> None:
         """The best explanations with their effects in forms of more parameters, and their parts."""
-        best = [e for e in _worth_refining(self.found) if not any(e is known for known in self.refined)]
+        best = [e for e in worth_refining(self.found) if not any(e is known for known in self.refined)]
         self.refined += best
         richer = self._richer(best)
-        self.found += richer + self._pairs.parts(sorted(richer, key=_worst_first)[:1])
+        self.found += richer + self._pairs.parts(sorted(richer, key=worst_first)[:1])
 
     def _seek_partners(self, tried: Sequence[Fit]) -> None:
         """Pairs of the best single effect and of the best beside slow noise, which may stand for a second
         effect, where they are not among `tried`."""
-        alone = [e for e in sorted(self.found, key=_worst_first) if len(e.fit.hypothesis.effects) == 1]
-        best = [next((e.fit for e in alone if kind(e)), None) for kind in (_hides, _is_coloured)]
+        alone = [e for e in sorted(self.found, key=worst_first) if len(e.fit.hypothesis.effects) == 1]
+        best = [next((e.fit for e in alone if kind(e)), None) for kind in (hides, is_coloured)]
         new = [f for f in best if f is not None and not any(f is host for host in tried)]
         self.found += [pair for f in new for pair in self._pairs.beside(f, self.singles)]
 
@@ -211,31 +241,31 @@ class Attributor:
         """Second effects beside motion that is lost in chaos, or chaos beside what is best otherwise."""
         self.tell("chaotic motion")
         search = ChaoticSearch(self.base, self.measured, self.effects, self.plain, self.stochastic, self.each)
-        if not _best(self.found).lost_motion:
+        if not best_of(self.found).lost_motion:
             self.found += search.beside(self.found)
-        best = _best(self.found)
+        best = best_of(self.found)
         if best.lost_motion:
             self.found += search.partners(best)
 
     def _finish_best(self) -> None:
         """The best explanation and its parts from near where they ended, and chaos under slow noise."""
-        self.found += self._apart(_best(self.found))
-        for explanation in _with_parts(self.found):
+        self.found += self._apart(best_of(self.found))
+        for explanation in with_parts(self.found):
             self.found += self._restarts.near(explanation)
-        for chaotic in [e for e in _with_parts(self.found) if e.chaotic and e.stochastic is None]:
+        for chaotic in [e for e in with_parts(self.found) if e.chaotic and e.stochastic is None]:
             noisy = self.stochastic.beside(chaotic, [], [])
             self.found += noisy + self.stochastic.two_at_once(chaotic, noisy)
 
     @property
     def _unfinished(self) -> bool:
         """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
-        best = _best(self.found)
+        best = best_of(self.found)
         return best.strained or leaves_structure(best, self.base.inputs)
 
     @property
     def _goes_on(self) -> bool:
         """Whether a further cause is to be sought, among effects that can be followed."""
-        return _may_hide_a_cause(self.found) or self._unfinished
+        return may_hide_a_cause(self.found) or self._unfinished
 
     def _richer(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Explanations with their effects in forms of more parameters."""
@@ -255,19 +285,10 @@ class Attributor:
     def _pairs(self) -> PairSearch:
         return PairSearch(self.base, self._at_nominal, self.effects, self._joint, self._forms_at_nominal)
 
-    def _short_periods(self, base: Fit) -> list[Fit]:
-        """Plain fits of effects periodic in position, from periods that the first scan was too coarse for."""
-        starts: list[tuple[Fit, list[Candidate]]] = []
-        periodic = everywhere_periodic(self.effects)
-        for screen in (self._at_nominal, Screen(base, self.plain.widened(base.rmse))):
-            scanned = self.each(partial(screen.candidates, finely=True), periodic)
-            starts += [(screen.base, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
-        return self._joint.in_two_rounds(starts, FURTHER_KEPT)
-
     def _under_noise(self) -> list[Explanation]:
         """Effects fitted under the best stochastic effects, which may hide them."""
         alone: dict[tuple[str, ...], Explanation] = {}
-        for e in sorted(self.found, key=_worst_first):
+        for e in sorted(self.found, key=worst_first):
             if e.stochastic is not None and not e.fit.hypothesis.effects:
                 alone.setdefault(e.labels, e)
         near = [
@@ -341,60 +362,3 @@ class Attributor:
             starts,
         )
         return min(fits, key=lambda f: f.cost)
-
-
-def _with_parts(found: Sequence[Explanation]) -> list[Explanation]:
-    """The best explanation, and where it is of two effects the best of each alone that comes close."""
-    best = _best(found)
-    close = (e for e in found if e.log_evidence > best.log_evidence - CLOSE_PART)
-    by_labels = best_of_each(close, lambda e: e.labels)
-    parts = [by_labels.get((label,)) for label in best.labels]
-    return [best, *(e for e in parts if e is not None and e is not best)]
-
-
-def _may_hide_a_cause(found: Sequence[Explanation]) -> bool:
-    """Whether the best explanation is an effect beside slow noise, which takes up any second slow effect.
-
-    Effect and noise must both be worth a label: slow noise that adds little to the effect hides nothing.
-    """
-    best = _best(found)
-    parts = [e for e in found if set(e.labels) < set(best.labels)]
-    return _hides(best) and all(best.log_evidence > e.log_evidence + SLIGHT for e in parts)
-
-
-def _hides(explanation: Explanation) -> bool:
-    cause = explanation.cause_of_noise
-    return cause is not None and cause.size is not None and bool(explanation.fit.hypothesis.effects)
-
-
-def _is_coloured(explanation: Explanation) -> bool:
-    return explanation.stochastic is None
-
-
-def _worth_refining(found: Sequence[Explanation]) -> list[Explanation]:
-    """The best by name, and the best by labels of two effects that can be followed."""
-    named = list(best_of_each(found, lambda e: e.name).values())[:REFINED_PAIRS]
-    followed = (e for e in found if e.stochastic is None and len(e.labels) == 2)
-    pairs = list(best_of_each(followed, lambda e: e.labels).values())[:REFINED_PAIRS]
-    return named + [e for e in pairs if not any(e is other for other in named)]
-
-
-def _leaders(singles: Sequence[Explanation]) -> list[Explanation]:
-    """The best of every label, best first."""
-    return list(best_of_each(singles, lambda e: e.labels).values())
-
-
-def _later(found: Sequence[Explanation], first: Sequence[Explanation]) -> list[Explanation]:
-    """The best single response of every name that was found after `first`, best first."""
-    known = {e.name for e in first}
-    later = (e for e in found if e.stochastic is None and len(e.labels) == 1 and e.name not in known)
-    return list(best_of_each(later, lambda e: e.name).values())
-
-
-def _best(found: Sequence[Explanation]) -> Explanation:
-    """The explanation of most evidence; where records are rounded, which is a fact, of those that round."""
-    return min([e for e in found if e.rounded] or found, key=_worst_first)
-
-
-def _worst_first(explanation: Explanation) -> float:
-    return -explanation.log_evidence

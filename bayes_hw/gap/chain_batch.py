@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,15 @@ class ChainSignals(NamedTuple):
     y: FloatArray
 
 
+@dataclass(frozen=True)
+class KnownPositions:
+    """Positions of the axis (samples,), one array a record, at which its ripple is taken by `share`: it acts
+    that share of the way from the simulated w to them."""
+
+    positions: Sequence[FloatArray]
+    share: float
+
+
 class States(NamedTuple):
     """First-order states stepped by h: shapes as in `simulate_lanes`, the chain last."""
 
@@ -40,11 +50,16 @@ class States(NamedTuple):
 
 
 def simulate_chains(
-    chains: Sequence[Chain], settings: FloatArray, inputs: Sequence[FloatArray], keep_w: bool = False
+    chains: Sequence[Chain],
+    settings: FloatArray,
+    inputs: Sequence[FloatArray],
+    keep_w: bool = False,
+    known: KnownPositions | None = None,
 ) -> list[ChainSignals]:
     """Signals of every record under every chain and its row of `settings` (chains, COUNT).
 
     `inputs` holds the commands (samples,), one a record. Without `keep_w` the w returned have no samples.
+    `known` says where ripple acts if not at the simulated position.
     """
     active = settings != S.NEUTRAL
     switches = active[:, S.SWITCHES]
@@ -54,9 +69,8 @@ def simulate_chains(
     done = []
     for group in groups.values():
         some = np.array(group)
-        done.append(
-            _simulate_alike([chains[i] for i in group], settings[some], active[some[0]], inputs, keep_w)
-        )
+        alike = [chains[i] for i in group]
+        done.append(_simulate_alike(alike, settings[some], active[some[0]], inputs, keep_w, known))
     if len(done) == 1:
         return done[0]
     order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
@@ -72,6 +86,7 @@ def _simulate_alike(
     active: BoolArray,
     inputs: Sequence[FloatArray],
     keep_w: bool,
+    known: KnownPositions | None,
 ) -> list[ChainSignals]:
     """The same for chains of one structure with the same settings active."""
     rate, count = chains[0].rate, len(chains)
@@ -89,6 +104,9 @@ def _simulate_alike(
         _fill_delayed(commands[:, record * count : (record + 1) * count], u, delays)
     command = command_states(chains, h)
     torque = torque_states(chains, h)
+    positions = np.zeros((samples if known is not None else 0, columns))
+    for record, position in enumerate(known.positions if known is not None else []):
+        positions[: len(position), record * count : (record + 1) * count] = position[:, None]
     w, y = np.empty((samples if keep_w else 0, columns)), np.empty((samples, columns))
     simulate_lanes(
         commands,
@@ -101,6 +119,8 @@ def _simulate_alike(
         *(_in_lanes(part, lanes) for part in command[1:]),
         torque.real_count,
         *(_in_lanes(part, lanes) for part in torque[1:]),
+        positions,
+        known.share if known is not None else 0.0,
         w,
         y,
     )

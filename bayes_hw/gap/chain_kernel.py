@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.friction_kernel import STATIC_ROUNDS, bent_bristle, sliding_torque
 from bayes_hw.model.lane_functions import absolute, exponential, sine, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, gather, load, maximum, minimum, store
 
@@ -29,12 +30,6 @@ TAU = 2 * np.pi
 
 W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 BY_MOTOR, BY_LOAD = range(2)
-
-STATIC_ROUNDS = 3
-"""Newton's steps to the speed at which a falling friction and the motion agree."""
-
-SMALLEST_SLOPE = 0.25
-"""Below which the slope of Newton's equation is not believed: there the axis can as well slide as stick."""
 
 
 @njit(cache=True, inline="always")
@@ -52,55 +47,6 @@ def _ramped(command, followed, largest, step):  # type: ignore[no-untyped-def]
     mean = (half * (followed + command) * needed + command * (step - needed)) / step
     end = where_less(needed, step, command, followed + reach)
     return where_less(needed, step, mean, followed + half * reach), end
-
-
-@njit(cache=True, error_model="numpy")
-def _friction(speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, rounds):  # type: ignore[no-untyped-def]
-    """Friction torque of this step: the one that stops the motion, at most the sliding friction.
-
-    `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
-    """
-    zero, one = broadcast(0.0), broadcast(1.0)
-    end, torque = speed, zero
-    for _ in range(rounds):
-        sliding = coulomb
-        if rounds > 1:
-            sliding = _level(end, coulomb, static, per_stribeck_speed)
-        viscous = sliding * per_smoothing
-        held = one / (one + response * viscous)
-        slow = speed * held
-        slides = where_less(zero, speed, zero - one, one)
-        stopped = absolute(slow)
-        torque = where_less(stopped, smoothing, zero - viscous * slow, slides * sliding)
-        if rounds > 1:
-            fall = broadcast(-2.0) * end * per_stribeck_speed * per_stribeck_speed * (sliding - coulomb)
-            per_level = where_less(stopped, smoothing, zero - slow * held * per_smoothing, slides)
-            slope = maximum(one - response * per_level * fall, broadcast(SMALLEST_SLOPE))
-            end = end + (speed + response * torque - end) / slope
-    return torque
-
-
-@njit(cache=True, inline="always")
-def _level(speed, coulomb, static, per_stribeck_speed):  # type: ignore[no-untyped-def]
-    """Sliding friction at a speed: Stribeck's curve."""
-    ratio = speed * per_stribeck_speed
-    return coulomb * (broadcast(1.0) + static * exponential(broadcast(0.0) - ratio * ratio))
-
-
-@njit(cache=True, inline="always")
-def _bristle(  # type: ignore[no-untyped-def]
-    speed, response, coulomb, static, per_stribeck_speed, falling, stiffness, bristle, step
-):
-    """Deflection of bristles at the end of a step that would end at `speed` without friction.
-
-    They slide at Coulomb friction, or where `falling` is true at what Stribeck's curve says.
-    """
-    slowed = absolute(speed - response * stiffness * bristle)
-    level = coulomb
-    if falling:
-        level = _level(slowed, coulomb, static, per_stribeck_speed)
-    held = stiffness * step * (slowed / level + response)
-    return (bristle + step * speed) / (broadcast(1.0) + held)
 
 
 @njit(cache=True, inline="always")
@@ -188,6 +134,8 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     torque_factors_of,
     torque_inputs_of,
     torque_outputs_of,
+    known_positions,
+    known_share,
     w_out,
     y_out,
 ):
@@ -198,7 +146,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     matter in all lanes, false where in none; `direct` (1, lanes). `factors_of` (n, lanes) holds exp(s h),
     real and imaginary parts of pairs as
     two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what a unit input adds in a step,
-    `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load speed.
+    `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load speed. Where
+    `known_positions` (samples, lanes) has rows, ripple is taken `known_share` of the way from the simulated w
+    to them.
     """
     samples, groups = len(u), settings.shape[1] // LANES
     n, t_n = len(factors_of), len(torque_factors_of)
@@ -248,6 +198,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             position = _output(W, outputs, x)
             if torques:
                 position = position + _output(W, t_outputs, b)
+            aside = zero
+            if len(known_positions):
+                aside = broadcast(known_share) * (load(known_positions, k * groups + group) - position)
             lower, upper = load(s, S.LOWER), load(s, S.UPPER)
             gain = one
             if active[S.GAIN_CHANGE]:
@@ -287,12 +240,13 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         load_speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
                         load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
                         load_angle = load_angle + broadcast(0.5 * h) * load_speed
+                    motor_place, load_place = motor_angle + aside, load_angle + aside
                     if rippled:
-                        motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_angle)
+                        motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_place)
                     if load_rippled:
-                        load_torque = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], load_angle)
+                        load_torque = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], load_place)
                     if mesh:
-                        torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], motor_angle)
+                        torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], motor_place)
                         load_torque = load_torque + torque
                         ratio = load(s, S.MOTOR_STIFFNESS) / load(s, S.LOAD_STIFFNESS)
                         motor_torque = motor_torque - ratio * torque
@@ -320,7 +274,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         coulomb = load(s, S.MOTOR_FRICTION)
                         if active[S.MOTOR_PRESLIDING]:
                             stiffness = load(s, S.MOTOR_PRESLIDING)
-                            bristle = _bristle(
+                            bristle = bent_bristle(
                                 speed,
                                 motor_response,
                                 coulomb,
@@ -333,7 +287,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                             )
                             torque = zero - stiffness * bristle
                         else:
-                            torque = _friction(
+                            torque = sliding_torque(
                                 speed,
                                 motor_response,
                                 coulomb,
@@ -350,7 +304,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         static = load(s, S.LOAD_STATIC)
                         if active[S.LOAD_PRESLIDING]:
                             stiffness = load(s, S.LOAD_PRESLIDING)
-                            load_bristle = _bristle(
+                            load_bristle = bent_bristle(
                                 speed,
                                 load_response,
                                 coulomb,
@@ -363,7 +317,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                             )
                             torque = zero - stiffness * load_bristle
                         else:
-                            torque = _friction(
+                            torque = sliding_torque(
                                 speed,
                                 load_response,
                                 coulomb,

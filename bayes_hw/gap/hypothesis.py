@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -12,6 +12,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import Builder, SignalChain
+from bayes_hw.gap.chain_batch import KnownPositions
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import Signals, simulate_signals
@@ -26,12 +27,16 @@ LARGEST_STRAIN = 4.0
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """The base model of `builder` with `effects`, for commands `inputs` (one array a record)."""
+    """The base model of `builder` with `effects`, for commands `inputs` (one array a record).
+
+    `known` says where ripple acts under those commands, if not at the simulated position.
+    """
 
     builder: Builder
     scale: AxisScale
     inputs: Sequence[FloatArray]
     effects: tuple[Effect, ...] = ()
+    known: KnownPositions | None = None
     parameters: tuple[Parameter, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -55,7 +60,7 @@ class Hypothesis:
 
     def with_effect(self, effect: Effect) -> Hypothesis:
         """The same with one effect more."""
-        return Hypothesis(self.builder, self.scale, self.inputs, (*self.effects, effect))
+        return replace(self, effects=(*self.effects, effect))
 
     @property
     def torques(self) -> bool:
@@ -112,7 +117,9 @@ class Hypothesis:
         settings = np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
         if not drift:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
-        return simulate_signals(chains, settings, self.inputs if inputs is None else inputs, keep_w)
+        if inputs is not None:
+            return simulate_signals(chains, settings, inputs, keep_w)
+        return simulate_signals(chains, settings, self.inputs, keep_w, self.known)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
         """Parameter values of unbounded coordinates, both (..., parameters).

@@ -1,14 +1,16 @@
 """A sine of the axis' position, of any period: what it could take of a residual, the periods in one scan.
 
 The response to a small wave A sin(2 pi w / P) + B cos(2 pi w / P) at a door of the axis is linear in A and
-B; but for limits the wave is zero where the record starts. With its sine and cosine part s and c and the
-residual e, whitened and with the base tangents projected off, the reducible error is (s'e, c'e) times the
-inverse of their Gram matrix times (s'e, c'e)'. The projection P is never carried out on the waves:
-(P s)'(P c) = s'c - (T's)'(T'c) for tangents T of unit length.
+B; but for limits the wave is zero where the record starts. Before the encoder it acts by its mean over a
+sample, in which the axis may pass much of a short period: that at the middle times sinc(move / P). With its
+sine and cosine part s and c and the residual e, whitened and with the base tangents projected off, the
+reducible error is (s'e, c'e) times the inverse of their Gram matrix times (s'e, c'e)'. The projection P is
+never carried out on the waves: (P s)'(P c) = s'c - (T's)'(T'c) for tangents T of unit length.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,9 @@ from bayes_hw.gap.whitener import Whitener
 
 CHUNK = 48
 """Periods at once: their waves stay in the cache."""
+
+NODES = 4
+"""Frequencies of a chunk at which the mean of a wave over a sample is computed."""
 
 WITHIN_TANGENTS = 1e-9
 """Share of a wave's power that is not counted as outside the base tangents."""
@@ -47,31 +52,38 @@ def scan_periods(
     residual: FloatArray,
     effect: PeriodicEffect,
     frequencies: FloatArray,
+    positions: Sequence[FloatArray] | None = None,
 ) -> PeriodScan:
     """Waves of `effect` at equally spaced `frequencies` (n,), cycles per unit of position, beside `base`.
 
-    `tangents` (samples, k) have unit length and are orthogonal, `residual` (samples,) is orthogonal to them.
+    `tangents` (samples, k) have unit length and are orthogonal, `residual` (samples,) is orthogonal to them;
+    `positions` (samples,), a record each, are those of the waves, the simulated ones if not given.
     """
     hypothesis, values = base.hypothesis, base.values
     chain = hypothesis.chain(values)
-    positions, dead_zone = hypothesis.motion(values)
+    simulated, dead_zone = hypothesis.motion(values)
+    if positions is None:
+        positions = simulated
     spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
-    rotations = [_powers(2 * np.pi * spacing * w, min(CHUNK, len(frequencies))) for w in positions]
+    moves = [np.diff(w, append=w[-1]) * (effect.door != "output") for w in positions]
+    middles = [w + 0.5 * move for w, move in zip(positions, moves, strict=True)]
+    rotations = [_powers(2 * np.pi * spacing * w, min(CHUNK, len(frequencies))) for w in middles]
     bounds = np.cumsum([0, *(len(w) for w in positions)])
     parts = []
     for start in range(0, len(frequencies), CHUNK):
         count = min(CHUNK, len(frequencies) - start)
         sums = _Sums(count, tangents.shape[1])
-        for record, (w, rotation) in enumerate(zip(positions, rotations, strict=True)):
-            first = np.exp(2j * np.pi * frequencies[start] * w)
+        chunk = frequencies[start : start + count]
+        for record, (middle, rotation) in enumerate(zip(middles, rotations, strict=True)):
+            first = np.exp(2j * np.pi * chunk[0] * middle)
             if effect.only_saturated:
                 first = first * _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)
-            added = first[:, None] * rotation[:, :count]
-            waves = np.concatenate([added.imag, added.real], axis=1)
+            added = first[:, None] * rotation[:, :count] * _means(moves[record], chunk)
             if effect.door != "command":
-                waves -= waves[:1].copy()
+                added -= np.exp(2j * np.pi * chunk * positions[record][0])
+            waves = np.concatenate([added.imag, added.real], axis=1)
             response = door_responses(chain, effect.door, waves)
-            response *= (np.abs(w) > dead_zone)[:, None]
+            response *= (np.abs(simulated[record]) > dead_zone)[:, None]
             rows = slice(bounds[record], bounds[record + 1])
             sums.add(whitener.whiten(response, record), tangents[rows], residual[rows])
         parts.append(sums.reduced())
@@ -103,6 +115,18 @@ class _Sums:
         determinant = np.maximum(ss * cc - sc**2, 1e-300)
         amplitudes = np.array([(cc * se - sc * ce) / determinant, (ss * ce - sc * se) / determinant])
         return amplitudes[0] * se + amplitudes[1] * ce, amplitudes
+
+
+def _means(moves: FloatArray, frequencies: FloatArray) -> FloatArray:
+    """sinc(move f) (samples, frequencies): the mean over a sample, relative to the middle, of a wave of
+    frequency f past which the axis moves by `moves` (samples,). Between four of the frequencies, which lie
+    close together, it is a cubic."""
+    if len(frequencies) <= NODES:
+        return np.asarray(np.sinc(moves[:, None] * frequencies))
+    nodes = np.linspace(frequencies[0], frequencies[-1], NODES)
+    centre, span = nodes.mean(), np.ptp(nodes)
+    powers, at_nodes = (np.vander((f - centre) / span, NODES) for f in (frequencies, nodes))
+    return np.asarray(np.sinc(moves[:, None] * nodes) @ np.linalg.solve(at_nodes.T, powers.T))
 
 
 def _powers(angles: FloatArray, count: int) -> ComplexArray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit import FARTHEST, Fit, fit, fitted_on
 from bayes_hw.gap.hypothesis import Hypothesis
@@ -109,6 +110,9 @@ class Restarts:
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds
         far = self._ranked(host, drawn_about(host.coordinates, spreads, DRAWS, rng))[:FAR_STARTS]
         starts = [*far, *self._own(host, rng), *self._close(host, rng)]
+        if can_be_led(host.hypothesis):
+            start, positions = host.coordinates, measured_positions(host)
+            starts.append(led(host.hypothesis, start, positions, self.measured, self.plain).coordinates)
         if noise is not None:
             return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
         plain = fitted_on(host, self.measured, self.plain, ITERATIONS_NEAR)

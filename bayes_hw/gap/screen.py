@@ -26,7 +26,11 @@ MAX_PERIODS = 240
 SHORTEST_PERIOD_SHARE = 1 / 60
 """Of the travel, where a quarter of a cycle more over it is told apart; shorter periods are not scanned."""
 
-SAMPLES_A_PERIOD = 2.5
+SAMPLES_A_PERIOD = 1.25
+SAMPLES_A_READING = 2.5
+"""At the axis' greatest speed, of a torque and of an encoder's error; an error of a shorter period is that of
+the encoder's interpolation, not of its centre."""
+
 MAX_FINE_PERIODS = 2000
 
 PEAKS_KEPT = 4
@@ -78,10 +82,13 @@ def _near(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
 
 
 class Screen:
-    """The base fit's residual with the base tangents projected off, ready to hold responses against."""
+    """The base fit's residual with the base tangents projected off, ready to hold responses against.
 
-    def __init__(self, base: Fit, whitener: Whitener) -> None:
-        self.base, self.whitener = base, whitener
+    `positions` (samples,), a record each, are those of periodic effects, the simulated ones if not given.
+    """
+
+    def __init__(self, base: Fit, whitener: Whitener, positions: Sequence[FloatArray] | None = None) -> None:
+        self.base, self.whitener, self.positions = base, whitener, positions
         self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
         self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
 
@@ -170,11 +177,14 @@ class Screen:
 
     def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
         scale = self.base.hypothesis.scale
-        followed = SAMPLES_A_PERIOD * scale.output_speed / scale.rate
+        samples = SAMPLES_A_READING if effect.door == "output" else SAMPLES_A_PERIOD
+        followed = samples * scale.output_speed / scale.rate
         shortest = followed if finely else max(SHORTEST_PERIOD_SHARE * scale.travel, followed)
         count = int(np.clip(4 * scale.travel / shortest, 10, MAX_FINE_PERIODS if finely else MAX_PERIODS))
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)
-        scan = scan_periods(self.base, self.whitener, self.tangents, self.residual, effect, frequencies)
+        scan = scan_periods(
+            self.base, self.whitener, self.tangents, self.residual, effect, frequencies, self.positions
+        )
         return [
             Candidate(
                 effect, (*scan.amplitudes[:, i].tolist(), 1 / frequencies[i]), float(scan.reductions[i])

@@ -8,7 +8,7 @@ from typing import TypeAlias, cast
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.builder import SignalChain
 from bayes_hw.gap.chain import Chain
-from bayes_hw.gap.chain_batch import simulate_chains
+from bayes_hw.gap.chain_batch import KnownPositions, simulate_chains
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.simulator_chain import SimulatorChain, simulate_simulators
 from bayes_hw.gap.small_signals import small_responses
@@ -18,15 +18,21 @@ Signals: TypeAlias = tuple[FloatArray, FloatArray]
 
 
 def simulate_signals(
-    chains: Sequence[SignalChain], settings: FloatArray, inputs: Sequence[FloatArray], keep_w: bool = False
+    chains: Sequence[SignalChain],
+    settings: FloatArray,
+    inputs: Sequence[FloatArray],
+    keep_w: bool = False,
+    known: KnownPositions | None = None,
 ) -> list[Signals]:
     """Signals of every record under every chain, all of one kind, and its row of `settings` (chains, COUNT).
 
     `inputs` holds the commands (samples,), one a record. Without `keep_w` the w may have no samples.
+    `known` says where ripple of a drive train acts if not at the simulated position.
     """
     if isinstance(chains[0], SimulatorChain):
         return simulate_simulators(cast("Sequence[SimulatorChain]", chains), settings, inputs)
-    return [(w, y) for w, y in simulate_chains(cast("Sequence[Chain]", chains), settings, inputs, keep_w)]
+    compiled = cast("Sequence[Chain]", chains)
+    return [(w, y) for w, y in simulate_chains(compiled, settings, inputs, keep_w, known)]
 
 
 def has_door(chain: SignalChain, door: Door) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drive_axis import command, drive_axis, hypothesis
@@ -9,12 +11,15 @@ from drive_axis import command, drive_axis, hypothesis
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import ChainBuilder
-from bayes_hw.gap.chain_batch import simulate_chains, substeps_of
+from bayes_hw.gap.chain_batch import KnownPositions, simulate_chains, substeps_of
 from bayes_hw.gap.effects.catalogue import KinematicBacklash, TransportDelay, catalogue
-from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.effects.drive import LoadRipple, MeshRipple, TorqueRipple
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.hypothesis import Hypothesis
+from bayes_hw.gap.signals import door_responses
 
 EVERY = catalogue()
+RIPPLES = [TorqueRipple(), LoadRipple(), MeshRipple()]
 UNEVEN = (130, 90)
 """Samples of two records: lanes of one record go on while those of the other have ended."""
 
@@ -65,6 +70,36 @@ def test_a_lane_that_runs_away_leaves_the_others_alone() -> None:
     assert not np.isfinite(together[:, 1]).all()
     np.testing.assert_array_equal(together[:, 0], together[:, 2])
     np.testing.assert_array_equal(together[:, 0], found.simulate(values[0])[0])
+
+
+@pytest.mark.parametrize("effect", RIPPLES, ids=lambda effect: effect.name)
+def test_ripple_at_known_positions_is_a_given_torque(effect: PeriodicEffect) -> None:
+    """On an axis at rest, which a weak ripple hardly moves, its torque is that of the positions told."""
+    found = hypothesis(drive_axis(), [np.zeros(samples) for samples in UNEVEN], effect)
+    nominal, sine, cosine, period = found.builder.axis.nominal, 1e-6, 5e-7, 0.3
+    positions = [0.2 * np.sin(0.1 * np.arange(samples)) for samples in UNEVEN]
+    values = np.array([*nominal, sine, cosine, period])
+    for share in (1.0, 0.4):
+        led, _ = replace(found, known=KnownPositions(positions, share)).motion(values)
+        for w, position in zip(led, positions, strict=True):
+            angle = 2 * np.pi * share * position / period
+            torque = sine * np.sin(angle) + cosine * (np.cos(angle) - 1)
+            expected = door_responses(found.chain(values), effect.door, torque[:, None])[:, 0]
+            np.testing.assert_allclose(w, expected, atol=1e-4 * np.ptp(expected))
+
+
+@pytest.mark.parametrize("effect", RIPPLES, ids=lambda effect: effect.name)
+def test_ripple_at_the_simulated_positions_is_itself(effect: Effect) -> None:
+    inputs = [command(samples, 7) for samples in UNEVEN]
+    found = hypothesis(drive_axis(), inputs, effect)
+    values = np.array([*found.builder.axis.nominal, *effect.test_values])
+    own, _ = found.motion(values)
+    elsewhere = [w + 0.1 for w in own]
+    for known in (KnownPositions(own, 1.0), KnownPositions(elsewhere, 0.0)):
+        for w, unled in zip(replace(found, known=known).motion(values)[0], own, strict=True):
+            np.testing.assert_allclose(w, unled, atol=1e-12)
+    moved, _ = replace(found, known=KnownPositions(elsewhere, 1.0)).motion(values)
+    assert np.ptp(moved[0] - own[0]) > 1e-4
 
 
 def test_w_is_kept_on_request() -> None:

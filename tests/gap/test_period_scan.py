@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from drive_axis import SIGMA, command, hypothesis, white
@@ -32,16 +34,27 @@ def base() -> Fit:
     return fit(found, measured, found.prior_means, Plain(SIGMA), free=np.arange(8) < 4)
 
 
-def waves(base: Fit, effect: PeriodicEffect, frequency: float) -> list[FloatArray]:
+def wave(effect: PeriodicEffect, frequency: float, w: FloatArray) -> FloatArray:
+    """Sine and cosine of the position (samples, 2): before the encoder their mean from every sample to the
+    next, here that of a hundred places on the way."""
+    share = np.array([0.0]) if effect.door == "output" else (np.arange(100) + 0.5) / 100
+    angle = 2 * np.pi * frequency * (w[:, None] + share * np.diff(w, append=w[-1])[:, None])
+    return np.stack([np.sin(angle).mean(axis=1), np.cos(angle).mean(axis=1)], axis=1)
+
+
+def waves(
+    base: Fit, effect: PeriodicEffect, frequency: float, positions: Sequence[FloatArray] | None = None
+) -> list[FloatArray]:
     """Answers of y to a sine and a cosine of the position, one frequency at a time, (samples, 2) a record."""
     chain = base.hypothesis.chain(base.values)
     dead_zone = base.hypothesis.settings(base.values, chain)[S.DEAD_ZONE]
     answers = []
-    for u, (w, _) in zip(INPUTS, base.hypothesis.simulate_signals(base.values), strict=True):
-        angle = 2 * np.pi * frequency * w
-        added = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    for record, (w, _) in enumerate(base.hypothesis.simulate_signals(base.values)):
+        u, at = INPUTS[record], w if positions is None else positions[record]
+        added = wave(effect, frequency, at)
         if effect.door != "command":
-            added -= added[0]
+            start = 2 * np.pi * frequency * at[0]
+            added -= [np.sin(start), np.cos(start)]
         if effect.only_saturated:
             delayed = np.concatenate([np.zeros(chain.delay_samples), u])[: len(u)]
             lower, upper = base.values[:2]
@@ -70,6 +83,17 @@ def test_it_is_least_squares_on_the_projected_waves(
         explained = float(np.sum((columns @ solution) ** 2))
         assert scan.reductions[i] == pytest.approx(explained, rel=1e-4, abs=1e-6)
         np.testing.assert_allclose(columns @ scan.amplitudes[:, i], columns @ solution, atol=1e-3)
+
+
+def test_waves_can_be_at_positions_of_their_own(base: Fit) -> None:
+    """The dead zone stays that of the simulated axis."""
+    plain, effect = Plain(SIGMA), TorqueRipple()
+    positions = [1.1 * w + 0.01 for w, _ in base.hypothesis.simulate_signals(base.values)]
+    screen = Screen(base, plain, positions)
+    scan = scan_periods(base, plain, screen.tangents, screen.residual, effect, FREQUENCIES, positions)
+    columns = screen.project(waves(base, effect, FREQUENCIES[7], positions))
+    solution, *_ = np.linalg.lstsq(columns, screen.residual, rcond=None)
+    assert scan.reductions[7] == pytest.approx(float(np.sum((columns @ solution) ** 2)), rel=1e-4)
 
 
 def test_peaks_are_local_maxima_the_largest_first() -> None:

@@ -73,6 +73,7 @@ class TorqueRipple(PeriodicEffect):
     needs_drive_train: ClassVar[bool] = True
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "motor"
+    ripples: ClassVar[bool] = True
     door: ClassVar[Door] = "motor_torque"
     first_setting: ClassVar[int] = S.RIPPLE
     test_values: ClassVar[tuple[float, ...]] = (20.0, 10.0, 0.3)

@@ -30,7 +30,8 @@ class Effect(ABC):
     `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
     screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations,
     `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic,
-    `bends_path` that the resonances by which a load torque reaches the encoder change with the motion.
+    `bends_path` that the resonances by which a load torque reaches the encoder change with the motion,
+    `ripples` that a torque depends on the position.
     """
 
     label: ClassVar[str]
@@ -42,6 +43,7 @@ class Effect(ABC):
     derivative_step: ClassVar[float] = 3e-4
     chaotic: ClassVar[bool] = False
     bends_path: ClassVar[bool] = False
+    ripples: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
