@@ -183,8 +183,7 @@ class Attributor:
         self.tell("other starts")
         leading = [e.fit for e in sorted(self.coloured, key=worst_first)][:RESTARTED]
         more = self._joint.explained(cheapest_of_each(self._restarts.elsewhere(leading)))
-        for leader in leaders([*self.coloured, *more])[:LEADERS]:
-            more += self._restarts.near(leader)
+        more += self._near(leaders([*self.coloured, *more])[:LEADERS])
         self.found += more
         self.coloured += more
 
@@ -250,11 +249,14 @@ class Attributor:
     def _finish_best(self) -> None:
         """The best explanation and its parts from near where they ended, and chaos under slow noise."""
         self.found += self._apart(best_of(self.found))
-        for explanation in with_parts(self.found):
-            self.found += self._restarts.near(explanation)
+        self.found += self._near(with_parts(self.found))
         for chaotic in [e for e in with_parts(self.found) if e.chaotic and e.stochastic is None]:
             noisy = self.stochastic.beside(chaotic, [], [])
             self.found += noisy + self.stochastic.two_at_once(chaotic, noisy)
+
+    def _near(self, explanations: Sequence[Explanation]) -> list[Explanation]:
+        """Each of `explanations` of different names begun again near where it ended."""
+        return [e for found in self.each(self._restarts.near, explanations) for e in found]
 
     @property
     def _unfinished(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from bayes_hw.arrays import FloatArray
@@ -55,4 +56,10 @@ class Builder(Protocol):
         self, values: FloatArray, resonator: Resonator | None = None, needs_train: bool = True
     ) -> SignalChain:
         """The base model at base parameters `values` (base parameters,)."""
+        ...
+
+    def chains(
+        self, values: FloatArray, resonators: Sequence[Resonator | None], needs_train: bool = True
+    ) -> Sequence[SignalChain]:
+        """The same at every row of `values` (points, base parameters)."""
         ...

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.chain_kernel import MOTOR_ANGLE, MOTOR_SPEED, W
-from bayes_hw.gap.drive_train import (
-    ContinuousPoles,
-    DriveTrain,
-    TorqueSystem,
-    UnknownTrain,
-    continuous_poles,
-    realise,
-)
+from bayes_hw.gap.continuous_poles import ContinuousPoles, continuous_poles
+from bayes_hw.gap.drive_train import DriveTrain, TorqueSystem, UnknownTrain, realise
 from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
+from bayes_hw.gap.recent import Recent
 from bayes_hw.gap.resonator import Resonator
+from bayes_hw.gap.turning import turning_together
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -28,9 +23,15 @@ STATIC_COUNT = GAIN = 3
 """Base parameters before those of G: both limits and the dead zone; the row of the gain, its first."""
 
 KEPT = 24
+"""Latest results of each kind."""
 
 CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
 TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray, ComplexArray]
+
+OfG: TypeAlias = tuple[float, ...]
+"""The base parameters that G depends on."""
+
+Asked: TypeAlias = tuple[OfG, Resonator | None, bool]
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,10 @@ class ChainBuilder:
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
         self.axis = AxisParameters(model)
-        self._linear = lru_cache(KEPT)(self._linear_of)
-        self._train = lru_cache(KEPT)(self._train_of)
-        self._torques = lru_cache(KEPT)(self._torques_of)
-        self._chain = lru_cache(KEPT)(self._chain_of)
+        self._linears: Recent[OfG, tuple[ContinuousPoles, float]] = Recent(KEPT)
+        self._trains: Recent[OfG, DriveTrain | UnknownTrain] = Recent(KEPT)
+        self._torques: Recent[tuple[OfG, Resonator | None], TorquePath] = Recent(KEPT)
+        self._chains: Recent[Asked, Chain] = Recent(KEPT)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
@@ -102,24 +103,6 @@ class ChainBuilder:
         """
         return self._train(tuple(values[STATIC_COUNT:].tolist()))
 
-    def _train_of(self, of_g: tuple[float, ...]) -> DriveTrain | UnknownTrain:
-        train: DriveTrain | UnknownTrain | None = None
-        if self.reference is not None:
-            train = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self.reference)
-        return train or UnknownTrain()
-
-    def _torques_of(self, of_g: tuple[float, ...], resonator: Resonator | None) -> TorquePath:
-        return _torque_path(self._train(of_g).torque_system(self._linear(of_g)[0], resonator))
-
-    def _linear_of(self, of_g: tuple[float, ...]) -> tuple[ContinuousPoles, float]:
-        """G in continuous time and its direct term; it does not depend on the static parameters."""
-        batch = self.axis.linear_batch(np.array([*[0.0] * STATIC_COUNT, *of_g])[:, None])
-        real, pairs, direct = batch.residues()
-        system = continuous_poles(
-            batch.real_poles[:, 0], batch.pair_poles[:, 0], real[:, 0], pairs[:, 0], self.model.sample_rate_hz
-        )
-        return system, float(direct[0])
-
     def chain(
         self, values: FloatArray, resonator: Resonator | None = None, needs_train: bool = True
     ) -> Chain:
@@ -127,16 +110,30 @@ class ChainBuilder:
 
         Without `needs_train` the torque paths are those of the nominal model, for effects without torques.
         """
-        return self._chain(tuple(values[STATIC_COUNT:].tolist()), resonator, needs_train)
+        return self.chains(values[None], [resonator], needs_train)[0]
 
-    def _chain_of(self, of_g: tuple[float, ...], resonator: Resonator | None, needs_train: bool) -> Chain:
-        system, direct = self._linear(of_g)
+    def chains(
+        self, values: FloatArray, resonators: Sequence[Resonator | None], needs_train: bool = True
+    ) -> list[Chain]:
+        """`chain` for every row of `values` (points, parameters) and its resonator."""
+        present = [r if r is not None and r.inertia_ratio != 0 else None for r in resonators]
+        rows = [tuple(row) for row in values[:, STATIC_COUNT:].tolist()]
+        asked = [(of_g, r, needs_train) for of_g, r in zip(rows, present, strict=True)]
+        known = {key: self._chains[key] for key in dict.fromkeys(asked)}
+        missing = [key for key, chain in known.items() if chain is None]
+        linears = self._linears_at({of_g for of_g, _, _ in missing})
+        for key in missing:
+            known[key] = self._chains[key] = self._built(linears[key[0]], *key)
+        return [chain for chain in (known[key] for key in asked) if chain is not None]
+
+    def _built(
+        self, linear: tuple[ContinuousPoles, float], of_g: OfG, resonator: Resonator | None, needs_train: bool
+    ) -> Chain:
+        system, direct = linear
         s, r = system.poles, system.residues
         driving = of_g if needs_train else self.nominal_of_g
         train = self._train(driving)
-        if resonator is not None and resonator.inertia_ratio == 0:
-            resonator = None
-        torque_path = self._torques(driving, resonator)
+        torque_path = self._torque_path(driving, resonator)
         if resonator is not None:
             own = np.concatenate([torque_path[0].astype(np.complex128), torque_path[3]])
             s, r = train.with_resonator(system, resonator, own)
@@ -154,26 +151,40 @@ class ChainBuilder:
             train.contact_damping,
         )
 
+    def _train(self, of_g: OfG) -> DriveTrain | UnknownTrain:
+        known = self._trains[of_g]
+        if known is None:
+            found: DriveTrain | None = None
+            if self.reference is not None:
+                found = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self.reference)
+            known = self._trains[of_g] = found or UnknownTrain()
+        return known
 
-def turning_together(poles: ComplexArray, outputs: ComplexArray) -> ComplexArray:
-    """`outputs` (4, n) with the motor at the load's speed whenever the command has been constant for long.
+    def _torque_path(self, of_g: OfG, resonator: Resonator | None) -> TorquePath:
+        known = self._torques[of_g, resonator]
+        if known is None:
+            system = self._train(of_g).torque_system(self._linear(of_g)[0], resonator)
+            known = self._torques[of_g, resonator] = _torque_path(system)
+        return known
 
-    The fastest real pole, that of the velocity loop, lies near the zero of the gear's damping. There w shows
-    next to nothing of it while the motor's ratio to w is nearly infinite, so that a damping a few per cent
-    off would have the motor turn at another speed than the load. Both turn at the residue of the integrator;
-    without one, or without such a pole, nothing is changed.
-    """
-    real = (poles.imag == 0) & (poles != 0)
-    if not np.any(real) or not np.any(poles == 0):
-        return outputs
-    fastest = int(np.argmax(np.where(real, np.abs(poles), 0.0)))
-    others = (poles != 0) & (np.arange(len(poles)) != fastest)
-    each = outputs[MOTOR_SPEED, others] / poles[others]
-    settled = np.sum(np.where(poles[others].imag == 0, each.real, 2 * each.real))
-    turned = outputs.copy()
-    turned[MOTOR_SPEED, fastest] = -poles[fastest] * (outputs[W, poles == 0].real.sum() + settled)
-    turned[MOTOR_ANGLE, fastest] = turned[MOTOR_SPEED, fastest] / poles[fastest]
-    return turned
+    def _linear(self, of_g: OfG) -> tuple[ContinuousPoles, float]:
+        return self._linears[of_g] or self._linears_at([of_g])[of_g]
+
+    def _linears_at(self, asked: Iterable[OfG]) -> dict[OfG, tuple[ContinuousPoles, float]]:
+        """G in continuous time and its direct term; it does not depend on the static parameters."""
+        known = {of_g: self._linears[of_g] for of_g in asked}
+        missing = [of_g for of_g, linear in known.items() if linear is None]
+        if missing:
+            batch = self.axis.linear_batch(np.array([[*[0.0] * STATIC_COUNT, *of_g] for of_g in missing]).T)
+            real, pairs, direct = batch.residues()
+            of_all = (batch.real_poles, batch.pair_poles, real, pairs)
+            poles, pair_poles, residues, pair_residues = (np.ascontiguousarray(part.T) for part in of_all)
+            for i, of_g in enumerate(missing):
+                system = continuous_poles(
+                    poles[i], pair_poles[i], residues[i], pair_residues[i], self.model.sample_rate_hz
+                )
+                known[of_g] = self._linears[of_g] = system, float(direct[i])
+        return {of_g: linear for of_g, linear in known.items() if linear is not None}
 
 
 def _torque_path(torques: TorqueSystem) -> TorquePath:

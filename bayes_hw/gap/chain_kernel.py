@@ -22,14 +22,28 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap import settings as S  # noqa: N812
-from bayes_hw.gap.friction_kernel import STATIC_ROUNDS, bent_bristle, sliding_torque
+from bayes_hw.gap.friction_kernel import bent_bristle, coulomb_torque, falling_torque
+from bayes_hw.gap.state_kernel import later_rows, output_of, pushed, repeated, response_to, stepped
 from bayes_hw.model.lane_functions import absolute, exponential, sine, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, gather, load, maximum, minimum, store
 
 TAU = 2 * np.pi
 
 W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
+"""Outputs of the states."""
+
 BY_MOTOR, BY_LOAD = range(2)
+
+MOTOR_PLACE, LOAD_PLACE, TORSION, TWIST_RATE, MOTOR_RATE, LOAD_RATE = range(6)
+"""Readings: what torques depend on. Places and torsion are those half a step ahead."""
+
+BY_OUTPUT = np.array([[0.0, 1, 0, 0], [1, 0, 0, 0], [-1, 1, 0, 0], [0, 0, 1, -1], [0, 0, 1, 0], [0, 0, 0, 1]])
+BY_OUTPUT_AND_STEP = np.array(
+    [[0.0, 0, 0.5, 0], [0, 0, 0, 0.5], [0, 0, 0.5, -0.5], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
+)
+"""Shares (readings, outputs) of the outputs in the readings, and those that are times the step."""
+
+READINGS = len(BY_OUTPUT)
 
 
 @njit(cache=True, inline="always")
@@ -51,8 +65,11 @@ def _ramped(command, followed, largest, step):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
-    """A sine of the angle, with its second harmonic where `second` is true, and a constant."""
-    turns = broadcast(TAU) * angle / load(s, first + 1)
+    """A sine of the angle, with its second harmonic where `second` is true, and a constant.
+
+    In the place of the period stand the radians per angle.
+    """
+    turns = angle * load(s, first + 1)
     value = load(s, first) * sine(turns + load(s, first + 2)) + load(s, first + 5)
     if second:
         value = value + load(s, first + 3) * sine(turns + turns + load(s, first + 4))
@@ -72,34 +89,21 @@ def _reading_wave(s, first, second, angle):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _output(kind, states, x):  # type: ignore[no-untyped-def]
-    """One output of all states: rows of x weighted by those of `states` from row `kind` len(x) on."""
-    first = kind * len(x)
-    total = broadcast(0.0)
-    for i in range(len(x)):
-        total = total + load(states, first + i) * load(x, i)
-    return total
+def _weigh(reading, h, outputs, n, rows, row):  # type: ignore[no-untyped-def]
+    """Write the weights of `reading` for steps of h into `row` of `rows`, given those of all `outputs`."""
+    for i in range(n):
+        total = broadcast(0.0)
+        for kind in range(4):
+            share = BY_OUTPUT[reading, kind] + h * BY_OUTPUT_AND_STEP[reading, kind]
+            total = total + broadcast(share) * load(outputs, kind * n + i)
+        store(rows, row * n + i, total)
 
 
 @njit(cache=True, inline="always")
-def _stepped(factors, inputs, door, force, real, x):  # type: ignore[no-untyped-def]
-    """The states x a step later under `force` at `door`: `real` real ones, then pairs in two rows each."""
-    first = door * len(x)
-    for i in range(real):
-        store(x, i, load(factors, i) * load(x, i) + load(inputs, first + i) * force)
-    for i in range(real, len(x), 2):
-        cosine, sinus = load(factors, i), load(factors, i + 1)
-        one, other = load(x, i), load(x, i + 1)
-        store(x, i, cosine * one - sinus * other + load(inputs, first + i) * force)
-        store(x, i + 1, sinus * one + cosine * other + load(inputs, first + i + 1) * force)
-
-
-@njit(cache=True, inline="always")
-def _pushed(inputs, door, force, x):  # type: ignore[no-untyped-def]
-    """Add to the states x what `force`, held over a step, adds through the gains of `door`."""
-    first = door * len(x)
-    for i in range(len(x)):
-        store(x, i, load(x, i) + load(inputs, first + i) * force)
+def _read(reading, steps, per, ahead, by_command, x, v):  # type: ignore[no-untyped-def]
+    """A reading of the command's states `steps` steps on, v held since."""
+    row = reading * per + steps
+    return output_of(row, ahead, x) + load(by_command, row) * v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,8 +118,8 @@ def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, respons
     for group in range(groups):
         x[:] = 0.0
         for k in range(samples):
-            store(responses, k * groups + group, _output(0, outputs, x))
-            _stepped(factors, inputs, 0, load(signals, k * groups + group), real_count, x)
+            store(responses, k * groups + group, output_of(0, outputs, x))
+            stepped(factors, inputs, 0, load(signals, k * groups + group), real_count, x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -156,16 +160,22 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     s, ds = aligned_rows(S.COUNT), aligned_rows(1)
     factors, inputs, outputs = aligned_rows(n), aligned_rows(n), aligned_rows(4 * n)
     t_factors, t_inputs, t_outputs = aligned_rows(t_n), aligned_rows(2 * t_n), aligned_rows(4 * t_n)
-    x, b, start = aligned_rows(n), aligned_rows(t_n), aligned_rows(t_n)
+    per = substeps + 1
+    ahead, by_command = aligned_rows(READINGS * per * n), aligned_rows(READINGS * per)
+    t_ahead, t_by_input = aligned_rows(READINGS * 2 * t_n), aligned_rows(READINGS * 2)
+    sample_factors, sample_inputs = aligned_rows(n), aligned_rows(n)
+    x, b = aligned_rows(n), aligned_rows(t_n)
     zero, one, step, tau = broadcast(0.0), broadcast(1.0), broadcast(h), broadcast(TAU)
 
     rubbing, load_rubbing = active[S.MOTOR_FRICTION], active[S.LOAD_FRICTION]
+    falling, load_falling = active[S.MOTOR_STATIC], active[S.LOAD_STATIC]
     rippled, load_rippled, mesh = active[S.RIPPLE], active[S.LOAD_RIPPLE], active[S.MESH_RIPPLE]
     torsional = active[S.CUBIC] or active[S.GAP]
-    by_motion = rippled or load_rippled or mesh or torsional
-    torques = rubbing or load_rubbing or by_motion
-    static_rounds = STATIC_ROUNDS if active[S.MOTOR_STATIC] else 1
-    load_static_rounds = STATIC_ROUNDS if active[S.LOAD_STATIC] else 1
+    by_load = load_rippled or mesh or torsional or load_rubbing
+    torques = rubbing or rippled or by_load
+    held = not (
+        active[S.EXTRA_DELAY] or active[S.COMMAND_RATE] or active[S.EARLY_RATE] or active[S.LIMIT_DEPTH]
+    )
 
     for group in range(groups):
         gather(settings, group, s)
@@ -176,28 +186,47 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
         gather(torque_factors_of, group, t_factors)
         gather(torque_inputs_of, group, t_inputs)
         gather(torque_outputs_of, group, t_outputs)
-        motor_response, load_response = zero, zero
-        if torques:
-            for i in range(t_n):
-                store(start, i, load(t_inputs, i))
-            motor_response = _output(MOTOR_SPEED, t_outputs, start)
-            for i in range(t_n):
-                store(start, i, load(t_inputs, t_n + i))
-            load_response = _output(LOAD_SPEED, t_outputs, start)
-        x[:], b[:] = 0.0, 0.0
-        followed, ramped, play, earlier, last_place = zero, zero, zero, zero, zero
-        bristle, load_bristle = zero, zero
-        per_smoothing, per_load_smoothing = one / load(s, S.MOTOR_SMOOTHING), one / load(s, S.LOAD_SMOOTHING)
+        for first in (S.RIPPLE, S.LOAD_RIPPLE, S.MESH_RIPPLE):
+            store(s, first + 1, tau / load(s, first + 1))
+        repeated(factors, inputs, substeps, real_count, sample_factors, sample_inputs)
+        for reading in range(READINGS if torques else 0):
+            _weigh(reading, h, outputs, n, ahead, reading * per)
+            later_rows(ahead, by_command, reading * per, substeps, factors, inputs, real_count, n)
+            _weigh(reading, h, t_outputs, t_n, t_ahead, reading * 2)
+            later_rows(t_ahead, t_by_input, reading * 2, 1, t_factors, t_inputs, torque_real_count, t_n)
+        motor_response = response_to(MOTOR_SPEED, t_outputs, BY_MOTOR, t_inputs, t_n)
+        load_response = response_to(LOAD_SPEED, t_outputs, BY_LOAD, t_inputs, t_n)
+        motor_by_load = response_to(MOTOR_SPEED, t_outputs, BY_LOAD, t_inputs, t_n)
+        load_by_motor = response_to(LOAD_SPEED, t_outputs, BY_MOTOR, t_inputs, t_n)
+        coulomb, smoothing, static = (
+            load(s, S.MOTOR_FRICTION),
+            load(s, S.MOTOR_SMOOTHING),
+            load(s, S.MOTOR_STATIC),
+        )
+        load_coulomb, load_smoothing, load_static = (
+            load(s, S.LOAD_FRICTION),
+            load(s, S.LOAD_SMOOTHING),
+            load(s, S.LOAD_STATIC),
+        )
+        per_smoothing, per_load_smoothing = one / smoothing, one / load_smoothing
         per_stribeck_speed = one / load(s, S.MOTOR_STRIBECK_SPEED)
         per_load_stribeck_speed = one / load(s, S.LOAD_STRIBECK_SPEED)
+        bristles, load_bristles = load(s, S.MOTOR_PRESLIDING), load(s, S.LOAD_PRESLIDING)
+        stiffness, load_stiffness = load(s, S.MOTOR_STIFFNESS), load(s, S.LOAD_STIFFNESS)
+        stiffness_ratio = zero
+        if mesh:
+            stiffness_ratio = stiffness / load_stiffness
+        x[:], b[:] = 0.0, 0.0
+        followed, ramped, play, earlier, last_place = zero, zero, zero, zero, zero
+        bristle, load_bristle, v = zero, zero, zero
         part = zero
         if active[S.EXTRA_DELAY]:
             part = load(s, S.EXTRA_DELAY)
         for k in range(samples):
             later = load(u, k * groups + group)
-            position = _output(W, outputs, x)
+            position = output_of(W, outputs, x)
             if torques:
-                position = position + _output(W, t_outputs, b)
+                position = position + output_of(W, t_outputs, b)
             aside = zero
             if len(known_positions):
                 aside = broadcast(known_share) * (load(known_positions, k * groups + group) - position)
@@ -206,128 +235,136 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             if active[S.GAIN_CHANGE]:
                 age = broadcast(-k / rate) / load(s, S.GAIN_TIME)
                 gain = one + load(s, S.GAIN_CHANGE) * (one - exponential(age))
+            if held:
+                v = gain * _clipped(later, lower, upper) + load(s, S.BIAS)
             output = position
             for j in range(substeps):
-                if active[S.LIMIT_DEPTH]:
-                    place = _output(W, outputs, x)
-                    if torques:
-                        place = place + _output(W, t_outputs, b)
-                    middle = place + broadcast(0.5) * (place - last_place)
-                    last_place = place
-                    phase = tau * middle / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
-                    swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
-                    lower, upper = load(s, S.LOWER) * swing, load(s, S.UPPER) * swing
-                asked = later
-                if active[S.EARLY_RATE]:
-                    asked, ramped = _ramped(later, ramped, load(s, S.EARLY_RATE), step)
-                limited = _clipped(asked, lower, upper)
-                if active[S.EXTRA_DELAY]:
-                    before = _clipped(part * broadcast(1.0 * substeps) - broadcast(1.0 * j), zero, one)
-                    limited = before * _clipped(earlier, lower, upper) + (one - before) * limited
-                if active[S.COMMAND_RATE]:
-                    limited, followed = _ramped(limited, followed, load(s, S.COMMAND_RATE), step)
-                v = gain * limited + load(s, S.BIAS)
+                now = j
+                if not held:
+                    now = 0
+                    if active[S.LIMIT_DEPTH]:
+                        place = output_of(W, outputs, x)
+                        if torques:
+                            place = place + output_of(W, t_outputs, b)
+                        middle = place + broadcast(0.5) * (place - last_place)
+                        last_place = place
+                        phase = tau * middle / load(s, S.LIMIT_PERIOD) + load(s, S.LIMIT_PHASE)
+                        swing = one + load(s, S.LIMIT_DEPTH) * sine(phase)
+                        lower, upper = load(s, S.LOWER) * swing, load(s, S.UPPER) * swing
+                    asked = later
+                    if active[S.EARLY_RATE]:
+                        asked, ramped = _ramped(later, ramped, load(s, S.EARLY_RATE), step)
+                    limited = _clipped(asked, lower, upper)
+                    if active[S.EXTRA_DELAY]:
+                        before = _clipped(part * broadcast(1.0 * substeps) - broadcast(1.0 * j), zero, one)
+                        limited = before * _clipped(earlier, lower, upper) + (one - before) * limited
+                    if active[S.COMMAND_RATE]:
+                        limited, followed = _ramped(limited, followed, load(s, S.COMMAND_RATE), step)
+                    v = gain * limited + load(s, S.BIAS)
                 if j == 0:
                     output = position + load(ds, 0) * v
-                motor_torque, load_torque = zero, zero
-                if by_motion:
-                    motor_angle, motor_speed, load_angle, load_speed = zero, zero, zero, zero
-                    if rippled or mesh or torsional:
-                        motor_speed = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
-                        motor_angle = _output(MOTOR_ANGLE, outputs, x) + _output(MOTOR_ANGLE, t_outputs, b)
-                        motor_angle = motor_angle + broadcast(0.5 * h) * motor_speed
-                    if load_rippled or torsional:
-                        load_speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
-                        load_angle = _output(W, outputs, x) + _output(W, t_outputs, b)
-                        load_angle = load_angle + broadcast(0.5 * h) * load_speed
-                    motor_place, load_place = motor_angle + aside, load_angle + aside
-                    if rippled:
-                        motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], motor_place)
+                if torques:
+                    motor_torque, load_torque = zero, zero
+                    if rippled or mesh:
+                        place = _read(MOTOR_PLACE, now, per, ahead, by_command, x, v)
+                        place = place + output_of(2 * MOTOR_PLACE, t_ahead, b) + aside
+                        if rippled:
+                            motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], place)
+                        if mesh:
+                            load_torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], place)
+                            motor_torque = motor_torque - stiffness_ratio * load_torque
                     if load_rippled:
-                        load_torque = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], load_place)
-                    if mesh:
-                        torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], motor_place)
-                        load_torque = load_torque + torque
-                        ratio = load(s, S.MOTOR_STIFFNESS) / load(s, S.LOAD_STIFFNESS)
-                        motor_torque = motor_torque - ratio * torque
+                        place = _read(LOAD_PLACE, now, per, ahead, by_command, x, v)
+                        place = place + output_of(2 * LOAD_PLACE, t_ahead, b) + aside
+                        wave = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], place)
+                        load_torque = load_torque + wave
                     if torsional:
-                        twist_rate = motor_speed - load_speed
-                        torsion = motor_angle - load_angle
+                        torsion = _read(TORSION, now, per, ahead, by_command, x, v)
+                        torsion = torsion + output_of(2 * TORSION, t_ahead, b)
                         square = torsion * torsion
                         torque = load(s, S.CUBIC) * torsion * square
                         if active[S.SOFTENING]:
                             torque = torque / (one + load(s, S.SOFTENING) * square)
                         if active[S.GAP]:
                             gap = load(s, S.GAP)
+                            twist_rate = _read(TWIST_RATE, now, per, ahead, by_command, x, v)
+                            twist_rate = twist_rate + output_of(2 * TWIST_RATE, t_ahead, b)
                             inside = torsion + load(s, S.CONTACT_DAMPING) * twist_rate
                             beyond = where_less(zero, torsion, gap, zero - gap)
                             torque = torque - where_less(absolute(torsion), gap, inside, beyond)
-                        motor_torque = motor_torque - load(s, S.MOTOR_STIFFNESS) * torque
-                        load_torque = load_torque + load(s, S.LOAD_STIFFNESS) * torque
-                _stepped(factors, inputs, 0, v, real_count, x)
-                if torques:
-                    _stepped(t_factors, t_inputs, BY_MOTOR, motor_torque, torque_real_count, b)
-                    if by_motion:
-                        _pushed(t_inputs, BY_LOAD, load_torque, b)
+                        motor_torque = motor_torque - stiffness * torque
+                        load_torque = load_torque + load_stiffness * torque
                     if rubbing:
-                        speed = _output(MOTOR_SPEED, outputs, x) + _output(MOTOR_SPEED, t_outputs, b)
-                        coulomb = load(s, S.MOTOR_FRICTION)
+                        speed = _read(MOTOR_RATE, now + 1, per, ahead, by_command, x, v)
+                        speed = speed + output_of(2 * MOTOR_RATE + 1, t_ahead, b)
+                        speed = speed + motor_response * motor_torque
+                        if by_load:
+                            speed = speed + motor_by_load * load_torque
                         if active[S.MOTOR_PRESLIDING]:
-                            stiffness = load(s, S.MOTOR_PRESLIDING)
                             bristle = bent_bristle(
                                 speed,
                                 motor_response,
                                 coulomb,
-                                load(s, S.MOTOR_STATIC),
+                                static,
                                 per_stribeck_speed,
-                                active[S.MOTOR_STATIC],
-                                stiffness,
+                                falling,
+                                bristles,
                                 bristle,
                                 step,
                             )
-                            torque = zero - stiffness * bristle
-                        else:
-                            torque = sliding_torque(
+                            torque = zero - bristles * bristle
+                        elif falling:
+                            torque = falling_torque(
                                 speed,
                                 motor_response,
                                 coulomb,
-                                load(s, S.MOTOR_STATIC),
+                                static,
                                 per_stribeck_speed,
                                 per_smoothing,
-                                load(s, S.MOTOR_SMOOTHING),
-                                static_rounds,
+                                smoothing,
                             )
-                        _pushed(t_inputs, BY_MOTOR, torque, b)
+                        else:
+                            torque = coulomb_torque(speed, motor_response, coulomb, per_smoothing, smoothing)
+                        motor_torque = motor_torque + torque
                     if load_rubbing:
-                        speed = _output(LOAD_SPEED, outputs, x) + _output(LOAD_SPEED, t_outputs, b)
-                        coulomb, smoothing = load(s, S.LOAD_FRICTION), load(s, S.LOAD_SMOOTHING)
-                        static = load(s, S.LOAD_STATIC)
+                        speed = _read(LOAD_RATE, now + 1, per, ahead, by_command, x, v)
+                        speed = speed + output_of(2 * LOAD_RATE + 1, t_ahead, b)
+                        speed = speed + load_response * load_torque + load_by_motor * motor_torque
                         if active[S.LOAD_PRESLIDING]:
-                            stiffness = load(s, S.LOAD_PRESLIDING)
                             load_bristle = bent_bristle(
                                 speed,
                                 load_response,
-                                coulomb,
-                                static,
+                                load_coulomb,
+                                load_static,
                                 per_load_stribeck_speed,
-                                active[S.LOAD_STATIC],
-                                stiffness,
+                                load_falling,
+                                load_bristles,
                                 load_bristle,
                                 step,
                             )
-                            torque = zero - stiffness * load_bristle
-                        else:
-                            torque = sliding_torque(
+                            torque = zero - load_bristles * load_bristle
+                        elif load_falling:
+                            torque = falling_torque(
                                 speed,
                                 load_response,
-                                coulomb,
-                                static,
+                                load_coulomb,
+                                load_static,
                                 per_load_stribeck_speed,
                                 per_load_smoothing,
-                                smoothing,
-                                load_static_rounds,
+                                load_smoothing,
                             )
-                        _pushed(t_inputs, BY_LOAD, torque, b)
+                        else:
+                            torque = coulomb_torque(
+                                speed, load_response, load_coulomb, per_load_smoothing, load_smoothing
+                            )
+                        load_torque = load_torque + torque
+                    stepped(t_factors, t_inputs, BY_MOTOR, motor_torque, torque_real_count, b)
+                    if by_load:
+                        pushed(t_inputs, BY_LOAD, load_torque, b)
+                if not held:
+                    stepped(factors, inputs, 0, v, real_count, x)
+            if held:
+                stepped(sample_factors, sample_inputs, 0, v, real_count, x)
             earlier = later
             if active[S.PLAY]:
                 half_gap = load(s, S.PLAY)

@@ -19,12 +19,14 @@ itself stays exactly as given and the drive train supplies ratios only.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgeev
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.continuous_poles import ContinuousPoles
 from bayes_hw.gap.drive_train_kernel import (
     COUNT,
     CS,
@@ -62,27 +64,6 @@ RIGID, NOTHING_TAKEN = np.ones(1), np.zeros(1)
 
 VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
-
-FASTEST_POLE = 1e-9
-"""In z."""
-
-
-class ContinuousPoles(NamedTuple):
-    """G as sum of residue / (s - pole) in continuous time, upper poles of each pair only; shapes (n,).
-
-    `real` is true where the pole is real.
-    """
-
-    poles: ComplexArray
-    residues: ComplexArray
-    real: FloatArray
-
-    def response(self, s: ComplexArray) -> ComplexArray:
-        """G(s), shape of `s`."""
-        paired = self.real == 0
-        poles = np.concatenate([self.poles, self.poles[paired].conj()])
-        residues = np.concatenate([self.residues, self.residues[paired].conj()])
-        return np.asarray((residues / (s[..., None] - poles)).sum(axis=-1))
 
 
 class TorqueSystem(NamedTuple):
@@ -169,11 +150,13 @@ class DriveTrain:
     def _polynomials(self, resonator: Resonator | None) -> tuple[FloatArray, ...]:
         """Those of `torque_polynomials`, with a resonator if given."""
         if resonator is None:
-            found = torque_polynomials(self.logs, RIGID, NOTHING_TAKEN, False)
-        else:
-            on_structure = resonator.on_structure
-            found = torque_polynomials(self.logs, resonator.own, resonator.resisting, on_structure)
-        return tuple(found)
+            return self._own_polynomials
+        on_structure = resonator.on_structure
+        return tuple(torque_polynomials(self.logs, resonator.own, resonator.resisting, on_structure))
+
+    @cached_property
+    def _own_polynomials(self) -> tuple[FloatArray, ...]:
+        return tuple(torque_polynomials(self.logs, RIGID, NOTHING_TAKEN, False))
 
     def response(self, s: ComplexArray) -> ComplexArray:
         """w per v at `s`."""
@@ -228,41 +211,13 @@ class DriveTrain:
         return float(np.exp(self.logs[6]))
 
 
-def continuous_poles(
-    real_poles: FloatArray,
-    pair_poles: ComplexArray,
-    real_residues: FloatArray,
-    pair_residues: ComplexArray,
-    rate: float,
-) -> ContinuousPoles:
-    """The continuous-time system whose zero-order-hold equivalent has the given poles and residues.
-
-    A pole p = exp(s / rate) with residue r has the continuous residue r s / (p - 1). A negative pole is
-    that of a pair at half the sample rate, both of which are seen at p; a pole at zero is taken for a very
-    fast one.
-    """
-    positive = np.maximum(real_poles[real_poles >= 0], FASTEST_POLE)
-    negative = real_poles < 0
-    p = np.concatenate(
-        [positive.astype(np.complex128), pair_poles, real_poles[negative].astype(np.complex128)]
-    )
-    r = np.concatenate(
-        [real_residues[real_poles >= 0].astype(np.complex128), pair_residues, 0.5 * real_residues[negative]]
-    )
-    integrator = np.abs(p - 1) < 1e-9
-    s = np.where(integrator, 0, np.log(p) * rate)
-    safe = np.where(integrator, 2, p)
-    residues = r * np.where(integrator, rate, s / (safe - 1))
-    real = np.concatenate([np.ones(len(positive)), np.zeros(len(p) - len(positive))])
-    return ContinuousPoles(s, residues, real)
-
-
 def _upper_roots(polynomial: FloatArray) -> ComplexArray:
     """The real roots of a real polynomial and of every pair the upper one: eigenvalues of its companion."""
     companion = np.eye(len(polynomial) - 1, k=-1)
     companion[0] = -polynomial[1:] / polynomial[0]
-    roots = np.linalg.eigvals(companion)
-    return np.asarray(roots[roots.imag >= 0], dtype=np.complex128)
+    real, imaginary, *_ = dgeev(companion, compute_vl=False, compute_vr=False)
+    upper = imaginary >= 0
+    return np.asarray(real[upper] + 1j * imaginary[upper])
 
 
 def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None) -> DriveTrain | None:

@@ -8,36 +8,53 @@ from bayes_hw.model.lane_functions import absolute, exponential, where_less
 from bayes_hw.model.lanes import broadcast, maximum
 
 STATIC_ROUNDS = 3
-"""Newton's steps to the speed at which a falling friction and the motion agree."""
+"""Estimates of the speed at which a falling friction and the motion agree, the first without friction."""
 
 SMALLEST_SLOPE = 0.25
 """Below which the slope of Newton's equation is not believed: there the axis can as well slide as stick."""
 
 
-@njit(cache=True, error_model="numpy")
-def sliding_torque(speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, rounds):  # type: ignore[no-untyped-def]
-    """Friction torque of this step: the one that stops the motion, at most the sliding friction.
+@njit(cache=True, inline="always")
+def coulomb_torque(speed, response, coulomb, per_smoothing, smoothing):  # type: ignore[no-untyped-def]
+    """Friction torque of this step: the one that stops the motion, at most Coulomb friction.
 
     `speed` is the speed without friction at the end of the step, `response` what a unit torque adds to it.
     """
+    viscous = coulomb * per_smoothing
+    slow = speed * (broadcast(1.0) / (broadcast(1.0) + response * viscous))
+    return _torque(speed, slow, coulomb, viscous, smoothing)
+
+
+@njit(cache=True, inline="always")
+def falling_torque(  # type: ignore[no-untyped-def]
+    speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing
+):
+    """The same where friction falls with speed: the torque and the speed that it leads to agree."""
     zero, one = broadcast(0.0), broadcast(1.0)
-    end, torque = speed, zero
-    for _ in range(rounds):
-        sliding = coulomb
-        if rounds > 1:
-            sliding = _level(end, coulomb, static, per_stribeck_speed)
+    end = speed
+    for _ in range(STATIC_ROUNDS - 1):
+        sliding = _level(end, coulomb, static, per_stribeck_speed)
         viscous = sliding * per_smoothing
         held = one / (one + response * viscous)
         slow = speed * held
+        torque = _torque(speed, slow, sliding, viscous, smoothing)
+        fall = broadcast(-2.0) * end * per_stribeck_speed * per_stribeck_speed * (sliding - coulomb)
         slides = where_less(zero, speed, zero - one, one)
-        stopped = absolute(slow)
-        torque = where_less(stopped, smoothing, zero - viscous * slow, slides * sliding)
-        if rounds > 1:
-            fall = broadcast(-2.0) * end * per_stribeck_speed * per_stribeck_speed * (sliding - coulomb)
-            per_level = where_less(stopped, smoothing, zero - slow * held * per_smoothing, slides)
-            slope = maximum(one - response * per_level * fall, broadcast(SMALLEST_SLOPE))
-            end = end + (speed + response * torque - end) / slope
-    return torque
+        per_level = where_less(absolute(slow), smoothing, zero - slow * held * per_smoothing, slides)
+        slope = maximum(one - response * per_level * fall, broadcast(SMALLEST_SLOPE))
+        end = end + (speed + response * torque - end) / slope
+    sliding = _level(end, coulomb, static, per_stribeck_speed)
+    viscous = sliding * per_smoothing
+    slow = speed / (one + response * viscous)
+    return _torque(speed, slow, sliding, viscous, smoothing)
+
+
+@njit(cache=True, inline="always")
+def _torque(speed, slow, sliding, viscous, smoothing):  # type: ignore[no-untyped-def]
+    """Viscous at speeds below `smoothing`, where the speed left is `slow`, the `sliding` friction above."""
+    zero = broadcast(0.0)
+    slides = where_less(zero, speed, zero - sliding, sliding)
+    return where_less(absolute(slow), smoothing, zero - viscous * slow, slides)
 
 
 @njit(cache=True, inline="always")
@@ -59,5 +76,5 @@ def bent_bristle(  # type: ignore[no-untyped-def]
     level = coulomb
     if falling:
         level = _level(slowed, coulomb, static, per_stribeck_speed)
-    held = stiffness * step * (slowed / level + response)
-    return (bristle + step * speed) / (broadcast(1.0) + held)
+    held = stiffness * step * (slowed + response * level)
+    return level * (bristle + step * speed) / (level + held)

@@ -62,6 +62,6 @@ class HammersteinWienerSimulator:
         settings = np.tile(S.NEUTRAL, (len(values), 1))
         for row, own in zip(values, settings, strict=True):
             self._builder.write_base(row, own)
-        chains = [self._builder.chain(row, None, False) for row in values]
+        chains = self._builder.chains(values, [None] * len(values), False)
         ((_, y),) = simulate_chains(chains, settings, [inputs])
         return np.ascontiguousarray(y.T)

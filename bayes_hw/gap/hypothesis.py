@@ -14,10 +14,11 @@ from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import Builder, SignalChain
 from bayes_hw.gap.chain_batch import KnownPositions
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.resonator import Resonator
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import Signals, simulate_signals
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import LogNormal
+from bayes_hw.model.priors import LogNormal, Transform
 
 BASE_DERIVATIVE_STEP = 3e-4
 
@@ -79,10 +80,19 @@ class Hypothesis:
 
     def chain(self, values: FloatArray) -> SignalChain:
         """The linear block at parameter values (parameters,)."""
+        return self._chains(values[None])[0]
+
+    def _chains(self, values: FloatArray) -> Sequence[SignalChain]:
+        """The linear blocks at parameter values (n, parameters)."""
+        resonators = [self._resonator(point) for point in values]
+        return self.builder.chains(values[:, : self.base_count], resonators, self.torques)
+
+    def _resonator(self, values: FloatArray) -> Resonator | None:
+        """That of the last effect that hangs one on the drive train."""
         resonator = None
         for effect, rows in zip(self.effects, self.effect_rows, strict=True):
             resonator = effect.resonator(values[rows]) or resonator
-        return self.builder.chain(values[: self.base_count], resonator, self.torques)
+        return resonator
 
     def simulate(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None = None, drift: bool = True
@@ -113,7 +123,7 @@ class Hypothesis:
     def _signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None, drift: bool, keep_w: bool
     ) -> list[Signals]:
-        chains = [self.chain(point) for point in values]
+        chains = self._chains(values)
         settings = np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
         if not drift:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
@@ -140,13 +150,25 @@ class Hypothesis:
         if row is not None:
             values = values.copy()
             values[..., row] *= self._speed_per_gain(values)
-        rows = zip(self.parameters, np.moveaxis(values, -1, 0), strict=True)
-        return np.stack([p.transform.to_coordinate(v) for p, v in rows], axis=-1)
+        coordinates = np.empty_like(values)
+        for transform, rows in self._transforms:
+            coordinates[..., rows] = transform.to_coordinate(values[..., rows])
+        return coordinates
 
     def _with_speed_for_gain(self, coordinates: FloatArray) -> FloatArray:
         """Parameter values, in the place of the gain the speed that it gives, relative to the nominal's."""
-        rows = zip(self.parameters, np.moveaxis(coordinates, -1, 0), strict=True)
-        return np.stack([p.transform.to_value(c) for p, c in rows], axis=-1)
+        values = np.empty_like(coordinates)
+        for transform, rows in self._transforms:
+            values[..., rows] = transform.to_value(coordinates[..., rows])
+        return values
+
+    @cached_property
+    def _transforms(self) -> list[tuple[Transform, list[int]]]:
+        """Every transform with the rows of the parameters that have it."""
+        rows: dict[Transform, list[int]] = {}
+        for row, parameter in enumerate(self.parameters):
+            rows.setdefault(parameter.transform, []).append(row)
+        return list(rows.items())
 
     def _speed_per_gain(self, values: FloatArray) -> FloatArray:
         base = values[..., : self.base_count]

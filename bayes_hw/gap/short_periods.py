@@ -30,10 +30,14 @@ def short_periods(nominal: Fit, base: Fit, effects: Sequence[Effect], joint: Joi
         starts += [(host, [candidate]) for forms in scanned for candidate in forms[:PERIODS_TRIED]]
     rippling = [start for start in starts if can_be_led(joined(*start)[0])]
     best = sorted(rippling, key=lambda start: most_promising(start[1]))[:1]
-    found = [
-        led(*joined(*start), measured_positions(start[0]), joint.measured, joint.plain) for start in best
-    ]
-    return cheapest_of_each([*found, *joint.in_two_rounds(starts, SHORT_KEPT)])
+
+    def lead(start: tuple[Fit, list[Candidate]]) -> list[Fit]:
+        return [led(*joined(*start), measured_positions(start[0]), joint.measured, joint.plain)]
+
+    tasks = [partial(lead, start) for start in best]
+    tasks.append(partial(joint.in_two_rounds, starts, SHORT_KEPT))
+    found = joint.each(lambda task: task(), tasks)
+    return cheapest_of_each([f for fits in found for f in fits])
 
 
 def most_of_a_short_period(screen: Screen, effects: Sequence[Effect], each: Each) -> float:

@@ -127,6 +127,15 @@ class SimulatorBuilder:
         """The simulator at base parameters `values` (base parameters,)."""
         return SimulatorChain(self.simulator, np.array(values))
 
+    def chains(
+        self,
+        values: FloatArray,
+        resonators: Sequence[Resonator | None],  # noqa: ARG002
+        needs_train: bool = True,  # noqa: ARG002
+    ) -> list[SimulatorChain]:
+        """The simulator at every row of `values` (points, base parameters)."""
+        return [self.chain(row) for row in values]
+
 
 SPEED_LAG = 1 / 200
 """Of a record: the time over which the speed of the measured output is taken."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -186,13 +187,25 @@ class AxisParameters:
         """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""
         if self._integrator is None:
             return np.full(values.shape[1], np.nan)
-        batch, rate = self.linear_batch(values), self.model.sample_rate_hz
-        if not isinstance(batch, LinearBatch):
+        rate = self.model.sample_rate_hz
+        if self.free == "all":
+            batch = self.linear_batch(values)
             return batch.separated().residues()[0][self._integrator] * rate
-        pole = batch.real_poles[self._integrator]
-        others = np.delete(batch.real_poles, self._integrator, axis=0)
-        passed = np.prod(pole - others, axis=0) * np.prod(np.abs(pole - batch.pair_poles) ** 2, axis=0)
-        return np.asarray(batch.gain * np.prod(pole - batch.zeros, axis=0).real / passed * rate)
+        angle = 2 * np.pi / rate * values[self._frequency_rows]
+        damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
+        radius, turn = np.exp(-angle * damping), angle * np.sqrt(1 - damping * damping)
+        pole = self._real_poles[self._integrator]
+        distances = (pole - radius * np.cos(turn)) ** 2 + (radius * np.sin(turn)) ** 2
+        return np.asarray(values[self._row["gain"]] * self._fixed_velocity_gain / np.prod(distances, axis=0))
+
+    @cached_property
+    def _fixed_velocity_gain(self) -> float:
+        """Steady velocity per v and unit of gain by the roots that are held."""
+        pole = self._real_poles[self._integrator]
+        held = np.delete(self._pair_poles, self._free_pairs)
+        passed = np.prod(pole - self._real_poles[self._free_real])
+        zeros = np.prod(pole - self.model.linear.zeros).real
+        return float(zeros / (passed * np.prod(np.abs(pole - held) ** 2)) * self.model.sample_rate_hz)
 
     def frequency_response(self, values: FloatArray, frequency_hz: FloatArray) -> ComplexArray:
         """G at every frequency for every column of `values`, shape (walkers, frequencies)."""

@@ -22,14 +22,8 @@ from drive_axis import (
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.chain_batch import simulate_chains
-from bayes_hw.gap.drive_train import (
-    ContinuousPoles,
-    DriveTrain,
-    TorqueSystem,
-    UnknownTrain,
-    continuous_poles,
-    realise,
-)
+from bayes_hw.gap.continuous_poles import ContinuousPoles, continuous_poles
+from bayes_hw.gap.drive_train import DriveTrain, TorqueSystem, UnknownTrain, realise
 from bayes_hw.gap.resonator import Resonator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock

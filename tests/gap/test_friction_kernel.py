@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.friction_kernel import STATIC_ROUNDS, sliding_torque
+from bayes_hw.gap.friction_kernel import falling_torque
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
 
 COULOMB, STATIC, STRIBECK_SPEED, SMOOTHING = 2.0, 0.6, 0.3, 1e-4
@@ -16,7 +16,7 @@ COULOMB, STATIC, STRIBECK_SPEED, SMOOTHING = 2.0, 0.6, 0.3, 1e-4
 def torque_at(speeds, responses, torques):  # type: ignore[no-untyped-def]
     """Torques (n, LANES) at speeds and responses (n, LANES) without friction."""
     for i in range(len(speeds)):
-        torque = sliding_torque(
+        torque = falling_torque(
             load(speeds, i),
             load(responses, i),
             broadcast(COULOMB),
@@ -24,7 +24,6 @@ def torque_at(speeds, responses, torques):  # type: ignore[no-untyped-def]
             broadcast(1 / STRIBECK_SPEED),
             broadcast(1 / SMOOTHING),
             broadcast(SMOOTHING),
-            STATIC_ROUNDS,
         )
         store(torques, i, torque)
 
