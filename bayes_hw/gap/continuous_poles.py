@@ -50,7 +50,7 @@ def continuous_poles(
     return ContinuousPoles(*_continuous(real_poles, pair_poles, real_residues, pair_residues, rate))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _continuous(real_poles, pair_poles, real_residues, pair_residues, rate):  # type: ignore[no-untyped-def]
     """Poles, residues and whether they are real: positive ones, pairs, those at half the sample rate."""
     n_real, n_pairs = len(real_poles), len(pair_poles)

@@ -16,7 +16,7 @@ KP, KI, KM, KL, KS, KSS, C, CS, BL, GAIN = range(10)
 COUNT = 10
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _numbers(logs):  # type: ignore[no-untyped-def]
     """The ten numbers of a drive train."""
     e = np.exp(logs)
@@ -29,7 +29,7 @@ def _reciprocal(z):  # type: ignore[no-untyped-def]
     return z.conjugate() * (1 / (z.real * z.real + z.imag * z.imag))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
     """log(R / target) of `train` at one s, and in `slope` (10,) its derivatives by the logarithms.
 
@@ -104,7 +104,7 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
     return logs, misfit
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _value(polynomial, s):  # type: ignore[no-untyped-def]
     total = 0.0j
     for coefficient in polynomial:
@@ -112,7 +112,7 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _sum(one, other):  # type: ignore[no-untyped-def]
     """The sum of two polynomials, highest power first."""
     total = np.zeros(max(len(one), len(other)))
@@ -121,7 +121,7 @@ def _sum(one, other):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-untyped-def]
     """D, H, M S and kl C S as polynomials in s, the highest power first.
 
@@ -145,7 +145,7 @@ def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-u
     return whole, hung, np.convolve(motor, hosting), across
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     """Gains at the poles `s` (n,): (2, n) from both torques, (4, n) to w, motor angle and both speeds.
 
@@ -161,7 +161,7 @@ def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     return inputs, outputs
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _slope(polynomial, s):  # type: ignore[no-untyped-def]
     """The derivative of a polynomial at `s`."""
     total, slope = 0.0j, 0.0j
@@ -171,7 +171,7 @@ def _slope(polynomial, s):  # type: ignore[no-untyped-def]
     return slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def inner_ratios(s, hung, across):  # type: ignore[no-untyped-def]
     """Motor angle, motor speed and load speed over w (3, n) at `s` (n,)."""
     ratios = np.empty((3, len(s)), dtype=np.complex128)
@@ -181,7 +181,7 @@ def inner_ratios(s, hung, across):  # type: ignore[no-untyped-def]
     return ratios
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def resonant(poles, residues, real, own, hosted, whole, across, closed, host_across):  # type: ignore[no-untyped-def]
     """Residues of G P at the `poles` of G, at `own` and at `hosted`, P = (D / kl C S) (kl C S' / D').
 
@@ -208,7 +208,7 @@ def resonant(poles, residues, real, own, hosted, whole, across, closed, host_acr
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def numerators(poles, residues):  # type: ignore[no-untyped-def]
     """prod (s - pole) (n + 1,) and the numerators (rows, n) of sum residue / (s - pole), highest power first.
 

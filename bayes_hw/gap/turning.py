@@ -7,7 +7,7 @@ from numba import njit
 from bayes_hw.gap.chain_kernel import MOTOR_ANGLE, MOTOR_SPEED, W
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def turning_together(poles, outputs):  # type: ignore[no-untyped-def]
     """`outputs` (4, n) of the states at `poles` (n,), upper ones of pairs, with the motor at the load's speed
     whenever the command has been constant for long.

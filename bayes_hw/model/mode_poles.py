@@ -21,7 +21,7 @@ def mode_poles(frequency_hz: FloatArray, damping_ratio: FloatArray, sample_rate_
     return poles
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _mode_poles(given, turn, parts):  # type: ignore[no-untyped-def]
     """Fill `parts` with real and imaginary parts, given frequencies and damping ratios, in one shape."""
     rows = given.shape[1] * given.shape[2] // LANES

@@ -38,7 +38,7 @@ def partial_fractions(
     return real, pairs
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _partial_fractions(poles, n_real, zeros, gain, residues):  # type: ignore[no-untyped-def]
     """Fill residues (2, poles, walkers): real and imaginary parts, as in `poles` and `zeros`."""
     count, groups = poles.shape[1], poles.shape[2] // LANES
@@ -67,7 +67,7 @@ def _partial_fractions(poles, n_real, zeros, gain, residues):  # type: ignore[no
             store(residues, (count + i) * groups + group, (above_i * below - above * below_i) / size)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def closer_than(real, imag, distance):  # type: ignore[no-untyped-def]
     """Whether any two of the points (n, walkers) of one walker are closer than `distance`."""
     limit = distance * distance
