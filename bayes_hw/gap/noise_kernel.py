@@ -105,15 +105,14 @@ def state_filter(  # type: ignore[no-untyped-def]
     x(k+1) = transition x(k) + a(k) with var a = increment (n, n), of all but the last state times `strength`
     (samples,), x(0) of variance `initial`; e(k) = output x(k), of all but its last term the `share`
     (samples,) that shows, and noise of variance `doubt` (samples,), infinite where there is no reading.
-    `columns` (samples, m) are filtered into `white`,
+    `columns` (samples, lanes), one or whole groups of LANES, are filtered into `white`,
     unit innovations where they are such noise, zero without a reading;
-    `expected` (samples, m) is what the samples before let expect of output x(k) without its last term,
+    `expected` (samples, lanes) is what the samples before let expect of output x(k) without its last term,
     `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
 
     The rows of matrices are values of LANES numbers, `wide` of them a row.
     """
-    samples, m = columns.shape
-    n = len(output)
+    samples, n = len(columns), len(output)
     wide = (n + LANES - 1) // LANES
     variance, increments, transposed = _rows(initial, wide), _rows(increment, wide), _rows(transition.T, wide)
     carried, following = aligned_rows(n * wide), aligned_rows(n * wide)
@@ -125,8 +124,10 @@ def state_filter(  # type: ignore[no-untyped-def]
         following.reshape(-1),
     )
     across = wide * LANES
-    state, moved_state, gain = np.zeros((m, n)), np.zeros(n), np.zeros(n)
-    columnwise = np.ascontiguousarray(transition.T)
+    alone, groups = columns.shape[1] == 1, columns.shape[1] // LANES
+    single, moved, gain = np.zeros(n), np.zeros(n), np.zeros(n)
+    state, corrected = _zeros(n * groups), aligned_rows(n)
+    first, place, value_of = _non_zero(transition)
     settled, limit = False, SETTLED
     total, root, log_total, uncertain = 1.0, 1.0, 0.0, 0.0
     log_determinant = 0.0
@@ -182,21 +183,52 @@ def state_filter(  # type: ignore[no-untyped-def]
             settled = flat_row.max() < limit and k > n
         log_determinant += log_total
         variances[k] = uncertain
-        for c in range(m):
+        if alone:
             disturbance = 0.0
             for i in range(n - 1):
-                disturbance += output[i] * state[c, i]
-            expected[k, c] = disturbance
-            innovation = columns[k, c] - output[n - 1] * state[c, n - 1] - share[k] * disturbance
-            white[k, c] = innovation / root
-            moved_state[:] = 0.0
-            for j in range(n):
-                corrected = state[c, j] + gain[j] * innovation
-                for i in range(n):
-                    moved_state[i] += columnwise[j, i] * corrected
+                disturbance += output[i] * single[i]
+            expected[k, 0] = disturbance
+            innovation = columns[k, 0] - output[n - 1] * single[n - 1] - share[k] * disturbance
+            white[k, 0] = innovation / root
             for i in range(n):
-                state[c, i] = moved_state[i]
+                moved[i] = single[i] + gain[i] * innovation
+            for i in range(n):
+                single[i] = 0.0
+                for p in range(first[i], first[i + 1]):
+                    single[i] += value_of[p] * moved[place[p]]
+        for group in range(groups):
+            at = k * groups + group
+            disturbance = broadcast(0.0)
+            for i in range(n - 1):
+                disturbance = disturbance + broadcast(output[i]) * load(state, i * groups + group)
+            store(expected, at, disturbance)
+            own = broadcast(output[n - 1]) * load(state, (n - 1) * groups + group)
+            innovation = load(columns, at) - own - broadcast(share[k]) * disturbance
+            store(white, at, innovation * broadcast(1 / root))
+            for i in range(n):
+                store(corrected, i, load(state, i * groups + group) + broadcast(gain[i]) * innovation)
+            for i in range(n):
+                value = broadcast(0.0)
+                for p in range(first[i], first[i + 1]):
+                    value = value + broadcast(value_of[p]) * load(corrected, place[p])
+                store(state, i * groups + group, value)
     return log_determinant
+
+
+@njit(cache=True)
+def _non_zero(matrix):  # type: ignore[no-untyped-def]
+    """Of every row where its terms other than zero begin (rows + 1,), their columns and values (terms,)."""
+    n = len(matrix)
+    first = np.zeros(n + 1, np.int64)
+    place, value = np.empty(n * n, np.int64), np.empty(n * n)
+    for i in range(n):
+        count = first[i]
+        for j in range(n):
+            if matrix[i, j] != 0.0:
+                place[count], value[count] = j, matrix[i, j]
+                count += 1
+        first[i + 1] = count
+    return first, place, value
 
 
 @njit(cache=True)

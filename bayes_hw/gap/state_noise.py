@@ -17,6 +17,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import TorquePath
 from bayes_hw.gap.noise_kernel import state_filter
 from bayes_hw.gap.whitener import LOG_2PI
+from bayes_hw.model.lanes import padded_to_lanes
 
 ENCODER_PARAMETERS = 2
 """Of the encoder's noise; those of the effect are counted with it."""
@@ -76,11 +77,14 @@ class StateNoise:
         return mean[:, 0], variance
 
     def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray, FloatArray]:
-        white, expected = np.empty(columns.shape), np.empty(columns.shape)
+        count = columns.shape[1]
+        padded = np.zeros((len(columns), 1 if count == 1 else padded_to_lanes(count)))
+        padded[:, :count] = columns
+        white, expected = np.empty_like(padded), np.empty_like(padded)
         variances = np.empty(len(columns))
         view = View.everywhere(len(columns)) if self.views is None else self.views[record]
         log_determinant = state_filter(
-            np.ascontiguousarray(columns),
+            padded,
             self.transition,
             self.output,
             view.share,
@@ -92,7 +96,7 @@ class StateNoise:
             expected,
             variances,
         )
-        return white, float(log_determinant), expected, variances
+        return white[:, :count], float(log_determinant), expected[:, :count], variances
 
     def fitted_to(self, residuals: Sequence[FloatArray]) -> StateNoise:
         """The same with its log-likelihood of `residuals`, an array (samples,) a record."""
