@@ -63,15 +63,6 @@ def test_g_in_continuous_time_is_that_of_the_state_space(train: KnownTrain) -> N
     np.testing.assert_allclose(continuous(drive_axis(train)).response(S_AXIS), expected, rtol=1e-6)
 
 
-def test_a_negative_pole_is_a_pair_at_half_the_sample_rate() -> None:
-    """Sampled back with a zero-order hold it has the pole and the residue it came from."""
-    none = np.zeros(0, dtype=np.complex128)
-    system = continuous_poles(np.array([1.0, -0.2]), none, np.array([1.0, 0.7]), none, RATE)
-    pole, residue = system.poles[1], system.residues[1]
-    assert np.exp(pole / RATE) == pytest.approx(-0.2)
-    assert 2 * residue * (np.exp(pole / RATE) - 1) / pole == pytest.approx(0.7)
-
-
 @pytest.mark.parametrize("train", TRAINS)
 @pytest.mark.parametrize("rate", [20.0, 50.0])
 def test_known_stiffnesses_are_read_back(train: KnownTrain, rate: float) -> None:
