@@ -215,7 +215,9 @@ def _upper_roots(polynomial: FloatArray) -> ComplexArray:
     """The real roots of a real polynomial and of every pair the upper one: eigenvalues of its companion."""
     companion = np.eye(len(polynomial) - 1, k=-1)
     companion[0] = -polynomial[1:] / polynomial[0]
-    real, imaginary, *_ = dgeev(companion, compute_vl=False, compute_vr=False)
+    real, imaginary, _, _, failed = dgeev(companion, compute_vl=False, compute_vr=False)
+    if failed or not np.isfinite(real).all():
+        raise np.linalg.LinAlgError(f"no roots of a polynomial with the coefficients {polynomial}")
     upper = imaginary >= 0
     return np.asarray(real[upper] + 1j * imaginary[upper])
 

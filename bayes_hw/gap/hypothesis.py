@@ -80,7 +80,7 @@ class Hypothesis:
 
     def chain(self, values: FloatArray) -> SignalChain:
         """The linear block at parameter values (parameters,)."""
-        return self._chains(values[None])[0]
+        return self.builder.chain(values[: self.base_count], self._resonator(values), self.torques)
 
     def _chains(self, values: FloatArray) -> Sequence[SignalChain]:
         """The linear blocks at parameter values (n, parameters)."""
