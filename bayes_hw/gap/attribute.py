@@ -30,6 +30,7 @@ from bayes_hw.gap.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import Explanation, is_far_ahead, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit import Fit, fit, fitted_on
+from bayes_hw.gap.following import Following
 from bayes_hw.gap.glitches import Glitches
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
@@ -152,6 +153,8 @@ class Attributor:
 
     def _seek_further(self, base: Fit) -> None:
         """More single effects, pairs and chaotic motion, as long as structure is left."""
+        if self._unfinished and self._chaos_is_followed(base):
+            return
         if self._unfinished:
             self._lead_the_ripple()
         if not is_far_ahead(self.found) and self._unfinished:
@@ -166,6 +169,18 @@ class Attributor:
             self._seek_pairs()
         if self._unfinished:
             self._seek_chaos()
+
+    def _chaos_is_followed(self, base: Fit) -> bool:
+        """Whether a chaotic effect explains the records far better than all else, the simulation corrected by
+        what was measured; with second effects then."""
+        self.tell("chaotic motion followed")
+        search = Following(self.base, self.measured, self.effects, self.plain, self.each)
+        self.found += search.found([self.nominal, base], self.singles)
+        best = best_of(self.found)
+        if best.followed is None or not is_far_ahead(self.found):
+            return False
+        self.found += search.partners(best)
+        return True
 
     def _lead_the_ripple(self) -> None:
         """From the measured position to the simulated one, where the best single effect is a ripple."""
@@ -250,7 +265,9 @@ class Attributor:
         """The best explanation and its parts from near where they ended, and chaos under slow noise."""
         self.found += self._apart(best_of(self.found))
         self.found += self._near(with_parts(self.found))
-        for chaotic in [e for e in with_parts(self.found) if e.chaotic and e.stochastic is None]:
+        for chaotic in [
+            e for e in with_parts(self.found) if e.chaotic and e.stochastic is None and e.followed is None
+        ]:
             noisy = self.stochastic.beside(chaotic, [], [])
             self.found += noisy + self.stochastic.two_at_once(chaotic, noisy)
 

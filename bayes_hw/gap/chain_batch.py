@@ -40,6 +40,19 @@ class KnownPositions:
     share: float
 
 
+@dataclass(frozen=True)
+class Followed:
+    """Measured outputs (samples,), one array a record, infinite where there is no reading, and what a unit of
+    the difference from them adds to the states that torques drive (states,).
+
+    `spread` is the standard deviation of that difference, in units of the encoder's noise.
+    """
+
+    measured: Sequence[FloatArray]
+    gains: FloatArray
+    spread: float
+
+
 class States(NamedTuple):
     """First-order states stepped by h: shapes as in `simulate_lanes`, the chain last."""
 
@@ -55,6 +68,7 @@ def simulate_chains(
     inputs: Sequence[FloatArray],
     keep_w: bool = False,
     known: KnownPositions | None = None,
+    followed: Followed | None = None,
 ) -> list[ChainSignals]:
     """Signals of every record under every chain and its row of `settings` (chains, COUNT).
 
@@ -70,7 +84,7 @@ def simulate_chains(
     for group in groups.values():
         some = np.array(group)
         alike = [chains[i] for i in group]
-        done.append(_simulate_alike(alike, settings[some], active[some[0]], inputs, keep_w, known))
+        done.append(_simulate_alike(alike, settings[some], active[some[0]], inputs, keep_w, known, followed))
     if len(done) == 1:
         return done[0]
     order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
@@ -87,6 +101,7 @@ def _simulate_alike(
     inputs: Sequence[FloatArray],
     keep_w: bool,
     known: KnownPositions | None,
+    followed: Followed | None,
 ) -> list[ChainSignals]:
     """The same for chains of one structure with the same settings active."""
     rate, count = chains[0].rate, len(chains)
@@ -107,6 +122,9 @@ def _simulate_alike(
     positions = np.zeros((samples if known is not None else 0, columns))
     for record, position in enumerate(known.positions if known is not None else []):
         positions[: len(position), record * count : (record + 1) * count] = position[:, None]
+    targets = np.zeros((samples if followed is not None else 0, columns))
+    for record, target in enumerate(followed.measured if followed is not None else []):
+        targets[: len(target), record * count : (record + 1) * count] = target[:, None]
     w, y = np.empty((samples if keep_w else 0, columns)), np.empty((samples, columns))
     simulate_lanes(
         commands,
@@ -121,6 +139,8 @@ def _simulate_alike(
         *(_in_lanes(part, lanes) for part in torque[1:]),
         positions,
         known.share if known is not None else 0.0,
+        targets,
+        followed.gains if followed is not None else np.zeros(0),
         w,
         y,
     )

@@ -140,6 +140,8 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     torque_outputs_of,
     known_positions,
     known_share,
+    targets,
+    gains_of,
     w_out,
     y_out,
 ):
@@ -164,7 +166,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     ahead, by_command = aligned_rows(READINGS * per * n), aligned_rows(READINGS * per)
     t_ahead, t_by_input = aligned_rows(READINGS * 2 * t_n), aligned_rows(READINGS * 2)
     sample_factors, sample_inputs = aligned_rows(n), aligned_rows(n)
-    x, b = aligned_rows(n), aligned_rows(t_n)
+    x, b, gains = aligned_rows(n), aligned_rows(t_n), aligned_rows(t_n)
+    for i in range(t_n if len(targets) else 0):
+        store(gains, i, broadcast(gains_of[i]))
     zero, one, step, tau = broadcast(0.0), broadcast(1.0), broadcast(h), broadcast(TAU)
 
     rubbing, load_rubbing = active[S.MOTOR_FRICTION], active[S.LOAD_FRICTION]
@@ -172,7 +176,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     rippled, load_rippled, mesh = active[S.RIPPLE], active[S.LOAD_RIPPLE], active[S.MESH_RIPPLE]
     torsional = active[S.CUBIC] or active[S.GAP]
     by_load = load_rippled or mesh or torsional or load_rubbing
-    torques = rubbing or rippled or by_load
+    torques = rubbing or rippled or by_load or len(targets) > 0
     held = not (
         active[S.EXTRA_DELAY] or active[S.COMMAND_RATE] or active[S.EARLY_RATE] or active[S.LIMIT_DEPTH]
     )
@@ -387,3 +391,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 age = (zero - t) / load(s, S.DRIFT_TIME)
                 shown = shown + load(s, S.DRIFT_SETTLING) * (one - exponential(age))
             store(y_out, k * groups + group, shown)
+            if len(targets):
+                error = load(targets, k * groups + group) - shown
+                error = where_less(absolute(error), broadcast(np.inf), error, zero)
+                error = where_less(half_width, absolute(output), error, zero)
+                for i in range(t_n):
+                    store(b, i, load(b, i) + load(gains, i) * error)

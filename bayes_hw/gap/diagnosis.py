@@ -303,7 +303,7 @@ def _first_autocorrelation(explanation: Explanation) -> float:
 
 def _marginal_variance(explanation: Explanation) -> float:
     """Variance of a measured sample about the prediction, output units squared."""
-    residual = float(np.mean(np.concatenate(explanation.fit.residuals) ** 2))
+    residual = float(np.mean(np.concatenate(explanation.fit.free_residuals) ** 2))
     return max(residual, explanation.fit.whitener.sigma**2 if explanation.stochastic is None else residual)
 
 

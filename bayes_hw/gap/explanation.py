@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.chain_batch import Followed
 from bayes_hw.gap.fit import Fit, fitted_on
 from bayes_hw.gap.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.stochastic import ROUNDING, Display, StochasticFit, autoregression
@@ -67,8 +68,16 @@ class Explanation:
         return None if self.stochastic is None else self.stochastic.display
 
     @property
+    def followed(self) -> Followed | None:
+        """What the simulation is corrected by at every sample, if anything."""
+        return self.fit.hypothesis.followed
+
+    @property
     def lost_motion(self) -> bool:
-        """Whether slow noise stands for motion of a chaotic effect that no simulation can follow."""
+        """Whether slow noise, or what the measured output corrects, stands for motion of a chaotic effect
+        that no simulation can follow."""
+        if self.followed is not None:
+            return True
         return self.chaotic and self.stochastic is not None and self.stochastic.label in LIKE_CHAOS
 
     @property
@@ -76,7 +85,7 @@ class Explanation:
         """The stationary noise of the encoder alone, output units."""
         if self.stochastic is not None and self.stochastic.encoder_sigma is not None:
             return self.stochastic.encoder_sigma
-        return self.fit.whitener.sigma
+        return self.fit.whitener.sigma / (1.0 if self.followed is None else self.followed.spread)
 
     @property
     def rounded(self) -> bool:

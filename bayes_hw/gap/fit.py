@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -50,6 +50,14 @@ class Fit:
     def measured(self) -> list[FloatArray]:
         """The measured outputs that the fit was made to, a record each."""
         return [e + s for e, s in zip(self.residuals, self.simulated, strict=True)]
+
+    @cached_property
+    def free_residuals(self) -> list[FloatArray]:
+        """Measured minus simulated outputs (samples,), a record each, the simulation not corrected."""
+        if self.hypothesis.followed is None:
+            return self.residuals
+        free = replace(self.hypothesis, followed=None).simulate(self.values)
+        return [y - s for y, s in zip(self.measured, free, strict=True)]
 
     @property
     def rmse(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import Builder, SignalChain
-from bayes_hw.gap.chain_batch import KnownPositions
+from bayes_hw.gap.chain_batch import Followed, KnownPositions
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.resonator import Resonator
 from bayes_hw.gap.scale import AxisScale
@@ -22,6 +22,9 @@ from bayes_hw.model.priors import LogNormal, Transform
 
 BASE_DERIVATIVE_STEP = 3e-4
 
+FOLLOWED_DERIVATIVE_STEP = 0.1
+"""Largest in prior standard deviations where the motion is followed: some of its chaos is left."""
+
 LARGEST_STRAIN = 4.0
 """Prior standard deviations; base parameters farther from the nominal model stand for something else."""
 
@@ -30,7 +33,8 @@ LARGEST_STRAIN = 4.0
 class Hypothesis:
     """The base model of `builder` with `effects`, for commands `inputs` (one array a record).
 
-    `known` says where ripple acts under those commands, if not at the simulated position.
+    `known` says where ripple acts under those commands, if not at the simulated position, `followed` what the
+    simulation is corrected by at every sample, if anything.
     """
 
     builder: Builder
@@ -38,6 +42,7 @@ class Hypothesis:
     inputs: Sequence[FloatArray]
     effects: tuple[Effect, ...] = ()
     known: KnownPositions | None = None
+    followed: Followed | None = None
     parameters: tuple[Parameter, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -129,7 +134,7 @@ class Hypothesis:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
         if inputs is not None:
             return simulate_signals(chains, settings, inputs, keep_w)
-        return simulate_signals(chains, settings, self.inputs, keep_w, self.known)
+        return simulate_signals(chains, settings, self.inputs, keep_w, self.known, self.followed)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
         """Parameter values of unbounded coordinates, both (..., parameters).
@@ -200,10 +205,11 @@ class Hypothesis:
     @cached_property
     def derivative_steps(self) -> FloatArray:
         """Finite-difference step of every coordinate."""
-        coarse = [effect.derivative_step for effect in self.effects if effect.chaotic]
+        largest = np.inf if self.followed is None else FOLLOWED_DERIVATIVE_STEP
+        coarse = [min(effect.derivative_step, largest) for effect in self.effects if effect.chaotic]
         relative = [max([BASE_DERIVATIVE_STEP, *coarse])] * self.base_count
         for effect, rows in zip(self.effects, self.effect_rows, strict=True):
-            relative += [effect.derivative_step] * (rows.stop - rows.start)
+            relative += [min(effect.derivative_step, largest)] * (rows.stop - rows.start)
         return np.array(relative) * self.prior_sds
 
     @cached_property

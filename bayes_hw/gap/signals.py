@@ -8,7 +8,7 @@ from typing import TypeAlias, cast
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.builder import SignalChain
 from bayes_hw.gap.chain import Chain
-from bayes_hw.gap.chain_batch import KnownPositions, simulate_chains
+from bayes_hw.gap.chain_batch import Followed, KnownPositions, simulate_chains
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.simulator_chain import SimulatorChain, simulate_simulators
 from bayes_hw.gap.small_signals import small_responses
@@ -23,6 +23,7 @@ def simulate_signals(
     inputs: Sequence[FloatArray],
     keep_w: bool = False,
     known: KnownPositions | None = None,
+    followed: Followed | None = None,
 ) -> list[Signals]:
     """Signals of every record under every chain, all of one kind, and its row of `settings` (chains, COUNT).
 
@@ -32,7 +33,7 @@ def simulate_signals(
     if isinstance(chains[0], SimulatorChain):
         return simulate_simulators(cast("Sequence[SimulatorChain]", chains), settings, inputs)
     compiled = cast("Sequence[Chain]", chains)
-    return [(w, y) for w, y in simulate_chains(compiled, settings, inputs, keep_w, known)]
+    return [(w, y) for w, y in simulate_chains(compiled, settings, inputs, keep_w, known, followed)]
 
 
 def has_door(chain: SignalChain, door: Door) -> bool:

@@ -59,7 +59,7 @@ def plain_estimate(
     plain fit. The evidence of a form is that of its plain residuals, counted for as few independent ones as
     those of the closest form.
     """
-    if explanation.stochastic is not None:
+    if explanation.stochastic is not None or explanation.followed is not None:
         return explanation
     rivals = [f for f in singles if f.hypothesis.effects and f.hypothesis.labels == explanation.labels]
     forms = [plain_fit(f, measured) for f in (explanation.fit, *rivals)]

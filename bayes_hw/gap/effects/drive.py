@@ -57,6 +57,9 @@ class DynamicBacklash(Effect):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.GAP] = values[0]
 
+    def missed_torsion(self, values: FloatArray) -> float:
+        return float(values[0])
+
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return [(size * scale.sigma,) for size in (0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 9.0)]
 

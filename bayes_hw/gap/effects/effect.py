@@ -71,6 +71,10 @@ class Effect(ABC):
         leaves structure."""
         return []
 
+    def missed_torsion(self, values: FloatArray) -> float:
+        """Of a chaotic effect: the torsion, output units, whose torque is missing where motion is lost."""
+        return 0.0
+
     @abstractmethod
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         """Parameter values to screen, a small grid of sizes and shapes."""
