@@ -65,6 +65,7 @@ class SaturationDrift(PeriodicEffect):
     block: ClassVar[Block] = "input"
     door: ClassVar[Door] = "command"
     only_saturated: ClassVar[bool] = True
+    starts_tried: ClassVar[int] = 4
     test_values = (0.1, 0.05, 1.5)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
