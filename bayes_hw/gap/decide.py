@@ -86,7 +86,7 @@ def _claim_of_pair(
     alone = [best.get((label,), best[()]) for label in labels]
     strain_tells = pair.strained and not all(reference.strained for reference in alone)
     jitters = pair.stochastic is not None and pair.stochastic.label == "timing_jitter"
-    possible = not (pair.chaotic and (strain_tells or jitters))
+    possible = not (pair.cannot_be_predicted and (strain_tells or jitters))
     demands: list[tuple[str, float]] = []
     for label, reference in zip(labels, alone, strict=True):
         gain = scores[labels] - scores[reference.labels]
@@ -95,7 +95,7 @@ def _claim_of_pair(
                 continue
         else:
             demands.append(("pair_gain", float(gain)))
-        if pair.chaotic:
+        if pair.cannot_be_predicted:
             possible = possible and bool(gain >= CHAOS_MARGIN)
             continue
         if pair.stochastic is not None and pair.stochastic.label != label:

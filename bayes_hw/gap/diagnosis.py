@@ -200,7 +200,7 @@ def _finished(
     samples = sum(len(e) for e in final.fit.residuals)
     noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
-    if final.chaotic:
+    if final.cannot_be_predicted:
         noise_error = float(np.hypot(noise_error, CHAOS_IN_NOISE * sigma))
     base = attribution.base
     gaps: list[Closure] = []
@@ -221,7 +221,7 @@ def _finished(
             gaps.append(_unchanged(before, outputs, sigma))
         else:
             readings = without_glitches(final, outputs, shown)
-            if moves_unseen(final) or final.chaotic:
+            if moves_unseen(final) or final.cannot_be_predicted:
                 found = measured_closure(before, after, readings, sigma, noise_error, correlation, rng)
             else:
                 hidden = hides_motion(final)

@@ -108,6 +108,11 @@ class Explanation:
         return any(effect.chaotic for effect in self.fit.hypothesis.effects)
 
     @property
+    def cannot_be_predicted(self) -> bool:
+        """Whether an effect is chaotic, or followed since its motion jumps."""
+        return self.chaotic or self.followed is not None
+
+    @property
     def bent_gusts(self) -> float:
         """Root mean square of wind, output units, whose path an effect bends: the noise's path is linear."""
         if self.stochastic is None or self.stochastic.label != "wind":
@@ -138,10 +143,10 @@ def best_of_each(
 
 
 def is_far_ahead(explanations: Sequence[Explanation]) -> bool:
-    """Whether a chaotic effect is ahead of every explanation without one by CHAOS_MARGIN."""
+    """Whether an effect that cannot be predicted is ahead of every explanation without by CHAOS_MARGIN."""
     evidence = {
-        chaotic: max((e.log_evidence for e in explanations if e.chaotic == chaotic), default=-np.inf)
-        for chaotic in (True, False)
+        lost: max((e.log_evidence for e in explanations if e.cannot_be_predicted == lost), default=-np.inf)
+        for lost in (True, False)
     }
     return bool(evidence[True] > evidence[False] + CHAOS_MARGIN)
 

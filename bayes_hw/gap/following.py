@@ -35,6 +35,7 @@ that is not known."""
 FIRST_ITERATIONS = 4
 ITERATIONS = 8
 HOPEFUL = 2
+LEADING = 4
 RIVALS = 6
 PARTNERS_TRIED = 4
 
@@ -75,7 +76,7 @@ def observer(
 
 @dataclass(frozen=True)
 class Following:
-    """Chaotic effects of `effects` beside `base`, fitted to `measured` while it is followed."""
+    """Rugged effects of `effects` beside `base`, fitted to `measured` while they are followed."""
 
     base: Hypothesis
     measured: Sequence[FloatArray]
@@ -84,14 +85,21 @@ class Following:
     each: Each
 
     def found(self, origins: Sequence[Fit], rivals: Sequence[Fit]) -> list[Explanation]:
-        """Each chaotic effect from the base parameters of `origins`, where it is ahead of all `rivals` and of
-        no effect, followed alike, by CHAOS_MARGIN; `rivals` are single effects, begun where they are."""
-        ahead = []
-        for effect in self.effects:
-            best = self._best(effect, origins) if effect.chaotic else None
-            if best is not None and best.log_evidence > self._reached(best, rivals) + CHAOS_MARGIN:
-                ahead.append(best)
-        return ahead
+        """The rugged effect that is ahead of all others and of none, followed alike, by CHAOS_MARGIN, if any.
+
+        Each is begun at the base parameters of `origins`. The others are `rivals`, fits of single effects,
+        best first, begun where they are; rugged effects that are not among the first are not tried.
+        """
+        leading = list(dict.fromkeys(rival.hypothesis.labels for rival in rivals))[:LEADING]
+        tried = [e for e in self.effects if e.rugged and (e.label,) in leading]
+        forms = [found for effect in tried if (found := self._best(effect, origins)) is not None]
+        forms.sort(key=lambda e: -e.log_evidence)
+        if not forms:
+            return []
+        best = forms[0]
+        others = [e.log_evidence for e in forms if e.labels != best.labels]
+        reached = max([self._reached(best, rivals), *others])
+        return [best] if best.log_evidence > reached + CHAOS_MARGIN else []
 
     def partners(self, chaotic: Explanation) -> list[Explanation]:
         """The effect of `chaotic`, followed and alone so far, with each of the most promising second effects,
@@ -129,7 +137,7 @@ class Following:
 
     def _observed(self, hypothesis: Hypothesis, values: FloatArray, share: float) -> Hypothesis | None:
         """`hypothesis` followed with the gain for its last effect at parameter values (parameters,)."""
-        torsion = hypothesis.effects[-1].missed_torsion(values[hypothesis.effect_rows[-1]])
+        torsion = hypothesis.effects[-1].missed_torsion(values[hypothesis.effect_rows[-1]], self.base.scale)
         readings = self.measured
         if self.plain.masked:
             readings = [

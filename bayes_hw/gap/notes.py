@@ -73,10 +73,10 @@ def of_left_out(chosen: tuple[str, ...], left_out: Mapping[tuple[str, ...], Left
 
 
 def _of_lost_motion(explanation: Explanation, unit: str) -> str:
-    label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.chaotic)
+    label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.rugged)
     square = np.mean(np.concatenate(explanation.fit.free_residuals) ** 2)
     lost = np.sqrt(max(float(square) - explanation.encoder_sigma**2, 0.0))
     return (
-        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be followed, "
+        f"the motion of this form of {label} is chaotic: {lost:.3g} {unit} rms of it cannot be predicted, "
         "which no better numbers would remove; structure in what is left is laid to that"
     )

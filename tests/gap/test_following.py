@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,18 +25,22 @@ from own_simulators import motor
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.blind.make import write_case
+from bayes_hw.gap.case import Case
 from bayes_hw.gap.effects.drive import DynamicBacklash
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
 from bayes_hw.gap.effects.input import CommandBias, RateLimit
 from bayes_hw.gap.effects.linear import CubicStiffness
-from bayes_hw.gap.explanation import CHAOS_MARGIN
+from bayes_hw.gap.explanation import CHAOS_MARGIN, with_coloured_noise
 from bayes_hw.gap.fit import Fit, evaluated, fit
 from bayes_hw.gap.following import Following, observer
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.simulator_chain import SimulatorBuilder
 from bayes_hw.gap.whitener import Plain
+from bayes_hw.plant.case import make_case
+from bayes_hw.plant.kinds import KINDS
 
 INPUTS = [command(900, 1), command(900, 2)]
 PLAIN = Plain(SIGMA)
@@ -52,6 +57,12 @@ def following(measured: list[FloatArray], effects: tuple[Effect, ...] = EFFECTS)
 def origins(measured: list[FloatArray]) -> list[Fit]:
     """The nominal model and the base model fitted: without the gap its modes move far."""
     return [fit(BASE, measured, BASE.prior_means, PLAIN, iterations) for iterations in (0, 25)]
+
+
+def begun(effect: Effect, values: tuple[float, ...], origin: Fit) -> Fit:
+    """`effect` at `values` beside the base parameters of `origin`."""
+    found = BASE.with_effect(effect)
+    return evaluated(found, origin.measured, found.to_coordinates(np.append(origin.values, values)), PLAIN)
 
 
 def driven(torsion: float, samples: int) -> tuple[Hypothesis, list[FloatArray], FloatArray]:
@@ -119,7 +130,8 @@ def gap() -> tuple[list[FloatArray], list[Fit]]:
 def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]]) -> None:
     """Its size and the encoder's noise, by errors a fraction of what the base model leaves."""
     measured, bases = gap
-    (found,) = following(measured).found(bases, [])
+    rivals = [begun(CommandBias(), (0.01,), bases[0]), begun(DynamicBacklash(), (HALF_GAP,), bases[0])]
+    (found,) = following(measured).found(bases, rivals)
     assert found.labels == ("backlash",) and found.lost_motion and found.stochastic is None
     assert found.fit.values[-1] == pytest.approx(HALF_GAP, rel=0.1)
     assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
@@ -145,20 +157,27 @@ def test_no_gap_is_found_where_there_is_another_effect(effect: Effect, values: t
     measured = noisy(with_it.simulate(np.append(NOMINAL, values)))
     true = fit(with_it, measured, with_it.to_coordinates(np.append(NOMINAL, values)), PLAIN)
     assert origins(measured)[1].cost > true.cost + 40
-    assert following(measured, (*EFFECTS, effect)).found(origins(measured), [true]) == []
+    bases = origins(measured)
+    rivals = [true, begun(DynamicBacklash(), (HALF_GAP,), bases[0])]
+    found = following(measured, (*EFFECTS, effect)).found(bases, rivals)
+    assert [e for e in found if "backlash" in e.labels] == []
 
 
 def test_nor_where_a_torque_drives_the_gear() -> None:
     base, measured, _ = driven(2 * SIGMA, 1800)
     search = Following(base, measured, EFFECTS, PLAIN, Each(1))
-    assert search.found([fit(base, measured, base.prior_means, PLAIN)], []) == []
+    own = fit(base, measured, base.prior_means, PLAIN)
+    gap = base.with_effect(DynamicBacklash())
+    rival = evaluated(gap, measured, gap.to_coordinates(np.append(own.values, HALF_GAP)), PLAIN)
+    assert search.found([own], [rival]) == []
 
 
 def test_a_second_effect_is_found_beside_the_gap() -> None:
     both = hypothesis(AXIS, INPUTS, DynamicBacklash(), RateLimit())
     measured = noisy(both.simulate(np.concatenate([NOMINAL, (HALF_GAP, RATE_LIMIT)])))
     search = following(measured)
-    (alone,) = search.found(origins(measured), [])
+    bases = origins(measured)
+    (alone,) = search.found(bases, [begun(DynamicBacklash(), (HALF_GAP,), bases[0])])
     found = search.partners(alone)
     best = max(found, key=lambda e: e.log_evidence)
     assert best.labels == ("backlash", "rate_limit")
@@ -167,10 +186,37 @@ def test_a_second_effect_is_found_beside_the_gap() -> None:
     assert search.partners(best) == []
 
 
+def test_only_what_is_among_the_leading_effects_is_followed(gap: tuple[list[FloatArray], list[Fit]]) -> None:
+    measured, bases = gap
+    assert following(measured).found(bases, [begun(CommandBias(), (0.01,), bases[0])]) == []
+
+
+def test_a_spring_that_jumps_is_followed(tmp_path: Path) -> None:
+    """On an axis of the project's own generator whose plain fits of the right effect all end far off."""
+    drawn = make_case(1991, 13, KINDS["easy"])
+    assert drawn.truth["effects"] == ["cubic_stiffness"]
+    write_case(drawn, tmp_path / "case")
+    case = Case.read(tmp_path / "case")
+    measured = [record.y for record in case.train]
+    base = hypothesis(case.model, [record.u for record in case.train], sigma=case.model.noise_sigma)
+    plain = Plain(case.model.noise_sigma)
+    bases = [fit(base, measured, base.prior_means, plain, iterations) for iterations in (0, 25)]
+    cubic = base.with_effect(CubicStiffness())
+    begun_at = [
+        cubic.to_coordinates(np.append(bases[0].values, s)) for s in CubicStiffness().starts(base.scale)
+    ]
+    with np.errstate(all="ignore"):
+        alone = min((fit(cubic, measured, at, plain) for at in begun_at), key=lambda f: f.cost)
+        (found,) = Following(base, measured, (CubicStiffness(),), plain, Each(1)).found(bases, [alone])
+    assert found.labels == ("cubic_stiffness",) and found.cannot_be_predicted and not found.chaotic
+    assert found.log_evidence > with_coloured_noise(alone, measured).log_evidence + 1000
+    assert found.encoder_sigma == pytest.approx(drawn.truth["base"]["sigma"], rel=0.2)
+
+
 def test_no_second_effect_earns_its_place_beside_a_gap_alone(gap: tuple[list[FloatArray], list[Fit]]) -> None:
     measured, bases = gap
     search = following(measured)
-    (alone,) = search.found(bases, [])
+    (alone,) = search.found(bases, [begun(DynamicBacklash(), (HALF_GAP,), bases[0])])
     found = search.partners(alone)
     single = max(e.log_evidence for e in [alone, *found] if e.labels == ("backlash",))
     assert all(e.log_evidence < single + CHAOS_MARGIN for e in found)

@@ -46,6 +46,7 @@ class DynamicBacklash(Effect):
     needs_drive_train: ClassVar[bool] = True
     derivative_step: ClassVar[float] = 0.3
     chaotic: ClassVar[bool] = True
+    rugged: ClassVar[bool] = True
     starts_tried: ClassVar[int] = 2
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "gap in the compliance"
@@ -57,7 +58,7 @@ class DynamicBacklash(Effect):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         settings[S.GAP] = values[0]
 
-    def missed_torsion(self, values: FloatArray) -> float:
+    def missed_torsion(self, values: FloatArray, scale: AxisScale) -> float:
         return float(values[0])
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -30,6 +30,7 @@ class Effect(ABC):
     `needs_drive_train` says that the torque paths behind G matter, `starts_tried` how many of the
     screened starts a fit begins from, `derivative_step` the finite difference in prior standard deviations,
     `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic,
+    `rugged` that its motion is chaotic or jumps, so that it is fitted while it is followed too,
     `bends_path` that the resonances by which a load torque reaches the encoder change with the motion,
     `ripples` that a torque depends on the position.
     """
@@ -42,6 +43,7 @@ class Effect(ABC):
     starts_tried: ClassVar[int] = 1
     derivative_step: ClassVar[float] = 3e-4
     chaotic: ClassVar[bool] = False
+    rugged: ClassVar[bool] = False
     bends_path: ClassVar[bool] = False
     ripples: ClassVar[bool] = False
 
@@ -71,9 +73,9 @@ class Effect(ABC):
         leaves structure."""
         return []
 
-    def missed_torsion(self, values: FloatArray) -> float:
-        """Of a chaotic effect: the torsion, output units, whose torque is missing where motion is lost."""
-        return 0.0
+    def missed_torsion(self, values: FloatArray, scale: AxisScale) -> float:
+        """Of a `rugged` effect: the torsion, output units, whose torque is missing where motion is lost."""
+        return scale.sigma
 
     @abstractmethod
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:

@@ -105,6 +105,7 @@ class CubicStiffness(Effect):
     label: ClassVar[str] = "cubic_stiffness"
     needs_drive_train: ClassVar[bool] = True
     bends_path: ClassVar[bool] = True
+    rugged: ClassVar[bool] = True
     block: ClassVar[Block] = "linear"
     test_values: ClassVar[tuple[float, ...]] = (5e4,)
     starts_tried: ClassVar[int] = 2
