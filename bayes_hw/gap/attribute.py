@@ -7,7 +7,7 @@ misfit, a noise model fitted at once absorbs the effect, and the fit ends in a w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -172,14 +172,20 @@ class Attributor:
 
     def _chaos_is_followed(self, base: Fit) -> bool:
         """Whether a chaotic effect explains the records far better than all else, the simulation corrected by
-        what was measured; with second effects then."""
-        self.tell("chaotic motion followed")
-        search = Following(self.base, self.measured, self.effects, self.plain, self.each)
-        self.found += search.found([self.nominal, base], self.singles)
+        what was measured; with second effects then. A spring that jumps is fitted free from there too."""
+        self.tell("rugged motion followed")
+        found = self._following.found([self.nominal, base], self.singles)
+        self.found += found
+        free = [replace(e.fit.hypothesis, followed=None) for e in found if not e.chaotic]
+        starts = [e.fit.coordinates for e in found if not e.chaotic]
+        fits = [fit(h, self.measured, c, self.plain) for h, c in zip(free, starts, strict=True)]
+        more = self._joint.explained(fits)
+        self.found += more
+        self.coloured += more
         best = best_of(self.found)
-        if best.followed is None or not is_far_ahead(self.found):
+        if best.followed is None or not (best.chaotic and is_far_ahead(self.found)):
             return False
-        self.found += search.partners(best)
+        self.found += self._following.partners(best)
         return True
 
     def _lead_the_ripple(self) -> None:
@@ -258,7 +264,9 @@ class Attributor:
         if not best_of(self.found).lost_motion:
             self.found += search.beside(self.found)
         best = best_of(self.found)
-        if best.lost_motion:
+        if best.followed is not None:
+            self.found += self._following.partners(best)
+        elif best.lost_motion:
             self.found += search.partners(best)
 
     def _finish_best(self) -> None:
@@ -295,6 +303,10 @@ class Attributor:
     @cached_property
     def _restarts(self) -> Restarts:
         return Restarts(self.base, self.measured, self.plain, self.stochastic, self.each, self.seed)
+
+    @cached_property
+    def _following(self) -> Following:
+        return Following(self.base, self.measured, self.effects, self.plain, self.each)
 
     @cached_property
     def _joint(self) -> JointFits:
