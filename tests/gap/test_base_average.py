@@ -40,6 +40,7 @@ def explanation(
         log_evidence=log_evidence,
         encoder_sigma=NOISE,
         chaotic=False,
+        cannot_be_predicted=False,
         lost_motion=False,
     )
 

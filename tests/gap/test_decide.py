@@ -29,6 +29,11 @@ class Stub:
     strained: bool = False
     display: Any = None
     bent_gusts: float = 0.0
+    followed: Any = None
+
+    @property
+    def cannot_be_predicted(self) -> bool:
+        return self.chaotic or self.followed is not None
 
     @property
     def fit(self) -> Any:
@@ -64,6 +69,15 @@ def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
     best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
     assert best["backlash",].log_evidence == counted
     assert is_far_ahead(stubs) == (counted == evidence)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("evidence", "counted"), [(351.0, 351.0), (345.0, 300.0)])
+def test_so_does_motion_that_had_to_be_followed(evidence: float, counted: float) -> None:
+    """A spring that jumps: the free simulation counts unless what was followed is far ahead of it."""
+    followed = Stub(("cubic_stiffness",), evidence, lost_motion=True, followed="measured")
+    stubs = [Stub((), 0), Stub(("cubic_stiffness",), 300), followed, Stub(("friction",), 299)]
+    best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
+    assert best["cubic_stiffness",].log_evidence == counted
 
 
 @pytest.mark.parametrize(("chaotic", "far_ahead", "answer"), [
