@@ -7,7 +7,7 @@ misfit, a noise model fitted at once absorbs the effect, and the fit ends in a w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -153,8 +153,8 @@ class Attributor:
 
     def _seek_further(self, base: Fit) -> None:
         """More single effects, pairs and chaotic motion, as long as structure is left."""
-        if self._unfinished and self._chaos_is_followed(base):
-            return
+        if self._unfinished:
+            self._follow_rugged_motion(base)
         if self._unfinished:
             self._lead_the_ripple()
         if not is_far_ahead(self.found) and self._unfinished:
@@ -170,23 +170,13 @@ class Attributor:
         if self._unfinished:
             self._seek_chaos()
 
-    def _chaos_is_followed(self, base: Fit) -> bool:
-        """Whether a chaotic effect explains the records far better than all else, the simulation corrected by
-        what was measured; with second effects then. A spring that jumps is fitted free from there too."""
+    def _follow_rugged_motion(self, base: Fit) -> None:
+        """A gap, or a spring that jumps, corrected by what is measured, and simulated freely from there."""
         self.tell("rugged motion followed")
         found = self._following.found([self.nominal, base], self.singles)
-        self.found += found
-        free = [replace(e.fit.hypothesis, followed=None) for e in found if not e.chaotic]
-        starts = [e.fit.coordinates for e in found if not e.chaotic]
-        fits = [fit(h, self.measured, c, self.plain) for h, c in zip(free, starts, strict=True)]
-        more = self._joint.explained(fits)
-        self.found += more
-        self.coloured += more
-        best = best_of(self.found)
-        if best.followed is None or not (best.chaotic and is_far_ahead(self.found)):
-            return False
-        self.found += self._following.partners(best)
-        return True
+        free = self._joint.explained([self._following.set_free(e.fit) for e in found])
+        self.found += found + free
+        self.coloured += free
 
     def _lead_the_ripple(self) -> None:
         """From the measured position to the simulated one, where the best single effect is a ripple."""

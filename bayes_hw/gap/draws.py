@@ -92,7 +92,7 @@ def posterior_draws(
     The noise is that of the explanation, its parameters as estimated; where an encoder repeats or rounds, the
     likelihood is exact and the noise drawn too. A Student t about the best fit is fitted to its own weighted
     draws until independence proposals from it are mostly accepted; then emcee mixes them with differential
-    evolution. A chaotic response that is not followed has no smooth likelihood: its draws are those of a
+    evolution. A chaotic response has no smooth likelihood: its draws are those of a
     normal distribution about the best fit that is as wide as the other fits of the same effects, at
     coordinates `rivals`, lie apart.
     A simulator so slow that this takes more than `seconds` gives the resampled draws alone; within
@@ -104,7 +104,7 @@ def posterior_draws(
     likelihood = display_likelihood(explanation)
     if likelihood is None:
         covariance = best.covariance()
-        if explanation.chaotic and explanation.followed is None:
+        if explanation.cannot_be_predicted:
             apart = np.array([best.coordinates - rival for rival in rivals]).reshape(-1, len(covariance))
             covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))
             drawn = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)

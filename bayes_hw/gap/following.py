@@ -88,10 +88,10 @@ class Following:
         """The rugged effect that is ahead of all others and of none, followed alike, by CHAOS_MARGIN, if any.
 
         Each is begun at the base parameters of `origins`. The others are `rivals`, fits of single effects,
-        best first, begun where they are; rugged effects that are not among the first are not tried.
+        best first, begun where they are; springs that are not among the first are not tried.
         """
         leading = list(dict.fromkeys(rival.hypothesis.labels for rival in rivals))[:LEADING]
-        tried = [e for e in self.effects if e.rugged and (e.label,) in leading]
+        tried = [e for e in self.effects if e.chaotic or (e.rugged and (e.label,) in leading)]
         forms = [found for effect in tried if (found := self._best(effect, origins)) is not None]
         forms.sort(key=lambda e: -e.log_evidence)
         if not forms:
@@ -100,6 +100,11 @@ class Following:
         others = [e.log_evidence for e in forms if e.labels != best.labels]
         reached = max([self._reached(best, rivals), *others])
         return [best] if best.log_evidence > reached + CHAOS_MARGIN else []
+
+    def set_free(self, followed: Fit) -> Fit:
+        """The fit of a simulation that nothing corrects, begun where a followed one ended."""
+        free = replace(followed.hypothesis, followed=None)
+        return fit(free, self.measured, followed.coordinates, self.plain)
 
     def partners(self, chaotic: Explanation) -> list[Explanation]:
         """The effect of `chaotic`, followed and alone so far, with each of the most promising second effects,

@@ -131,7 +131,8 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]]) -> None:
     """Its size and the encoder's noise, by errors a fraction of what the base model leaves."""
     measured, bases = gap
     rivals = [begun(CommandBias(), (0.01,), bases[0]), begun(DynamicBacklash(), (HALF_GAP,), bases[0])]
-    (found,) = following(measured).found(bases, rivals)
+    (found,) = following(measured).found(bases, rivals[:1])
+    assert following(measured).found(bases, rivals)[0].log_evidence == found.log_evidence
     assert found.labels == ("backlash",) and found.lost_motion and found.stochastic is None
     assert found.fit.values[-1] == pytest.approx(HALF_GAP, rel=0.1)
     assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
@@ -186,9 +187,25 @@ def test_a_second_effect_is_found_beside_the_gap() -> None:
     assert search.partners(best) == []
 
 
-def test_only_what_is_among_the_leading_effects_is_followed(gap: tuple[list[FloatArray], list[Fit]]) -> None:
-    measured, bases = gap
-    assert following(measured).found(bases, [begun(CommandBias(), (0.01,), bases[0])]) == []
+def test_only_a_spring_that_is_among_the_leading_effects_is_followed() -> None:
+    measured = noisy(BASE.with_effect(CubicStiffness()).simulate(np.append(NOMINAL, 5e5)))
+    bases = origins(measured)
+    search = following(measured, (CubicStiffness(),))
+    assert search.found(bases, [begun(CommandBias(), (0.01,), bases[0])]) == []
+    assert len(search.found(bases, [begun(CubicStiffness(), (5e4,), bases[0])])) == 1
+
+
+def test_from_where_it_was_followed_it_is_fitted_free() -> None:
+    cubic = 5e5
+    with_it = BASE.with_effect(CubicStiffness())
+    measured = noisy(with_it.simulate(np.append(NOMINAL, cubic)))
+    bases = origins(measured)
+    search = following(measured, (CubicStiffness(),))
+    (found,) = search.found(bases, [begun(CubicStiffness(), (5e4,), bases[0])])
+    free = search.set_free(found.fit)
+    truth = evaluated(with_it, measured, with_it.to_coordinates(np.append(NOMINAL, cubic)), PLAIN)
+    assert free.hypothesis.followed is None and free.cost < truth.cost
+    assert free.values[-1] == pytest.approx(cubic, rel=0.1)
 
 
 def test_a_spring_that_jumps_is_followed(tmp_path: Path) -> None:
