@@ -6,10 +6,9 @@ the constants be fitted on cases whose truth is known.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.leftover import GUSTS, Leftover
@@ -55,7 +54,7 @@ class Remains:
         """What even a right explanation may leave, in units of the noise: shares of the gap of the base and
         of wind through a path that bends."""
         share = calibration.loose_share if self.loose else calibration.left_share
-        return float(np.hypot(self.gap * share, calibration.bent_share * self.bent_gusts))
+        return math.hypot(self.gap * share, calibration.bent_share * self.bent_gusts)
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def choose_labels(
         if fits_lattice and claims[labels].earned(calibration):
             pairs.append(labels)
         else:
-            scores[labels] = -np.inf
+            scores[labels] = -math.inf
     if pairs:
         best_pair = max(pairs, key=lambda labels: scores[labels])
         if scores[best_pair] > scores[chosen] + calibration.pair_gain:
@@ -102,17 +101,17 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     command or motion would explain, or gusts that follow them, less then counts. A free torque in time is
     what slow noise is itself.
     """
-    odds = -np.inf
-    size = np.hypot(calibration.left_size, remains.expected(calibration))
+    odds = -math.inf
+    size = math.hypot(calibration.left_size, remains.expected(calibration))
     for item in remains.leftovers:
         if item.surprise <= 0 or item.size <= 0:
             continue
         hidden = remains.drifts and item.kind.startswith(("function", GUSTS)) and item.kind != SLOW_TORQUE
         even = calibration.slow_left_surprise if hidden else calibration.left_surprise
-        by_surprise = calibration.left_sharpness * np.log(item.surprise / even)
-        by_size = 2 * calibration.left_sharpness * np.log(item.size / size)
+        by_surprise = calibration.left_sharpness * math.log(item.surprise / even)
+        by_size = 2 * calibration.left_sharpness * math.log(item.size / size)
         odds = max(odds, min(by_surprise, by_size))
-    return float(1 / (1 + np.exp(-np.clip(odds, -30, 30))))
+    return 1 / (1 + math.exp(-min(max(odds, -30.0), 30.0)))
 
 
 def judge(
@@ -132,17 +131,15 @@ def judge(
     for key, value in scores.items():
         if rounded and ROUNDING not in key:
             continue
-        weights[key] = float(
-            np.exp(np.clip((value - calibration.handicap(key) - centre) / calibration.temperature, -700, 0.0))
-        )
+        behind = (value - calibration.handicap(key) - centre) / calibration.temperature
+        weights[key] = math.exp(min(max(behind, -700.0), 0.0))
     total = sum(weights.values())
     sets = {key: (1 - other) * weight / total for key, weight in weights.items()}
     probability = {NONE: sets.get((), 0.0), OTHER: other}
     for label in labels:
         probability[label] = sum(weight for key, weight in sets.items() if label in key)
-    probability = {
-        k: float(np.clip(p, calibration.floor, 1 - calibration.floor)) for k, p in probability.items()
-    }
+    floor = calibration.floor
+    probability = {k: min(max(p, floor), 1 - floor) for k, p in probability.items()}
     answer = chosen
     if len(answer) > 1:
         probability = {

@@ -71,7 +71,7 @@ class CalibrationCase:
     def log_score(self, judgement: Judgement) -> float:
         """Sum over labels of the logarithm of the probability stated for what is true of each."""
         stated = judgement.probability.items()
-        return float(sum(np.log(max(p if label in self.true else 1 - p, 1e-12)) for label, p in stated))
+        return sum(math.log(max(p if label in self.true else 1 - p, 1e-12)) for label, p in stated)
 
     def right(self, judgement: Judgement) -> bool:
         """Whether the answer is what the case carries."""
