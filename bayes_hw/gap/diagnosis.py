@@ -217,6 +217,8 @@ def _finished(
         after = before if final is base else at(final, final.fit.values, drift=False)
         shown = before if final is base else at(final, final.fit.values)
         drawn = [at(final, values, drift=False) for values in some]
+        if final.followed is not None:
+            after, shown = _mean(drawn), _mean([at(final, values) for values in some])
         if final is base:
             gaps.append(_unchanged(before, outputs, sigma))
         else:
@@ -232,6 +234,8 @@ def _finished(
     first = np.array([d[0] for d in draws_held])
     wide = np.std(first, axis=0)
     half = NORMAL_HALF_WIDTH * np.sqrt(wide**2 + spread**2)
+    if final.followed is not None:
+        half = np.full_like(wide, NORMAL_HALF_WIDTH * gaps[0].rmse_after)
     names = [p.name for p in hypothesis.parameters]
     units = [p.unit for p in hypothesis.parameters]
     count = hypothesis.base_count
@@ -288,6 +292,11 @@ def _predicted_ends(
     """The last samples, as many as `lengths` say, of the prediction for every command."""
     whole = predicted(explanation, values, commands, drift)
     return [y[len(y) - length :] for y, length in zip(whole, lengths, strict=True)]
+
+
+def _mean(drawn: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
+    """Mean (samples,) of the draws, a record each: of motion that is lost no single simulation is near."""
+    return [np.mean(record, axis=0) for record in zip(*drawn, strict=True)]
 
 
 def _unchanged(before: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float) -> Closure:

@@ -81,6 +81,15 @@ def where_section(diagnosis: Diagnosis) -> Section:
             name,
         ),
     ]
+    if explanation.followed is not None:
+        blocks.append(
+            Callout(
+                "info",
+                "After, each sample is predicted from those before it",
+                "The motion cannot be predicted for long, so that the explanation is judged by a simulation "
+                "that the measured output corrects at every sample. What it predicts without is in figure 1.",
+            )
+        )
     if explanation.cause_of_noise is not None:
         blocks.append(
             Callout(

@@ -27,6 +27,7 @@ from scipy import signal
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.blind.make import write_case
 from bayes_hw.gap.case import Case
+from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects.drive import DynamicBacklash
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
@@ -39,8 +40,10 @@ from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.parallel import Each
 from bayes_hw.gap.simulator_chain import SimulatorBuilder
 from bayes_hw.gap.whitener import Plain
+from bayes_hw.model.blocks import Saturation
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
+from bayes_hw.record import Record
 
 INPUTS = [command(900, 1), command(900, 2)]
 PLAIN = Plain(SIGMA)
@@ -48,6 +51,11 @@ BASE = hypothesis(AXIS, INPUTS)
 NOMINAL = BASE.builder.axis.nominal
 EFFECTS: tuple[Effect, ...] = (DynamicBacklash(), RateLimit(), CommandBias())
 HALF_GAP, RATE_LIMIT = 0.012, 1.2
+
+STRUCK = frozenset(
+    "unmodelled_mode cubic_stiffness friction torque_ripple wind sensor_drift timing_jitter".split()
+)
+"""Left out for speed."""
 
 
 def following(measured: list[FloatArray], effects: tuple[Effect, ...] = EFFECTS) -> Following:
@@ -243,3 +251,24 @@ def test_what_is_not_followed_is_its_own_free_simulation() -> None:
     at = evaluated(BASE, noisy(BASE.simulate(NOMINAL)), BASE.to_coordinates(NOMINAL), PLAIN)
     assert at.free_residuals is at.residuals
     assert at.free_residuals[0] == pytest.approx(at.residuals[0])
+
+
+def test_what_cannot_be_predicted_is_predicted_by_the_mean_of_the_draws() -> None:
+    """Of a whole diagnosis: nearer than the best single simulation, and the band holds what it says."""
+    commands = [command(700, seed) for seed in (1, 2, 3)]
+    outputs = noisy(hypothesis(AXIS, commands, DynamicBacklash()).simulate(np.append(NOMINAL, 0.06)))
+    records = [
+        Record(f"r{i}", np.arange(700) / RATE, u, y, RATE, AXIS.units)
+        for i, (u, y) in enumerate(zip(commands, outputs, strict=True))
+    ]
+    linear = replace(AXIS.linear, gain=1.03 * AXIS.linear.gain)
+    nominal = replace(AXIS, linear=linear, saturation=Saturation(-0.31, 0.31))
+    case = Case.of_records("gap", nominal, records[:2], records[2:])
+    found = diagnose(case, np.random.default_rng(1), without=STRUCK)
+    assert found.verdict.answer == ("backlash",)
+    best = found.decision.explanation.fit
+    assert best.hypothesis.followed is not None
+    y, (alone,) = outputs[2], best.hypothesis.simulate(best.values, commands[2:])
+    assert np.std(y - found.after) < np.std(y - alone)
+    assert 0.88 < np.mean((found.low <= y) & (y <= found.high)) < 0.995
+    assert found.verdict.gap_holdout.closed_hdi94[0] > 0.5

@@ -14,6 +14,7 @@ from simulated_records import coloured_noise, command, measured
 
 from bayes_hw.gap.base_shift import base_shifts
 from bayes_hw.gap.case import Case
+from bayes_hw.gap.chain_batch import Followed
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
 from bayes_hw.gap.ranking import ranking
 from bayes_hw.gap.residual_map import residual_map
@@ -23,7 +24,7 @@ from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
 from bayes_hw.report.diagnosis_report import diagnosis_report
 from bayes_hw.report.diagnosis_sections import where_section
-from bayes_hw.report.document import Paragraph, Report, Table, ZoomableRecord
+from bayes_hw.report.document import Callout, Paragraph, Report, Table, ZoomableRecord
 from bayes_hw.report.plain_text import visible
 from bayes_hw.report.render import render
 
@@ -132,6 +133,20 @@ def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None
         assert shown.badges[0].label == badge
         assert "no rival" not in [b.label for b in shown.badges]
         assert "pushed (sd)" not in _tables(shown, "How far it shrinks")[-1].header
+
+
+def test_where_motion_was_followed_the_spectrum_after_is_said_to_be_another(diagnosis: Diagnosis) -> None:
+    explanation = diagnosis.decision.explanation
+    followed = Followed(explanation.fit.measured, np.zeros(0), 1.0)
+    hypothesis = replace(explanation.fit.hypothesis, followed=followed)
+    corrected = replace(explanation, fit=replace(explanation.fit, hypothesis=hypothesis))
+    for decision, said in (
+        (diagnosis.decision, False),
+        (replace(diagnosis.decision, explanation=corrected), True),
+    ):
+        section = where_section(replace(diagnosis, decision=decision))
+        titles = [block.title for block in section.blocks if isinstance(block, Callout)]
+        assert ("After, each sample is predicted from those before it" in titles) is said
 
 
 def test_names_are_text_in_both_forms(report: Report, tmp_path: Path) -> None:
