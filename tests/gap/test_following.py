@@ -53,7 +53,15 @@ EFFECTS: tuple[Effect, ...] = (DynamicBacklash(), RateLimit(), CommandBias())
 HALF_GAP, RATE_LIMIT = 0.012, 1.2
 
 STRUCK = frozenset(
-    "unmodelled_mode cubic_stiffness friction torque_ripple wind sensor_drift timing_jitter".split()
+    [
+        "unmodelled_mode",
+        "cubic_stiffness",
+        "friction",
+        "torque_ripple",
+        "wind",
+        "sensor_drift",
+        "timing_jitter",
+    ]
 )
 """Left out for speed."""
 
