@@ -196,7 +196,7 @@ def _finished(
     sigma = final.encoder_sigma
     if decision.answer == (OTHER,):
         sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma, repeated_floor(case.train))
-    correlation = _first_autocorrelation(final)
+    correlation = final.noise_correlation
     samples = sum(len(e) for e in final.fit.residuals)
     noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
@@ -224,7 +224,13 @@ def _finished(
         else:
             readings = without_glitches(final, outputs, shown)
             if moves_unseen(final) or final.cannot_be_predicted:
-                found = measured_closure(before, after, readings, sigma, noise_error, correlation, rng)
+                drift = _differences(shown, after)
+                drifts = [
+                    _differences(_differences(at(final, values), angle), drift)
+                    for values, angle in zip(some if _any_of(drift) else [], drawn, strict=False)
+                ]
+                steady = _differences(readings, drift)
+                found = measured_closure(before, after, steady, sigma, noise_error, correlation, rng, drifts)
             else:
                 hidden = hides_motion(final)
                 found = closure(before, after, drawn, readings, shown, sigma, correlation, rng, hidden)
@@ -299,15 +305,18 @@ def _mean(drawn: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
     return [np.mean(record, axis=0) for record in zip(*drawn, strict=True)]
 
 
+def _differences(these: Sequence[FloatArray], those: Sequence[FloatArray]) -> list[FloatArray]:
+    return [one - other for one, other in zip(these, those, strict=True)]
+
+
+def _any_of(records: Sequence[FloatArray]) -> bool:
+    return any(bool(np.any(record)) for record in records)
+
+
 def _unchanged(before: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float) -> Closure:
     error = np.concatenate([y - b for y, b in zip(outputs, before, strict=True)])
     rmse = float(np.sqrt(np.mean(error**2)))
     return Closure(rmse, rmse, sigma, 0.0, (0.0, 0.0))
-
-
-def _first_autocorrelation(explanation: Explanation) -> float:
-    coefficients = getattr(explanation.fit.whitener, "coefficients", np.zeros(1))
-    return float(np.clip(coefficients[0], -0.95, 0.95)) if len(coefficients) == 1 else 0.9
 
 
 def _marginal_variance(explanation: Explanation) -> float:

@@ -17,6 +17,9 @@ from bayes_hw.gap.whitener import Autoregression, no_glitches
 
 NOISE_ROUNDS = 2
 
+LARGEST_CORRELATION = 0.95
+"""Of neighbouring samples: noise that hardly forgets leaves next to no independent ones to count."""
+
 LIKE_CHAOS = ("wind", "sensor_drift")
 """Stochastic effects by which the noise beside a chaotic effect stands for motion that cannot be followed."""
 
@@ -86,6 +89,11 @@ class Explanation:
         if self.stochastic is not None and self.stochastic.encoder_sigma is not None:
             return self.stochastic.encoder_sigma
         return self.fit.whitener.sigma / (1.0 if self.followed is None else self.followed.spread)
+
+    @property
+    def noise_correlation(self) -> float:
+        """Of neighbouring samples of the encoder's noise, whatever else the noise of the fit describes."""
+        return float(np.clip(self.fit.whitener.correlation, -LARGEST_CORRELATION, LARGEST_CORRELATION))
 
     @property
     def rounded(self) -> bool:

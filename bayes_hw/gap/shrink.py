@@ -68,9 +68,13 @@ class Closure:
 
 
 def hides_motion(explanation: Explanation) -> bool:
-    """Whether errors of the readings alone, drift, rounding or glitches, hide the motion that is left."""
-    stochastic = explanation.stochastic
-    return stochastic is not None and stochastic.label in (ROUNDING, "sensor_drift", "outliers")
+    """Whether errors of the readings alone hide the motion that is left: drift, rounding, or glitches where
+    nothing else is the matter. Beside a response, what lies between the glitches tells."""
+    if explanation.stochastic is None:
+        return False
+    alone = not explanation.fit.hypothesis.effects
+    label = explanation.stochastic.label
+    return label in (ROUNDING, "sensor_drift") or (label == "outliers" and alone)
 
 
 def moves_unseen(explanation: Explanation) -> bool:
@@ -183,13 +187,15 @@ def measured_closure(
     noise_error: float,
     correlation: float,
     rng: np.random.Generator,
+    drifts: Sequence[Sequence[FloatArray]] = (),
 ) -> Closure:
     """The closed fraction 1 - (A - sigma^2) / (B - sigma^2) from mean squared errors of the records alone.
 
     A and B are those of `after` and `before`. Measured, they hold the noise's own mean square over a record
     of this length and its products with the errors of the two predictions, which are drawn with the
     covariance that they have, as is the noise with its standard error `noise_error`; `correlation` is that
-    of the noise from sample to sample.
+    of the noise from sample to sample. `drifts` are posterior draws of what a drifting encoder adds to the
+    readings `measured` beyond the drift that was taken off them.
     """
     y = np.concatenate(list(measured))
     error_before, error_after = (y - np.concatenate(list(p)) for p in (before, after))
@@ -205,7 +211,9 @@ def measured_closure(
     longer = (1 + correlation**2) / (1 - correlation**2)
     own = variance * np.sqrt(2 * longer / samples) * rng.standard_normal(RESAMPLED)
     noise = (noise_sigma + noise_error * rng.standard_normal(RESAMPLED)) ** 2 + own
-    left, reducible = square_after - noise + products[1], square_before - noise + products[0]
+    drift_before, drift_after = _changes_by_drift((error_before, error_after), drifts, rng)
+    left = square_after - noise + products[1] + drift_after
+    reducible = square_before - noise + products[0] + drift_before
     fractions = np.minimum(1 - left / np.maximum(reducible, least), 1.0)
     low, high = np.quantile(fractions, [LOWER_TAIL, 1 - LOWER_TAIL])
     closed = 1 - (square_after - variance) / errors[0, 0]
@@ -216,6 +224,18 @@ def measured_closure(
         float(np.clip(closed, low, high)),
         rounded_outward(low, high),
     )
+
+
+def _changes_by_drift(
+    errors: Sequence[FloatArray], drifts: Sequence[Sequence[FloatArray]], rng: np.random.Generator
+) -> list[FloatArray]:
+    """What to add to the mean square of each of `errors`, (RESAMPLED,) each, for the error of the drift that
+    was taken off: like noise it adds its own mean square and its products with them."""
+    if not drifts:
+        return [np.zeros(RESAMPLED) for _ in errors]
+    every = np.array([np.concatenate(list(drift)) for drift in drifts])
+    chosen = rng.integers(len(every), size=RESAMPLED)
+    return [-np.mean(every * (every + 2 * error), axis=1)[chosen] for error in errors]
 
 
 def _normal(covariance: FloatArray, rng: np.random.Generator) -> FloatArray:

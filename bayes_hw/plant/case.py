@@ -33,7 +33,7 @@ NOISE_STREAM = 7
 class BlindRecord:
     """A record of the case and what only the truth knows of it, all of shape (samples,).
 
-    `noise_free` is the angle as the encoder sees it: without noise, drift, glitches and rounding;
+    `noise_free` is the angle at the instants that are shown: without noise, drift, glitches and rounding;
     `without_noise` lacks the noise alone.
     """
 
@@ -94,7 +94,7 @@ def _attempt(
         for i, u in enumerate(commands)
     ]
     records = [
-        BlindRecord(name, u, reading.measured(noise), reading.angle, reading.measured())
+        BlindRecord(name, u, reading.measured(noise), reading.noise_free, reading.measured())
         for name, u, reading, noise in zip(_names(len(commands)), commands, readings, noises, strict=True)
     ]
     fitted = refit(true, commands[:-1], [record.without_noise for record in records[:-1]])

@@ -158,6 +158,11 @@ class Reading:
     repeated: BoolArray
     quantization_step: float
 
+    @property
+    def noise_free(self) -> FloatArray:
+        """The angle at the instants of which readings are shown, those that are repeated too."""
+        return np.asarray(self.angle[_last_fresh(self.repeated)], dtype=np.float64)
+
     def measured(self, noise: FloatArray | float = 0.0) -> FloatArray:
         """The record with this noise."""
         y = self.angle + self.drift + self.outliers + noise

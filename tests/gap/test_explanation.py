@@ -57,6 +57,19 @@ def test_slow_noise_beside_chaotic_motion_is_motion_that_was_lost(
     assert (explanation.cause_of_noise is None) == lost
 
 
+def test_the_noise_beside_a_disturbance_keeps_its_own_correlation() -> None:
+    """Of slow noise that of the encoder alone counts; one that never forgets is taken for 0.95."""
+    fit = with_residuals([white(SAMPLES, SIGMA, 0)])
+    for correlation, counted in ((0.7, 0.7), (0.999, 0.95)):
+        noise = walking_noise(SIGMA, correlation, 0.1 * SIGMA)
+        found = StochasticFit("sensor_drift", "random walk", noise, 0.0, {})
+        assert with_stochastic(found, fit).noise_correlation == pytest.approx(counted)
+    memory = lfilter([1.0], [1.0, -0.6], white(SAMPLES, SIGMA, 1))
+    coloured = with_residuals([memory])
+    plain = Explanation(replace(coloured, whitener=autoregression(coloured)), None, 0.0)
+    assert plain.noise_correlation == pytest.approx(0.6, abs=0.06)
+
+
 def test_glitches_beside_motion_that_was_lost_are_a_cause() -> None:
     """Slow noise that stands for chaotic motion names nothing; glitches that it holds are named, alone."""
     fit = with_residuals([white(SAMPLES, SIGMA, 0), white(SAMPLES, SIGMA, 1)])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from drive_axis import white
+from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.shrink import (
@@ -101,6 +102,41 @@ def test_intervals_of_records_alone_cover() -> None:
     assert 0.88 <= np.mean(hits) <= 0.995
 
 
+@pytest.mark.parametrize(("counted", "least", "most"), [(0.8, 0.88, 0.995), (0.0, 0.0, 0.8)])
+def test_memory_of_the_noise_counts(counted: float, least: float, most: float) -> None:
+    """Noise of correlation 0.8 beside a slow disturbance: the intervals hold where that is counted."""
+    rng, hits = np.random.default_rng(11), []
+    before = TRUTH + 2 * SIGMA * np.sin(7 * T)
+    for _ in range(150):
+        moved = TRUTH + 0.5 * SIGMA * np.sin(5 * T + rng.uniform(0, 6))
+        noise = lfilter([1.0], [1.0, -0.8], 0.6 * SIGMA * rng.normal(size=N + 100))[100:]
+        error = 0.0 if counted else 0.001 * SIGMA
+        found = measured_closure([before], [TRUTH], [moved + noise], SIGMA, error, counted, rng)
+        true = 1 - np.mean((moved - TRUTH) ** 2) / np.mean((moved - before) ** 2)
+        hits.append(found.closed_hdi94[0] <= true <= found.closed_hdi94[1])
+    assert least <= np.mean(hits) <= most
+
+
+def test_a_drift_taken_off_the_readings_is_as_sure_as_its_draws() -> None:
+    """A ramp estimated with an error of a noise at its end: 88 % or more of 150 intervals hold the truth,
+    few where the draws are not given."""
+    rng, ramp, hits = np.random.default_rng(12), np.arange(N) / N, {True: [], False: []}
+    before = TRUTH + 2 * SIGMA * np.sin(7 * T) + SIGMA * ramp
+    for _ in range(150):
+        off = SIGMA * rng.normal()
+        moved = TRUTH + SIGMA * np.sin(5 * T + rng.uniform(0, 6))
+        readings = [moved + SIGMA * rng.normal(size=N) + off * ramp]
+        drifts = [[SIGMA * rng.normal() * ramp] for _ in range(64)]
+        true = 1 - np.mean((moved - TRUTH) ** 2) / np.mean((moved - before) ** 2)
+        for known in hits:
+            found = measured_closure(
+                [before], [TRUTH], readings, SIGMA, 0.01 * SIGMA, 0.0, rng, drifts if known else ()
+            )
+            hits[known].append(found.closed_hdi94[0] <= true <= found.closed_hdi94[1])
+    assert np.mean(hits[True]) >= 0.88
+    assert np.mean(hits[False]) < 0.7
+
+
 def test_a_drifting_encoder_does_not_count() -> None:
     """Drift of the readings much larger than the gap leaves the closure to the parameters."""
     drift = np.cumsum(white(N, 0.05, 9))
@@ -145,8 +181,10 @@ def test_as_in_the_verdict() -> None:
     }  # fmt: skip
 
 
-def named(label: str) -> Any:
-    return SimpleNamespace(stochastic=SimpleNamespace(label=label, labels=(label,)))
+def named(label: str, *effects: str) -> Any:
+    """What stands for an explanation with a stochastic effect beside responses."""
+    fit = SimpleNamespace(hypothesis=SimpleNamespace(effects=effects))
+    return SimpleNamespace(stochastic=SimpleNamespace(label=label, labels=(label,)), fit=fit)
 
 
 def test_which_effects_move_the_axis() -> None:
@@ -159,6 +197,13 @@ def test_which_effects_move_the_axis() -> None:
     ]
     plain: Any = SimpleNamespace(stochastic=None)
     assert not moves_unseen(plain) and not hides_motion(plain)
+
+
+def test_between_glitches_the_record_tells_what_a_response_leaves() -> None:
+    """Glitches alone leave next to nothing to close; beside a response the readings between them count."""
+    assert hides_motion(named("outliers"))
+    assert not hides_motion(named("outliers", "torque_ripple"))
+    assert hides_motion(named("encoder_quantization", "torque_ripple"))
 
 
 def test_glitches_do_not_count_as_motion() -> None:

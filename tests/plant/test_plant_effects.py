@@ -115,6 +115,19 @@ def test_readings_on_the_grid_and_held() -> None:
     assert 0.2 < repeated.mean() < 0.4
 
 
+def test_a_repeated_reading_shows_the_angle_of_the_one_it_repeats() -> None:
+    """With its noise in the record, without it in what is free of noise."""
+    axis, command = an_axis(2), command_of()
+    run = run_of(axis, command, (TimingJitter("held_readings", 20.0), 6.0))
+    reading = run.read(run.angles())
+    noise = np.random.default_rng(3).normal(size=len(command))
+    stale = np.flatnonzero(run.repeated[1:]) + 1
+    assert len(stale) > 0.1 * len(command)
+    for shown in (reading.noise_free, reading.measured(noise)):
+        np.testing.assert_array_equal(shown[stale], shown[stale - 1])
+    assert np.any(reading.angle[stale] != reading.angle[stale - 1])
+
+
 def test_outliers_are_isolated_and_of_the_stated_rate() -> None:
     effect = Outliers("random", 0.01, 0.1)
     run = run_of(an_axis(2), np.zeros(40_000), (effect, 2.0))
