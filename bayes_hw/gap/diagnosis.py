@@ -121,7 +121,7 @@ def diagnose(
         attribution = with_exact_maxima(attribution, best)
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
-        left = leftovers(best, inputs)
+        left = leftovers(best, inputs, nominal)
         if not nominal > 0:
             left = of_the_gap(left, best, attribution.base)
         remains = remains_of(attribution.base, best, left, is_far_ahead(attribution.explanations))

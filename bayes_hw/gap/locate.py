@@ -17,7 +17,7 @@ from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import free_functions, motions
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.leftover import UNSTATED_NOISE, Leftover
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.spectra import mean_spectrum
 
@@ -138,7 +138,11 @@ def _looks_like_a_reading(left: Sequence[Leftover]) -> bool:
     """Whether what is left is in the scatter of single samples, not in their mean: the encoder's doing."""
     if not left:
         return False
-    return max(left, key=lambda item: item.surprise * item.size).kind in ("spread", "heavy tails")
+    return max(left, key=lambda item: item.surprise * item.size).kind in (
+        "spread",
+        "heavy tails",
+        UNSTATED_NOISE,
+    )
 
 
 def excess_band(base: Fit, rate: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.clock_jitter import clock_jitter
 from bayes_hw.gap.explanation import with_stochastic
-from bayes_hw.gap.leftover import leftovers
+from bayes_hw.gap.leftover import UNSTATED_NOISE, leftovers
 from bayes_hw.gap.slow_noise import random_walk
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -133,3 +133,15 @@ def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
     assert found[1.0].surprise < 0.5 * TRIFLE
     assert found[25.0].surprise > TRIFLE and "limit" in found[25.0].kind
     assert found[25.0].size > 0.5
+
+
+def test_noise_above_the_stated_is_left() -> None:
+    """Twice as much counts, its size what the stated does not hold; a fifth more, or less, does not."""
+    for times, counts in ((2.2, True), (1.2, False), (0.5, False)):
+        residuals = [times * e for e in noise(3)]
+        found = {item.kind: item for item in leftovers(explained(residuals), INPUTS, SIGMA)}
+        unstated = found[UNSTATED_NOISE]
+        assert (unstated.surprise > TRIFLE) == counts
+        if counts:
+            assert unstated.size == pytest.approx(np.sqrt(1 - times**-2), rel=0.05)
+    assert UNSTATED_NOISE not in {item.kind for item in leftovers(explained(noise(3)), INPUTS)}

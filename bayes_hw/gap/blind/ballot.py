@@ -87,13 +87,11 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     foremost = [(), diagnosis.decision.explanation.labels]
     foremost += [labels for labels in order if len(labels) == 1][:SINGLES]
     foremost += [labels for labels in order if len(labels) == 2 and claims[labels].earned(eased)][:PAIRS]
-    inputs = [record.u for record in diagnosis.case.train]
+    inputs, stated = [record.u for record in diagnosis.case.train], diagnosis.case.model.noise_sigma
     ahead = is_far_ahead(attribution.explanations)
     with np.errstate(all="ignore"):
-        remains = {
-            labels: remains_of(attribution.base, best[labels], _small(leftovers(best[labels], inputs)), ahead)
-            for labels in dict.fromkeys(foremost)
-        }
+        left = {labels: _small(leftovers(best[labels], inputs, stated)) for labels in foremost}
+        remains = {labels: remains_of(attribution.base, best[labels], left[labels], ahead) for labels in left}
     finite = {labels: claim for labels, claim in claims.items() if np.isfinite(claim.score)}
     return Ballot(finite, remains, tuple(labels))
 
