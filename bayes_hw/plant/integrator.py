@@ -32,7 +32,8 @@ from bayes_hw.plant.drive_train import (
 )
 
 EXTERNAL_MOTOR, EXTERNAL_LOAD, EXTERNAL_STRUCTURE, EXTERNAL_BRAKE, EXTERNAL_GAIN, EXTERNAL_BIAS = range(6)
-EXTERNALS = 6
+EXTERNAL_OIL, EXTERNAL_LOST = 6, 7
+EXTERNALS = 8
 
 BISECTIONS = 40
 """For the speed at which a step with bristles ends."""
@@ -76,6 +77,7 @@ class Physics(NamedTuple):
     rate_limit_first: float = 0.0
     recovery_s: float = 0.0
     curvature: float = 0.0
+    forward_gain: float = 0.0
     motor_friction: Friction = Friction()
     load_friction: Friction = Friction()
     play_half_gap: float = 0.0
@@ -89,6 +91,7 @@ class Physics(NamedTuple):
     mesh_ripple: Wave = Wave()
     load_ripple: Wave = Wave()
     current_limit: float = np.inf
+    drag: float = 0.0
 
 
 class Gear(NamedTuple):
@@ -147,16 +150,27 @@ def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physic
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _torques(
-    x: FloatArray, v: float, slip: float, yielded: float, physics: Physics, gear: Gear, inputs: FloatArray
+    x: FloatArray,
+    v: float,
+    slip: float,
+    yielded: float,
+    outside: FloatArray,
+    physics: Physics,
+    gear: Gear,
+    inputs: FloatArray,
 ) -> None:
     """The smooth torques of the faults at state x, added to `inputs`."""
     inputs[MOTOR_TORQUE] += _wave(physics.motor_ripple, x[LOAD] + x[TORSION])
     inputs[LOAD_TORQUE] += _wave(physics.load_ripple, x[LOAD])
     inputs[PAIR_TORQUE] += _gear_correction(x, slip, yielded, physics, gear)
-    if physics.current_limit < np.inf:
+    speed = x[LOAD_SPEED]
+    inputs[LOAD_TORQUE] -= (outside[EXTERNAL_OIL] + physics.drag * abs(speed)) * speed
+    lost = outside[EXTERNAL_LOST]
+    if physics.current_limit < np.inf or lost > 0.0:
         error = gear.velocity_gain * v - x[MOTOR_SPEED]
         asked = gear.loop_gain * error + gear.integral_gain * x[SPEED_INTEGRAL]
-        inputs[MOTOR_TORQUE] += min(max(asked, -physics.current_limit), physics.current_limit) - asked
+        given = (1.0 - lost) * asked
+        inputs[MOTOR_TORQUE] += min(max(given, -physics.current_limit), physics.current_limit) - asked
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -227,9 +241,10 @@ def integrate(
 ) -> FloatArray:
     """The angle after the play, w, at every step from rest at zero; shape (steps,).
 
-    `command` of shape (steps,) is the delayed velocity command; `external` of shape (steps, 6) or (1, 6)
-    holds torques on motor, load and structure, the friction level of a brake at the load, and gain minus one
-    and bias of the drive's reference. `transition` (9, 9) and `forcing` (9, 5) belong to `step` in s.
+    `command` of shape (steps,) is the delayed velocity command; `external` of shape (steps, 8) or (1, 8)
+    holds torques on motor, load and structure, the friction level of a brake at the load, gain minus one and
+    bias of the drive's reference, the viscous drag of the load in 1/s, and the share of the motor's torque
+    that is lost. `transition` (9, 9) and `forcing` (9, 5) belong to `step` in s.
     """
     steps = len(command)
     w = np.empty(steps)
@@ -258,8 +273,9 @@ def integrate(
                 else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
             )
             limited = eased
+        forward = physics.forward_gain if limited > 0.0 else 0.0
         v = (
-            limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited))
+            limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited) + forward)
             + outside[EXTERNAL_BIAS]
         )
 
@@ -269,9 +285,9 @@ def integrate(
         inputs[PAIR_TORQUE] = 0.0
         inputs[STRUCTURE_TORQUE] = outside[EXTERNAL_STRUCTURE]
         corrected[:] = inputs
-        _torques(x, v, slip, yielded, physics, gear, inputs)
+        _torques(x, v, slip, yielded, outside, physics, gear, inputs)
         _advance(transition, forcing, x, inputs, predicted)
-        _torques(predicted, v, slip, yielded, physics, gear, corrected)
+        _torques(predicted, v, slip, yielded, outside, physics, gear, corrected)
         for i in range(INPUTS):
             inputs[i] = 0.5 * (inputs[i] + corrected[i])
         _advance(transition, forcing, x, inputs, predicted)

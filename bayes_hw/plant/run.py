@@ -52,6 +52,7 @@ class Run:
     physics: Physics = field(init=False)
     external: FloatArray = field(init=False)
     extra_delay_s: float = 0.0
+    late_s: FloatArray = field(init=False)
     gain_above: float = 1.0
     eccentricity: Wave = NO_WAVE
     sampling_offset_s: FloatArray = field(init=False)
@@ -67,6 +68,7 @@ class Run:
         self.drive = self.axis.drive
         self.physics = Physics(self.axis.lower, self.axis.upper)
         self.external = np.zeros((self.steps, EXTERNALS))
+        self.late_s = np.zeros(self.samples)
         self.sampling_offset_s = np.zeros(self.samples)
         self.held = np.zeros(self.samples, dtype=bool)
         self.repeated = np.zeros(self.samples, dtype=bool)
@@ -109,6 +111,8 @@ class Run:
         delay = self.axis.delay_samples * self.axis.substeps + round(self.extra_delay_s / self.axis.step_s)
         held = np.repeat(self.command, self.axis.substeps)
         command = np.concatenate([np.zeros(min(delay, self.steps)), held])[: self.steps]
+        if self.late_s.any():
+            command = self._late(command)
         drive = self.drive
         gear = Gear(
             drive.stiffness,
@@ -120,6 +124,12 @@ class Run:
         quiet = not self.external.any()
         external = self.external[:1] if quiet else self.external
         return integrate(transition, forcing, command, external, self.physics, gear, self.axis.step_s)
+
+    def _late(self, command: FloatArray) -> FloatArray:
+        """The latest of a command (steps,) that has arrived, those of every sample `late_s` late."""
+        late = np.interp(self.fine_time, self.time, self.late_s) / self.axis.step_s
+        arrived = np.maximum.accumulate(np.arange(self.steps) - np.round(late).astype(np.int64))
+        return np.where(arrived < 0, 0.0, command[np.maximum(arrived, 0)])
 
     def read(self, angles: FloatArray) -> Reading:
         """What the encoder shows of these angles, without noise."""

@@ -8,18 +8,19 @@ from plant_axes import an_axis
 
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.plant.drive_train import MOTOR_SPEED, STATES
-from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
+from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, UNSEEN, Effect, Scales
 from bayes_hw.plant.effects.command import RateLimit
 from bayes_hw.plant.effects.disturbance import Wind, davenport_spectrum, kaimal_spectrum
 from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
+from bayes_hw.plant.effects.unseen import BrownOut, CommandDeadBand, ToothSkip
 from bayes_hw.plant.excitation import steps_and_triangles
-from bayes_hw.plant.integrator import EXTERNAL_LOAD, Friction, _rub
+from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, _rub
 from bayes_hw.plant.run import Axis, Run
 
 SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.05, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
-EVERY = [*CATALOGUE, *OFF_CATALOGUE]
+EVERY = [*CATALOGUE, *OFF_CATALOGUE, *UNSEEN]
 
 
 def run_of(axis: Axis, command: np.ndarray, *acting: tuple[Effect, float]) -> Run:
@@ -41,7 +42,8 @@ def reading(effect: type[Effect], seed: int, strength: float) -> np.ndarray:
 
 def test_catalogue_has_every_label_of_the_format() -> None:
     assert {effect.label for effect in CATALOGUE} == set(BLOCKS)
-    assert {effect.label for effect in OFF_CATALOGUE} == {"other"}
+    assert {effect.label for effect in (*OFF_CATALOGUE, *UNSEEN)} == {"other"}
+    assert not set(UNSEEN) & set(OFF_CATALOGUE)
     assert len(OFF_CATALOGUE) >= 9
 
 
@@ -101,6 +103,59 @@ def test_rate_limit_bounds_the_slope_of_a_step() -> None:
     )
     lost = 0.09 - 0.3 * axis.step_s / 2
     assert full - ramped == pytest.approx(axis.drive.velocity_gain * lost, rel=1e-6)
+
+
+def test_a_command_that_is_always_as_late_is_delayed() -> None:
+    axis, command = an_axis(2), command_of()
+    run, delayed = Run(axis, command, (1,)), Run(axis, command, (1,))
+    run.late_s = np.full(run.samples, 0.15)
+    delayed.extra_delay_s = 0.15
+    np.testing.assert_array_equal(run.angles(), delayed.angles())
+
+
+def test_commands_that_come_late_keep_their_order() -> None:
+    """Lateness that grows faster than time holds the command; it never goes back."""
+    run = Run(an_axis(2), np.arange(200.0), (1,))
+    run.late_s = np.where(run.time > 4.0, 2.0, 0.0)
+    rising = run._late(np.arange(run.steps, dtype=np.float64))
+    assert (np.diff(rising) >= 0).all()
+    assert rising[-1] == run.steps - 1 - round(2.0 / run.axis.step_s)
+
+
+def test_a_tooth_skip_moves_the_resting_load_by_the_jump() -> None:
+    """The velocity loop holds the motor, so that the load ends the jump away from it."""
+    axis = an_axis(2)
+    angles = run_of(axis, np.zeros(2400), (ToothSkip("tooth_skip", 0.02), 1.0)).angles()
+    assert np.abs(angles[: axis.substeps * 400]).max() == 0.0
+    assert abs(angles[-1]) == pytest.approx(0.02, rel=0.01)
+
+
+def test_a_drive_without_torque_stops_following() -> None:
+    """Where its supply sags by nearly all, the axis strays from what it would do, and only from then on."""
+    axis, command = an_axis(2), command_of()
+    run = run_of(axis, command, (BrownOut("brown_out", 0.4), 19.0))
+    strayed = np.abs(run.angles() - run_of(axis, command).angles())
+    first = int(np.argmax(run.external[:, EXTERNAL_LOST] > 0))
+    assert first > 0
+    assert strayed[: first + 1].max() == 0.0
+    assert strayed[first:].max() > 0.01
+
+
+def test_drag_slows_the_load_in_proportion_to_its_square() -> None:
+    """At constant speed gear and loop carry the drag: the load lags by it over either's stiffness."""
+    axis = an_axis(2)
+    command = np.full(2400, 0.3)
+    free, slowed = Run(axis, command, (1,)), Run(axis, command, (1,))
+    slowed.change(drag=0.5)
+    lag = free.angles()[-1] - slowed.angles()[-1]
+    speed = 0.3 * axis.drive.velocity_gain
+    compliance = 1 / axis.drive.stiffness + 1 / axis.drive.loop_integral_gain
+    assert lag == pytest.approx(0.5 * speed**2 * compliance, rel=1e-3)
+
+
+def test_a_dead_band_swallows_small_commands_only() -> None:
+    run = run_of(an_axis(2), np.array([0.0, 0.01, -0.02, 0.03, -0.3]), (CommandDeadBand("", 0.025), 1.0))
+    np.testing.assert_array_equal(run.command, [0.0, 0.0, 0.0, 0.03, -0.3])
 
 
 def test_readings_on_the_grid_and_held() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
 from bayes_hw.plant.effects.disturbance import Wind
 from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
@@ -28,8 +30,19 @@ from bayes_hw.plant.effects.sensor import (
     SensorDrift,
     TimingJitter,
 )
+from bayes_hw.plant.effects.unseen import (
+    BrownOut,
+    CoarseCommand,
+    CommandDeadBand,
+    Congestion,
+    DirectionalGain,
+    QuadraticDrag,
+    TachoFault,
+    ToothSkip,
+    WarmingOil,
+)
 
-__all__ = ["CATALOGUE", "OFF_CATALOGUE", "Effect", "Scales"]
+__all__ = ["CATALOGUE", "OFF_CATALOGUE", "OFF_CATALOGUES", "UNSEEN", "Effect", "Scales"]
 
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,
@@ -66,3 +79,18 @@ OFF_CATALOGUE: tuple[type[Effect], ...] = (
     CurvedCommand,
 )
 """Faults whose label is `other`."""
+
+UNSEEN: tuple[type[Effect], ...] = (
+    BrownOut,
+    CoarseCommand,
+    CommandDeadBand,
+    Congestion,
+    DirectionalGain,
+    QuadraticDrag,
+    TachoFault,
+    ToothSkip,
+    WarmingOil,
+)
+"""More of them, which played no part while the diagnosis was made: they measure how it generalises."""
+
+OFF_CATALOGUES: Mapping[str, tuple[type[Effect], ...]] = {"known": OFF_CATALOGUE, "unseen": UNSEEN}
