@@ -38,6 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LABEL[+LABEL]",
         help="faults of the cases in turn instead of drawing them: labels, pairs as A+B, other, none",
     )
+    make.add_argument(
+        "--off-catalogue",
+        choices=("known", "unseen"),
+        default="known",
+        help="faults that `other` is drawn from: those the diagnosis was made with, or ones it never met "
+        "(default known)",
+    )
     add_output(make, "folder for cases/, truth.zip and seal.json; one that was stopped is finished")
     add_common(make)
     make.set_defaults(goes_on=True)
@@ -93,6 +100,7 @@ def _make(parsed: argparse.Namespace) -> None:
         parsed.seed,
         parsed.kind,
         labels=labels,
+        changes={} if parsed.off_catalogue == "known" else {"off_catalogue": parsed.off_catalogue},
         executor=make_executor(parsed.jobs),
         progress=Progress(parsed.quiet),
     )

@@ -10,7 +10,7 @@ from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.drive_train import draw_drive_train
-from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, Effect, Scales
+from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUES, Effect, Scales
 from bayes_hw.plant.effects.effect import log_uniform
 from bayes_hw.plant.excitation import FAMILIES, Excitation
 from bayes_hw.plant.kinds import Kind
@@ -135,7 +135,7 @@ def _sized_effect(
     """A fault of this label, its strength and the gap in deg that it leaves; raises UnreachableGapError."""
     smallest, largest = (bound * scales.sigma for bound in kind.gap_over_sigma)
     for _ in range(SHAPE_ATTEMPTS):
-        effect = _draw_effect(rng, label, scales)
+        effect = _draw_effect(rng, kind, label, scales)
         target = log_uniform(rng, smallest, largest)
 
         def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
@@ -251,9 +251,10 @@ def _scales(
     )
 
 
-def _draw_effect(rng: np.random.Generator, label: str, scales: Scales) -> Effect:
+def _draw_effect(rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
     if label == "other":
-        return OFF_CATALOGUE[int(rng.integers(len(OFF_CATALOGUE)))].draw(rng, scales)
+        faults = OFF_CATALOGUES[kind.off_catalogue]
+        return faults[int(rng.integers(len(faults)))].draw(rng, scales)
     for effect in CATALOGUE:
         if effect.label == label:
             return effect.draw(rng, scales)

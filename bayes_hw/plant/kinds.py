@@ -41,7 +41,7 @@ class Kind:
     `excitations` names the families of the training commands and, last, of the hold-out's; empty for two or
     three drawn at random. `gap_over_sigma` is the size of every gap; `noise_share` and `dead_zone_share` are
     sigma and half width over the spread of the outputs. In `slow_share` of the cases the axis is up to ten
-    times slower.
+    times slower. `off_catalogue` is the key in OFF_CATALOGUES of what "other" is drawn from.
     """
 
     name: str
@@ -59,6 +59,7 @@ class Kind:
     none_share: float = 0.2
     other_share: float = 0.15
     pair_share: float = 0.15
+    off_catalogue: str = "known"
 
     def draw_labels(self, rng: np.random.Generator) -> list[str]:
         """No label, one of the catalogue, two of it, or `other`, in the stated shares."""

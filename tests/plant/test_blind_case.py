@@ -10,6 +10,7 @@ from plant_axes import an_axis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.case import RefittedGap, make_case
+from bayes_hw.plant.effects import OFF_CATALOGUES
 from bayes_hw.plant.excitation import FAMILIES
 from bayes_hw.plant.kinds import KINDS, LABELS
 from bayes_hw.plant.nominal import nominal_of, refit
@@ -82,6 +83,21 @@ def test_same_arguments_same_case_and_other_index_another() -> None:
     np.testing.assert_array_equal(first.holdout.measured, again.holdout.measured)
     assert first.truth == again.truth
     assert first.truth["base"] != other.truth["base"]
+
+
+def test_unseen_faults_are_drawn_only_where_a_kind_asks_for_them() -> None:
+    names = {
+        key: {fault.__module__.rsplit(".", 1)[-1] for fault in faults}
+        for key, faults in OFF_CATALOGUES.items()
+    }
+    assert names == {"known": {"off_catalogue"}, "unseen": {"unseen"}}
+    assert all(kind.off_catalogue == "known" for kind in KINDS.values())
+    details = {}
+    for key in OFF_CATALOGUES:
+        case = make_case(3, 8, replace(SHORT, off_catalogue=key), ["other"])
+        assert case.truth["effects"] == ["other"]
+        details[key] = case.truth["detail"]
+    assert details["known"] != details["unseen"]
 
 
 def test_coloured_noise_has_the_correlation_of_the_truth() -> None:

@@ -17,7 +17,7 @@ from bayes_hw.cli import main
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Outcome, TaskFunction, run_task
 from bayes_hw.gap.blind.evidence import read_evidence
-from bayes_hw.gap.blind.folders import folder_digest, read_seal, read_truth
+from bayes_hw.gap.blind.folders import ORIGIN, folder_digest, read_seal, read_truth
 from bayes_hw.gap.blind.make import make_set
 from bayes_hw.gap.blind.run import failures, run_set
 from bayes_hw.gap.blind.score import score_evidence
@@ -257,6 +257,20 @@ def test_commands_from_make_to_score(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert content["headline"]["single effects named right"]["hits"] == 0
     assert content["seal"] == seal
     assert {path.name for path in Path(scored).iterdir()} == {"score.json", "report.html", "report.pdf"}
+
+
+def test_make_draws_unseen_faults_when_asked(tmp_path: Path) -> None:
+    """The same seed gives other faults than without the option; what is drawn from stands in the truth."""
+    details, origins = {}, {}
+    for name in ("known", "unseen"):
+        made = tmp_path / name
+        options = ["--effects", "other", "--off-catalogue", name, "--seed", "3", "--quiet", "--jobs", "1"]
+        assert main(["blind", "make", "--n", "1", "--kind", "easy", *options, "--out", str(made)]) == 0
+        files = read_truth(made / "truth.zip")
+        details[name] = json.loads(files["case_0000.json"])["detail"]
+        origins[name] = json.loads(files[ORIGIN])["changes"]
+    assert details["known"] != details["unseen"]
+    assert origins == {"known": {}, "unseen": {"off_catalogue": "unseen"}}
 
 
 def test_practice_layout(blind_set: Path, tmp_path: Path) -> None:
