@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import SignalChain
 from bayes_hw.gap.effects.effect import Door
@@ -37,12 +37,20 @@ NO_MORE: Mapping[str, tuple[Door, list[FloatArray]]] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Motion:
-    """One record as the base model sees it: command, limited and delayed command, w and its speed."""
+    """One record as the base model sees it: command, limited and delayed command, w and its speed.
+
+    `seen` says where the encoder sees motion, outside the dead zone; everywhere if None. All (samples,).
+    """
 
     command: FloatArray
     limited: FloatArray
     w: FloatArray
     speed: FloatArray
+    seen: BoolArray | None = None
+
+    def shown(self, responses: FloatArray) -> FloatArray:
+        """What the encoder shows of changes of w (samples, n)."""
+        return responses if self.seen is None else responses * self.seen[:, None]
 
 
 @dataclass(frozen=True)
@@ -68,11 +76,14 @@ def motions(fit: Fit, commands: Sequence[FloatArray]) -> list[Motion]:
     """The motion of every record as a fit simulates it for `commands`."""
     rate, values = fit.hypothesis.scale.rate, fit.values
     chain = fit.hypothesis.chain(values)
-    lower, upper = fit.hypothesis.settings(values, chain)[[S.LOWER, S.UPPER]]
+    lower, upper, dead_zone = fit.hypothesis.settings(values, chain)[[S.LOWER, S.UPPER, S.DEAD_ZONE]]
+    seen: list[BoolArray | None] = [None] * len(commands)
+    if dead_zone > 0:
+        seen = [np.abs(w) > dead_zone for w in fit.hypothesis.motion(values)[0]]
     found = []
-    for u, w in zip(commands, fit.simulated, strict=True):
+    for u, w, seen_here in zip(commands, fit.simulated, seen, strict=True):
         delayed = np.concatenate([np.zeros(chain.delay_samples), u[: len(u) - chain.delay_samples]])
-        found.append(Motion(delayed, np.clip(delayed, lower, upper), w, np.gradient(w) * rate))
+        found.append(Motion(delayed, np.clip(delayed, lower, upper), w, np.gradient(w) * rate, seen_here))
     return found
 
 
@@ -148,6 +159,8 @@ def free_functions(
         if not has_door(chain, door):
             continue
         responses = [door_responses(chain, door, s) for s in shapes]
+        if door != "output":
+            responses = [m.shown(r) for m, r in zip(found, responses, strict=True)]
         columns = np.concatenate([whitener.whiten(c, r) for r, c in enumerate(responses)])
         scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         columns = columns / scales

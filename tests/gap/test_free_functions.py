@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drive_axis import SIGMA, command, white
+from drive_axis import SIGMA, command, drive_axis, hypothesis, white
 from fitted import SAMPLES, with_residuals
 from scipy.stats import chi2, kstest
 
@@ -15,6 +15,7 @@ from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import FreeFunction, free_functions, hats, motions, shapes_of_blocks
 from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Plain
+from bayes_hw.model.blocks import DeadZone
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 
@@ -55,8 +56,12 @@ def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     """Most at its own block; what is taken is its response less what the base could do, to 15 %."""
     fit = with_residuals(noise(2))
     chain = fit.hypothesis.chain(fit.values)
-    door, shapes = shapes_of_blocks(motions(fit, INPUTS))[block]
-    response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2]))[:, 0] for s in shapes]
+    moved = motions(fit, INPUTS)
+    door, shapes = shapes_of_blocks(moved)[block]
+    response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2])) for s in shapes]
+    if door != "output":
+        response = [m.shown(r) for m, r in zip(moved, response, strict=True)]
+    response = [r[:, 0] for r in response]
     stacked, tangents = np.concatenate(response), np.concatenate(fit.jacobians)
     kept = stacked - tangents @ np.linalg.lstsq(tangents, stacked, rcond=None)[0]
     factor = 3 * SIGMA / np.sqrt(np.mean(kept**2))
@@ -65,6 +70,27 @@ def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     assert max(functions.values(), key=lambda f: f.gain / f.shapes if f.gain > 100 else 0).gain > 1000
     assert functions[block].gain == pytest.approx(max(f.gain for f in functions.values()), rel=0.02)
     assert functions[block].size == pytest.approx(3 * SIGMA, rel=0.15)
+
+
+def test_nothing_of_a_function_shows_inside_the_dead_zone() -> None:
+    """The axis at its own parameters with a bent command: what changed is what the function's response says,
+    none of it where the encoder sees no motion."""
+    axis = replace(drive_axis(), dead_zone=DeadZone(0.1))
+    fit = with_residuals(noise(3), hypothesis(axis, INPUTS))
+    moved = motions(fit, INPUTS)
+    w, dead_zone = fit.hypothesis.motion(fit.values)
+    for motion, position in zip(moved, w, strict=True):
+        assert motion.seen is not None and 0.02 < 1 - motion.seen.mean() < 0.9
+        shown = motion.shown(np.ones((SAMPLES, 2)))
+        np.testing.assert_array_equal(shown[:, 1] > 0, np.abs(position) > dead_zone)
+    bent = [u + 0.002 * np.abs(u) for u in INPUTS]
+    clean = fit.hypothesis.simulate_signals(fit.values, bent)
+    chain = fit.hypothesis.chain(fit.values)
+    for motion, (_, y), before in zip(moved, clean, fit.simulated, strict=True):
+        inside = np.abs(motion.command) < np.abs(motion.limited) + 1e-12
+        added = np.where(inside, 0.002 * np.abs(motion.limited), 0.0)[:, None]
+        told = motion.shown(small_responses(chain, "command", added))[:, 0]
+        assert np.sqrt(np.mean((told - (y - before)) ** 2)) < 0.1 * np.std(y - before)
 
 
 def test_hats_sum_to_one() -> None:
