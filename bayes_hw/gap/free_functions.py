@@ -23,6 +23,15 @@ from bayes_hw.gap.signals import door_responses, has_door
 from bayes_hw.gap.whitener import Whitener
 
 HATS = 7
+DETAILED_HATS = 25
+"""Over the limited command: dead bands and steps of a converter are narrower than a knot of seven."""
+
+DETAIL = "input in detail"
+"""Where the function with that many enters; it stands apart, so that the others keep few shapes."""
+
+GAIN = "gain over time"
+"""The function by which the drive's gain may change in any way; as many knots a record as a free torque."""
+
 LAGS = (1, 2, 4, 8, 16, 32)
 TIME_KNOTS = 12
 SMALLEST_DIRECTION = 1e-5
@@ -134,6 +143,17 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
         "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
         "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
         "disturbance": ("load_torque", _knots_in_time([len(m.w) for m in found])),
+    }
+
+
+def shapes_of_the_drive_input(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
+    """Door and shapes (samples, n) a record of what is too flexible to say where a gap lies, but tells that
+    something is left: the limited command in detail, and a gain that changes over time."""
+    limited = [m.limited for m in found]
+    knots = _knots_in_time([len(c) for c in limited])
+    return {
+        DETAIL: ("command", hats(limited, DETAILED_HATS)),
+        GAIN: ("command", [c[:, None] * times for c, times in zip(limited, knots, strict=True)]),
     }
 
 

@@ -21,7 +21,14 @@ from scipy.stats import chi2, gamma, norm
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.clock_jitter import JitterWhitener
 from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.free_functions import Motion, free_functions, hats, motions
+from bayes_hw.gap.free_functions import (
+    GAIN,
+    Motion,
+    free_functions,
+    hats,
+    motions,
+    shapes_of_the_drive_input,
+)
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
@@ -89,10 +96,10 @@ def leftovers(
     chain = fit.hypothesis.chain(fit.values)
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
     drifts = stochastic is not None and stochastic.size is not None
-    memories = shapes_of_memories(moved, rate) if drifts else {}
+    more = shapes_of_the_drive_input(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     found += [
         (_named(function.block), _tail(2 * function.gain, function.shapes), function.size**2)
-        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, memories)
+        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, more)
     ]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
@@ -132,6 +139,8 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
 
 def _named(block: str) -> str:
     """The kind of a function: where it enters, or for memories what it follows."""
+    if block == GAIN:
+        return f"function of the {block}"
     return f"function {block}" if block.startswith("after") else f"function at {block}"
 
 

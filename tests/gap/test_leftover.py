@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drive_axis import RATE, SIGMA, coloured, command, white
-from fitted import AXIS, SAMPLES, explained, with_residuals
+from drive_axis import RATE, SIGMA, coloured, command, hypothesis, white
+from fitted import AXIS, SAMPLES, base, explained, noisy, of_records, with_residuals
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
@@ -145,3 +145,17 @@ def test_noise_above_the_stated_is_left() -> None:
         if counts:
             assert unstated.size == pytest.approx(np.sqrt(1 - times**-2), rel=0.05)
     assert UNSTATED_NOISE not in {item.kind for item in leftovers(explained(noise(3)), INPUTS)}
+
+
+def test_coarse_steps_of_the_command_show_through_a_walk() -> None:
+    """A converter of few bits looks like a wandering encoder; seven knots over the command are too few."""
+    step = 0.3 * AXIS.saturation.upper
+    rounded = [step * np.round(u / step) for u in INPUTS]
+    clean = hypothesis(AXIS, rounded).simulate(base().builder.axis.nominal)
+    fit = of_records(noisy(clean), base())
+    walk = random_walk(fit)
+    assert walk is not None
+    found = {item.kind: item for item in leftovers(with_stochastic(walk, fit), INPUTS)}
+    detail = found["function at input in detail"]
+    assert detail.surprise > TRIFLE and detail.size > 0.5
+    assert found["function at input"].surprise < 0.5 * detail.surprise
