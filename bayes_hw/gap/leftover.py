@@ -34,6 +34,7 @@ from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import ROUNDING
+from bayes_hw.gap.weaker_noise import free_functions_under_weaker_noise
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -97,10 +98,11 @@ def leftovers(
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
     drifts = stochastic is not None and stochastic.size is not None
     more = shapes_of_the_drive_input(moved) | (shapes_of_memories(moved, rate) if drifts else {})
-    found += [
-        (_named(function.block), _tail(2 * function.gain, function.shapes), function.size**2)
-        for function in free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, more)
-    ]
+    if drifts and isinstance(fit.whitener, StateNoise):
+        functions = free_functions_under_weaker_noise(moved, chain, residuals, fit, fit.whitener, more)
+    else:
+        functions = free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, more)
+    found += [(_named(f.block), _tail(2 * f.gain, f.shapes), f.size**2) for f in functions]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
         if stochastic is None or "outliers" not in stochastic.labels:

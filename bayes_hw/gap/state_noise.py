@@ -68,6 +68,15 @@ class StateNoise:
         initial[-1, -1] = sigma**2
         return replace(self, increment=increment, initial=initial, sigma=sigma)
 
+    def weaker(self, share: float) -> StateNoise:
+        """The same with a disturbance of `share` of its variance beside the encoder's own noise."""
+        increment, initial, views = self.increment.copy(), self.initial.copy(), self.views
+        increment[:-1, :-1] *= share
+        initial[:-1, :-1] *= share
+        if views is not None:
+            views = tuple(v._replace(doubt=v.doubt * share) for v in views)
+        return replace(self, increment=increment, initial=initial, views=views)
+
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         return self._filtered(columns, record)[0]
 

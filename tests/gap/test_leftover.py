@@ -159,3 +159,26 @@ def test_coarse_steps_of_the_command_show_through_a_walk() -> None:
     detail = found["function at input in detail"]
     assert detail.surprise > TRIFLE and detail.size > 0.5
     assert found["function at input"].surprise < 0.5 * detail.surprise
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_walk_as_it_is_leaves_nothing(seed: int) -> None:
+    """That noise may be weaker gains nothing where it is what it is said to be."""
+    rng = np.random.default_rng(80 + seed)
+    residuals = [e + np.cumsum(0.4 * SIGMA * rng.normal(size=SAMPLES)) for e in noise(90 + seed)]
+    fit = with_residuals(residuals)
+    walk = random_walk(fit)
+    assert walk is not None
+    assert leftovers(with_stochastic(walk, fit), INPUTS)[0].surprise < 0.5 * TRIFLE
+
+
+def test_a_gain_that_jumps_shows_through_a_walk() -> None:
+    """The output strays from where the gain has changed, as an encoder that wanders would."""
+    jumped = [np.where(25 + 10 * r > T, u, 1.02 * u) for r, u in enumerate(INPUTS)]
+    clean = hypothesis(AXIS, jumped).simulate(base().builder.axis.nominal)
+    fit = of_records(noisy(clean), base())
+    walk = random_walk(fit)
+    assert walk is not None
+    found = {item.kind: item for item in leftovers(with_stochastic(walk, fit), INPUTS)}
+    changed = found["function of the gain over time"]
+    assert changed.surprise > TRIFLE and changed.size > 0.5

@@ -163,3 +163,12 @@ def test_whitening_is_linear() -> None:
         2 * both[:, 0] - 3 * both[:, 1],
         atol=1e-12,
     )
+
+
+def test_weaker_noise_keeps_the_encoder() -> None:
+    """A tenth of the walk's variance, the encoder's own noise as it was; the whole is the same noise."""
+    noise = walking_noise(0.01, 0.5, 0.003)
+    weaker, expected = noise.weaker(0.1), walking_noise(0.01, 0.5, 0.003 * np.sqrt(0.1))
+    np.testing.assert_allclose(weaker.increment, expected.increment)
+    np.testing.assert_allclose(weaker.initial, expected.initial)
+    np.testing.assert_array_equal(noise.weaker(1.0).increment, noise.increment)

@@ -1,0 +1,55 @@
+"""Free functions where slow noise may be weaker: it grows to hold whatever no effect of the catalogue does.
+
+Held against noise that strong a cause explains little. With the cause told by a free function less noise is
+needed: what both come to is a likelihood ratio, where `free_functions` has the score at full strength.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.builder import SignalChain
+from bayes_hw.gap.effects.effect import Door
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions
+from bayes_hw.gap.state_noise import StateNoise
+
+STRENGTHS = (1.0, 0.1, 0.01)
+"""Of the variance of the slow noise."""
+
+
+def free_functions_under_weaker_noise(
+    found: Sequence[Motion],
+    chain: SignalChain,
+    residuals: Sequence[FloatArray],
+    fit: Fit,
+    noise: StateNoise,
+    more: Mapping[str, tuple[Door, list[FloatArray]]],
+) -> list[FreeFunction]:
+    """Every free function under the strength of the slow `noise` at which it and the noise explain
+    `residuals` (samples,), a record each, best; its gain is that over the base at the strength that suits it.
+    """
+    best: dict[str, tuple[float, FreeFunction]] = {}
+    alone = -np.inf
+    for strength in STRENGTHS:
+        weaker = noise.weaker(strength)
+        base = weaker.fitted_to(residuals).log_likelihood + _gain_of_base(residuals, fit.jacobians, weaker)
+        alone = max(alone, base)
+        for function in free_functions(found, chain, residuals, fit.jacobians, weaker, more):
+            total = base + function.gain
+            if function.block not in best or total > best[function.block][0]:
+                best[function.block] = (total, function)
+    return [replace(function, gain=total - alone) for total, function in best.values()]
+
+
+def _gain_of_base(
+    residuals: Sequence[FloatArray], tangents: Sequence[FloatArray], noise: StateNoise
+) -> float:
+    """Log-likelihood that re-estimating the base would gain."""
+    basis = np.linalg.qr(np.concatenate([noise.whiten(j, r) for r, j in enumerate(tangents)]))[0]
+    taken = basis.T @ np.concatenate([noise.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)])
+    return 0.5 * float(taken @ taken)
