@@ -19,7 +19,10 @@ from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions
 from bayes_hw.gap.state_noise import StateNoise
 
 STRENGTHS = (1.0, 0.1, 0.01)
-"""Of the variance of the slow noise."""
+"""Of the variance of the slow noise, from what it is on."""
+
+AS_NOISE = "disturbance"
+"""The block whose free function of time is what slow noise is itself: less noise beside it says nothing."""
 
 
 def free_functions_under_weaker_noise(
@@ -41,7 +44,8 @@ def free_functions_under_weaker_noise(
         alone = max(alone, base)
         for function in free_functions(found, chain, residuals, fit.jacobians, weaker, more):
             total = base + function.gain
-            if function.block not in best or total > best[function.block][0]:
+            known = best.get(function.block)
+            if known is None or (total > known[0] and function.block != AS_NOISE):
                 best[function.block] = (total, function)
     return [replace(function, gain=total - alone) for total, function in best.values()]
 
