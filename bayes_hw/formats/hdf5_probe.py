@@ -83,8 +83,9 @@ def main() -> int:
     with suppress(ImportError):  # not on Windows
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_ADDRESSES, MOST_ADDRESSES))
-        resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, MOST_MEMORY))
+        for kind, most in ((resource.RLIMIT_AS, MOST_ADDRESSES), (resource.RLIMIT_DATA, MOST_MEMORY)):
+            limits = [limit for limit in resource.getrlimit(kind) if limit != resource.RLIM_INFINITY]
+            resource.setrlimit(kind, (min([most, *limits]),) * 2)
     task = json.load(sys.stdin)
     try:
         for path in task["files"]:

@@ -77,3 +77,18 @@ def test_a_chunk_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tmp_
     sound, kilobytes = done.stdout.split()
     assert sound == "False"
     assert int(kilobytes) * 1024 < 1e9
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by what Linux counts")
+def test_a_sound_file_is_read_where_the_system_grants_less_memory(sound: Path) -> None:
+    """As under `ulimit -v`: the limit stands, and is no fault of the file."""
+    code = (
+        "import resource, sys; from pathlib import Path;"
+        "from bayes_hw.formats.hdf5_probe import is_sound_hdf5;"
+        "resource.setrlimit(resource.RLIMIT_AS, (3 * 2**29, 3 * 2**29));"
+        "print(is_sound_hdf5(Path(sys.argv[1])))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(sound)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "True"

@@ -27,6 +27,7 @@ import numpy as np
 import pandas as pd
 import scipy.io
 
+from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case import Case
 from bayes_hw.infer.posterior import Posterior
@@ -74,6 +75,16 @@ def corpus(folder: Path, posterior: Path) -> dict[str, tuple[Path, Reader]]:
         model.write(folder / f"model{ending}")
         files[f"model{ending}"] = (folder / f"model{ending}", HammersteinWiener.read)
     files["posterior.nc"] = (posterior / "posterior.nc", lambda path: Posterior.read(path.parent))
+    controller = {
+        "name": "PI",
+        "sample_rate_hz": 20,
+        "proportional": 40,
+        "integral": 10,
+        "speed_limit": [-1, 1],
+    }
+    controller |= {"notches": [{"frequency_hz": 3.3, "numerator_damping": 0.1, "denominator_damping": 0.2}]}
+    (folder / "controller.json").write_text(json.dumps(controller))
+    files["controller.json"] = (folder / "controller.json", Controller.read)
     case = {"model": "model.json", "train": ["record.csv"], "holdout": ["record.csv"]}
     (folder / "case.json").write_text(json.dumps(case))
     files["case.json"] = (folder / "case.json", lambda path: Case.read(path.parent))
@@ -153,9 +164,9 @@ def main() -> int:
     good = folder / "good"
     good.mkdir(exist_ok=True)
     files = corpus(good, Path(sys.argv[4]))
+    limit_memory()
     for name, (path, reader) in files.items():
         assert verdict_of(reader, path) == "read", name
-    limit_memory()
     counts = {name: {"read": 0, "refused": 0} for name in files}
     faults = 0
     end = time.monotonic() + seconds

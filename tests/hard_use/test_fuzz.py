@@ -40,7 +40,8 @@ def posterior(
 
 @pytest.mark.timeout(SECONDS + 120)
 def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path) -> None:
-    """Every reader: CSV, JSON, MATLAB vectors, iddata, idnlhw, HDF5, MATLAB 7.3, Parquet, posterior, case."""
+    """Every reader: CSV, MATLAB vectors, iddata, idnlhw, HDF5, MATLAB 7.3, Parquet, posterior, the JSON of
+    models, controllers and cases."""
     work = tmp_path / "fuzz"
     work.mkdir()
     script = Path(__file__).with_name("fuzz.py")
@@ -50,6 +51,6 @@ def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path) -> N
     assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["peak_mb"] < 1024
-    assert len(found["counts"]) == 13
+    assert len(found["counts"]) == 14
     for name, counts in found["counts"].items():
         assert counts["refused"] >= 1, name
