@@ -14,7 +14,7 @@ from bayes_hw.identify.four_steps import identify
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
-from bayes_hw.infer.inference import Inference, StartCondition, check_rates, discard_checkpoint, infer
+from bayes_hw.infer.inference import Inference, StartCondition, discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport
@@ -22,6 +22,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 

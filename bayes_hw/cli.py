@@ -22,6 +22,7 @@ from bayes_hw.commands import (
     design_experiment,
     diagnose,
     identifiability,
+    simulate,
 )
 from bayes_hw.commands.options import (
     FREE_HELP,
@@ -69,6 +70,7 @@ stderr), 1 anything else.
 
 
 MODULES: tuple[Any, ...] = (
+    simulate,
     demo,
     design,
     design_experiment,
@@ -135,17 +137,6 @@ def build_parser() -> argparse.ArgumentParser:
     add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
     add_sampling(sub)
-    add_common(sub)
-
-    sub = command(
-        "simulate",
-        "noise-free response of a model to a record's command",
-        "bayes-hw simulate --model model/model.json train_1.csv --out run.csv",
-    )
-    sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
-    sub.add_argument("--model", required=True, metavar="MODEL.json")
-    add_output(sub, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
-    add_record_options(sub)
     add_common(sub)
 
     sub = command(
@@ -229,7 +220,8 @@ def disk_advice(error: OSError) -> str:
     """What to do where there is no room for a file; nothing for other errors."""
     if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ""
-    return "; that file is as it was before: make room, or give another --out, and run the command again"
+    kept = "that file is" if error.filename else "results are"
+    return f"; {kept} as before: make room, or give another --out, and run the command again"
 
 
 def _fail(status: int, message: str) -> int:

@@ -1,4 +1,4 @@
-"""The commands on one axis: identify, sample, simulate, predict, report."""
+"""The commands on one axis that estimate or predict: identify, sample, predict, report."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.commands.inputs import read_records, sampler_settings
-from bayes_hw.commands.speech import say, warn
+from bayes_hw.commands.speech import rounded, say, warn
 from bayes_hw.csv_output import write_csv
-from bayes_hw.errors import InputError
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
-from bayes_hw.infer.inference import check_rates, discard_checkpoint, infer
+from bayes_hw.infer.inference import discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_coverage, predict
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -164,22 +163,6 @@ def sample_command(parsed: argparse.Namespace) -> None:
         warn(f"the residuals are not white: {failed[0].name}: {failed[0].meaning}")
 
 
-def simulate_command(parsed: argparse.Namespace) -> None:
-    """bayes-hw simulate."""
-    out = Path(parsed.out)
-    check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
-    model = HammersteinWiener.read(parsed.model)
-    (record,) = read_records(parsed, [parsed.record], model.units)
-    check_rates(model, [record])
-    simulation = model.simulate(record.u)
-    if not np.isfinite(simulation.w).all():
-        raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
-    write_csv(
-        out,
-        {"t": record.t, "u": record.u, "y": record.y, "w": simulation.w, "y_model": simulation.y},
-    )
-
-
 def predict_command(parsed: argparse.Namespace) -> None:
     """bayes-hw predict."""
     out = Path(parsed.out)
@@ -214,7 +197,10 @@ def say_verdict(posterior: Posterior, quiet: bool) -> None:
     for name, summary in posterior.summaries.items():
         low, high = summary.hdi94
         unit = f" {summary.unit}" if summary.unit else ""
-        say(f"{name:32} {summary.mean:.6g} +- {summary.sd:.2g}{unit}, 94 % HDI [{low:.6g}, {high:.6g}]")
+        mean, sd, lower, upper = (
+            rounded(value, summary.sd) for value in (summary.mean, summary.sd, low, high)
+        )
+        say(f"{name:32} {mean} +- {sd}{unit}, 94 % HDI [{lower}, {upper}]")
 
 
 def say_whether_resumed(parsed: argparse.Namespace) -> None:
@@ -226,7 +212,6 @@ def say_whether_resumed(parsed: argparse.Namespace) -> None:
 COMMANDS: Mapping[str, Callable[[argparse.Namespace], None]] = {
     "identify": identify_command,
     "sample": sample_command,
-    "simulate": simulate_command,
     "predict": predict_command,
     "report": report_command,
 }

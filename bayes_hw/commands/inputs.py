@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from bayes_hw.errors import InputError, storable_text
-from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.record import Columns, Record, Units
+
+if TYPE_CHECKING:
+    from bayes_hw.infer.sampler import SamplerSettings
 
 
 def read_records(
@@ -48,6 +51,8 @@ def read_records(
 
 def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
     """The sampler's settings from the options, checked."""
+    from bayes_hw.infer.sampler import SamplerSettings
+
     if parsed.ensembles < 4:
         raise InputError(f"--ensembles {parsed.ensembles}: convergence needs four or more")
     if parsed.walkers is not None and (parsed.walkers < 16 or parsed.walkers % 2):

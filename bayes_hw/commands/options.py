@@ -91,13 +91,21 @@ def add_scheduler(parser: argparse.ArgumentParser) -> None:
 def add_sampling(parser: argparse.ArgumentParser, *, resumable: bool = True) -> None:
     """Settings of the sampler, and --resume where the command keeps a checkpoint."""
     group = parser.add_argument_group("sampling")
-    group.add_argument("--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more")
+    group.add_argument(
+        "--ensembles", type=int, default=4, metavar="N", help="ensembles, four or more (default 4)"
+    )
     group.add_argument(
         "--walkers", type=int, metavar="N", help="walkers of an ensemble (default by dimension)"
     )
-    group.add_argument("--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here")
     group.add_argument(
-        "--target-ess", type=float, default=1000.0, metavar="N", help="effective samples to stop at"
+        "--max-steps", type=int, default=5000, metavar="N", help="stop at the latest here (default 5000)"
+    )
+    group.add_argument(
+        "--target-ess",
+        type=float,
+        default=1000.0,
+        metavar="N",
+        help="effective samples to stop at (default 1000)",
     )
     if resumable:
         group.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")

@@ -90,9 +90,13 @@ class Case:
 def check_records(name: str, rate: float, train: Sequence[Record], holdout: Sequence[Record]) -> None:
     """Raise InputError where there is none to train on or held out, one at another rate, or one too short."""
     if not train:
-        raise InputError(f"{name}: no record to train on; give at least one")
+        raise InputError(
+            f'{name}: no record to train on; give at least one (--train, or "train" in case.json)'
+        )
     if not holdout:
-        raise InputError(f"{name}: no record held out; give one, or split a record in two")
+        raise InputError(
+            f'{name}: no record held out; give one (--holdout, or "holdout" in case.json), or split a record'
+        )
     for record in (*train, *holdout):
         if abs(record.sample_rate_hz / rate - 1) > RATE_TOLERANCE:
             raise InputError(

@@ -27,12 +27,12 @@ from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_poi
 from bayes_hw.infer.straightening import Straightening
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 StartCondition: TypeAlias = Literal["rest", "free"]
-RATE_TOLERANCE = 0.01
 START_SAMPLES = 5
 
 
@@ -51,16 +51,6 @@ def discard_checkpoint(folder: Path) -> None:
     Checkpoint(folder, "").clear()
     with suppress(OSError):
         folder.rmdir()
-
-
-def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:
-    """Raise InputError unless every record has the model's sample rate (1 %)."""
-    for record in records:
-        if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
-            raise InputError(
-                f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz but the model is"
-                f" for {model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
-            )
 
 
 def axis_for(

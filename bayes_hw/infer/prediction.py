@@ -10,10 +10,10 @@ from scipy import special
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
-from bayes_hw.infer.inference import check_rates
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.record import Record
 
 DRAWS = 300

@@ -72,7 +72,7 @@ def test_sampling_on_a_full_disk_keeps_the_last_posterior(folder: Path, room: in
     *_, line = done.stderr.splitlines()
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
-    assert "File too large" in line and "posterior" in line and "that file is as it was before" in line
+    assert "File too large" in line and "posterior" in line and "that file is as before" in line
     assert {path: path.read_bytes() for path in files} == files
     assert not list(folder.rglob(".posterior*"))
     Posterior.read(folder / "posterior")

@@ -14,7 +14,7 @@ from simulated_records import measured
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.ensemble import advance, start_ensemble
-from bayes_hw.infer.inference import Inference, axis_for, check_rates, infer
+from bayes_hw.infer.inference import Inference, axis_for, infer
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.mixture import laplace_proposal
 from bayes_hw.infer.moves import weighted_moves
@@ -22,6 +22,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.record import Record
 
 SHORT = SamplerSettings(ensembles=2, walkers=64, max_steps=100, target_ess=500)
