@@ -46,6 +46,12 @@ class Units:
     def to_dict(self) -> dict[str, str]:
         return asdict(self)
 
+    @property
+    def velocity_gain(self) -> str:
+        """Unit of output speed over command; brackets around what has a fraction of its own."""
+        command = self.input if self.input.isalnum() else f"({self.input})"
+        return f"({self.output}/{self.time})/{command}"
+
 
 SPELLINGS = {
     "s": ("sec", "second", "seconds"),

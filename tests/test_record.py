@@ -95,3 +95,12 @@ def test_units_survive_a_round_trip():
 def test_a_unit_that_no_file_can_hold_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"units\.output"):
         Units.from_dict({"output": text})
+
+
+@pytest.mark.parametrize(("units", "gain"), [
+    (Units(), "(deg/s)/(deg/s)"),
+    (Units(input="V", output="m"), "(m/s)/V"),
+    (Units(input="m/s^2", output="rad"), "(rad/s)/(m/s^2)"),
+])  # fmt: skip
+def test_unit_of_the_velocity_gain(units: Units, gain: str) -> None:
+    assert units.velocity_gain == gain

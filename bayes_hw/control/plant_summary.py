@@ -70,10 +70,9 @@ def plant_summary(
 ) -> PlantSummary:
     """The summary over `values` (draws, parameters), of which `axis` holds the axes."""
     units = axis.units
-    rate_unit = f"({units.output}/s)/({units.input})"
     point = posterior.point_estimate
     named: dict[str, tuple[FloatArray, float, str]] = {
-        "velocity_gain": (axis.velocity_gain(), float(nominal.velocity_gain()[0]), rate_unit)
+        "velocity_gain": (axis.velocity_gain(), float(nominal.velocity_gain()[0]), units.velocity_gain)
     }
     for name in ("saturation.lower", "saturation.upper", "dead_zone.half_width"):
         i = posterior.names.index(name)

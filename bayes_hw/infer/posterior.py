@@ -102,8 +102,7 @@ class Posterior:
             found["gain"] = summarize(self.axis.gain(flat[:, :n_axis].T).reshape(shape), "")
         velocity = self.axis.velocity_gain(flat[:, :n_axis].T)
         if "velocity_gain" not in self.names and np.all(np.isfinite(velocity)):
-            units = self.axis.model.units
-            found["velocity_gain"] = summarize(velocity.reshape(shape), f"({units.output}/s)/({units.input})")
+            found["velocity_gain"] = summarize(velocity.reshape(shape), self.axis.model.units.velocity_gain)
         partial = flat[:, n_axis + 1 : n_axis + 1 + self.noise_order].T
         for i, coefficient in enumerate(autoregression_from_partial(partial), start=1):
             found[f"noise.autoregression{i}"] = summarize(coefficient.reshape(shape), "")

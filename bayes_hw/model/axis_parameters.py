@@ -262,7 +262,7 @@ class AxisParameters:
         found: list[Parameter] = []
         if self._integrator is not None:
             gain = float(real[self._integrator]) * self.model.sample_rate_hz
-            found.append(_gain("velocity_gain", f"({units.output}/s)/({units.input})", gain))
+            found.append(_gain("velocity_gain", units.velocity_gain, gain))
         found += self._pair_parameters(len(self._pair_names))
         nested = nested_weights(self._real_poles[self._free_real], real[self._free_real])
         for i, weight in zip(self._free_real, nested, strict=True):

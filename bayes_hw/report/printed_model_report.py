@@ -59,7 +59,7 @@ class PrintedModel:
 
     @property
     def gain_unit(self) -> str:
-        return f"({self.units.output}/s)/({self.units.input})"
+        return self.units.velocity_gain
 
 
 def printed_model_report(model: PrintedModel, provenance: Provenance) -> Report:
