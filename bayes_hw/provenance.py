@@ -50,7 +50,7 @@ def provenance(command: str, seed: int, records: Sequence[Record], seconds: floa
         git_state=git_state(),
         command=command,
         seed=seed,
-        records=tuple(_origin(record) for record in records),
+        records=tuple(dict.fromkeys(_origin(record) for record in records)),
         packages=tuple((name, metadata.version(name)) for name in PACKAGES),
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}",

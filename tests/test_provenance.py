@@ -24,6 +24,8 @@ def test_everything_needed_to_repeat_it_is_there(small_record: Record) -> None:
     assert rows[f"record {small_record.name}"] == "simulated"
     assert all(re.search(rf"{name} \d", rows["packages"]) for name in PACKAGES)
     assert rows["wall time"] == "12.3 s"
+    twice = provenance("bayes-hw sample --seed 7", 7, [measured, measured, small_record], 12.34)
+    assert twice.records == found.records
     assert len(rows) == len(found.rows())
 
 

@@ -106,17 +106,16 @@ def blocks_shown(experiment: Experiment, joint: JointStage, units: Units) -> dic
     values = experiment.in_original_units(joint.fit.values)
     commands = np.concatenate(experiment.commands) * experiment.input_scale
     outputs = np.concatenate(experiment.outputs) * experiment.output_scale
-    lowest, highest = extreme_commands(experiment)
     inside = float(np.mean(np.abs(outputs) <= values.half_width))
     nearest = float(np.abs(outputs).min())
     facts = {
         "lower": (
             f"{100 * np.mean(commands < values.lower):.2g} % of the commands lie below it",
-            f"the commands reach {lowest:.4g} {units.input}",
+            f"no command lies below {commands.min():.4g} {units.input}",
         ),
         "upper": (
             f"{100 * np.mean(commands > values.upper):.2g} % of the commands lie above it",
-            f"the commands reach {highest:.4g} {units.input}",
+            f"no command lies above {commands.max():.4g} {units.input}",
         ),
         "dead_zone": (
             f"{100 * inside:.2g} % of the outputs lie within its half width of zero",

@@ -27,6 +27,7 @@ from bayes_hw.report.figures_calibration import (
 )
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.rounding import format_duration, format_interval, format_p_value, format_percent
+from bayes_hw.report.typography import typeset
 
 HDI_COLUMN = len(INTERVALS) - 1
 
@@ -131,7 +132,7 @@ def _method_section(study: CalibrationStudy) -> Section:
     case, axis = study.case, study.case.axis
     parameters = (*axis.parameters, *case.noise())
     rate = case.model.sample_rate_hz
-    rows = tuple((_words(p.name), p.prior.describe(p.unit)) for p in parameters)
+    rows = tuple((_words(p.name), typeset(p.prior.describe(p.unit))) for p in parameters)
     settings = case.settings
     return Section(
         "What was done",

@@ -22,6 +22,7 @@ from bayes_hw.report.document import (
 )
 from bayes_hw.report.figures_diagnosis import gap_on_record
 from bayes_hw.report.rounding import format_duration, format_number, format_percent
+from bayes_hw.report.typography import typeset
 
 BAND = 0.94
 SURE = 0.9
@@ -61,11 +62,11 @@ def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
 
 def _verdict(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
-    parts = [sentence(diagnosis).replace("+-", "±")]
+    parts = [typeset(sentence(diagnosis))]
     if verdict.confusable:
         rivals = ", ".join(other for _, other in verdict.confusable)
         parts.append(f"These records cannot rule out {rivals} instead.")
-    return " ".join([*parts, *(f"Note: {note}." for note in verdict.notes)])
+    return " ".join([*parts, *(f"Note: {typeset(note)}." for note in verdict.notes)])
 
 
 def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
@@ -80,17 +81,17 @@ def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
 def _answer_badge(diagnosis: Diagnosis) -> Badge:
     verdict = diagnosis.verdict
     if not verdict.answer:
-        return Badge("no structural gap", "good", f"{format_percent(verdict.probability['none'])} sure")
+        return Badge("no structural gap", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
     sure = min(verdict.probability[label] for label in verdict.answer)
     if verdict.answer == OTHER:
         return Badge(
-            "gap not explained", "bad", f"no entry of the catalogue fits, {format_percent(sure)} sure"
+            "gap not explained", "bad", f"no entry of the catalogue fits, {format_percent(sure, 1)} sure"
         )
     block = verdict.where.block
     return Badge(
         " and ".join(verdict.answer),
         "good" if sure >= SURE else "warn",
-        f"{format_percent(sure)} sure, block {block}",
+        f"{format_percent(sure, 1)} sure, block {block}",
     )
 
 
@@ -164,7 +165,7 @@ def _records_section(diagnosis: Diagnosis) -> Section:
     treated = [f"{record.name}: {step}" for record, _ in records for step in record.treatment]
     if treated:
         blocks += [Paragraph("What was done to the data after reading:"), Bullets(tuple(treated))]
-    blocks += [Callout("warn", "Note", note) for note in diagnosis.verdict.notes]
+    blocks += [Callout("warn", "Note", typeset(note)) for note in diagnosis.verdict.notes]
     return Section("Records and starts", tuple(blocks))
 
 

@@ -29,13 +29,13 @@ from bayes_hw.report.figures_diagnosis import (
 from bayes_hw.report.figures_latent_force import latent_force_figure
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.rounding import (
-    MINUS,
     format_estimate,
     format_interval,
     format_number,
     format_percent,
     format_value,
 )
+from bayes_hw.report.typography import MINUS, typeset
 
 OTHER = ("other",)
 ZOOM_SHARE = 0.1
@@ -164,7 +164,11 @@ def which_section(diagnosis: Diagnosis) -> Section:
         )
     )
     described = [
-        Callout("info", f"What {effect.name} means here", _one_paragraph(inspect.getdoc(type(effect)) or ""))
+        Callout(
+            "info",
+            f"What {effect.name} means here",
+            typeset(_one_paragraph(inspect.getdoc(type(effect)) or "")),
+        )
         for effect in diagnosis.decision.explanation.fit.hypothesis.effects
         if effect.label in verdict.answer
     ]

@@ -15,20 +15,23 @@ from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report import document
 from bayes_hw.report.palette import PAPER, SETTINGS
 from bayes_hw.report.plain_text import visible
-from bayes_hw.report.rounding import SUPERSCRIPTS
 from bayes_hw.report.svg_size import compact
+from bayes_hw.report.typography import power_of_ten, typeset_unit
 
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""
 
 TALLEST_INCHES = 8.6
 """Of a drawing, so that its caption fits on the same page."""
+
+PLAIN_DECADES = (0.9e-3, 1.1e4)
+"""Ends of a logarithmic axis within which its labels are plain numbers."""
 
 COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
@@ -82,7 +85,7 @@ def drawable(text: str) -> str:
 def with_unit(quantity: str, unit: str) -> str:
     """Axis label "quantity (unit)"; no brackets for a quantity without a unit."""
     label = drawable(quantity)
-    return f"{label} ({drawable(unit)})" if unit else label
+    return f"{label} ({drawable(typeset_unit(unit))})" if unit else label
 
 
 def wrapped(label: str, characters: int) -> str:
@@ -91,10 +94,30 @@ def wrapped(label: str, characters: int) -> str:
 
 
 def plain_log_ticks(axes: Axes, which: str) -> None:
-    """Label the logarithmic axis `which` ("x" or "y") without mathematical markup: 0.01, 1, 10⁻⁵."""
+    """Label the logarithmic axis `which` ("x" or "y") without mathematical markup: 0.01, 1 or 10⁻⁵, 10⁻³.
+
+    Powers of ten where an end of the axis lies beyond PLAIN_DECADES.
+    """
     axis = axes.xaxis if which == "x" else axes.yaxis
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _power_of_ten(value)))
+
+    def label(value: float, _: int) -> str:
+        low, high = sorted(axis.get_view_interval())
+        plain = low >= PLAIN_DECADES[0] and high <= PLAIN_DECADES[1]
+        return f"{value:g}" if plain else _in_powers_of_ten(value)
+
+    axis.set_major_formatter(FuncFormatter(label))
     axis.set_minor_formatter(NullFormatter())
+
+
+def few_ticks(axes: Axes, characters: int, most: int = 3) -> None:
+    """As many of `most` ticks below `axes` as have room for their labels, on a side of so many characters."""
+    for count in range(most, 0, -1):
+        axes.xaxis.set_major_locator(MaxNLocator(count))
+        low, high = axes.get_xlim()
+        shown = [tick for tick in axes.get_xticks() if low <= tick <= high]
+        longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(shown)), default=0)
+        if len(shown) < 2 or (shown[1] - shown[0]) / (high - low) * characters > longest + 1:
+            return
 
 
 def envelope(
@@ -126,10 +149,10 @@ def outline(t: FloatArray, values: FloatArray, columns: int = COLUMNS) -> tuple[
     return t[kept], values[kept]
 
 
-def _power_of_ten(value: float) -> str:
-    if 1e-3 < value < 1e4:
-        return f"{value:g}"
-    return f"10{f'{np.log10(value):.0f}'.translate(SUPERSCRIPTS)}"
+def _in_powers_of_ten(value: float) -> str:
+    digits, exponent = f"{value:.3e}".split("e")
+    factor = f"{float(digits):g}"
+    return ("" if factor == "1" else f"{factor} × ") + power_of_ten(int(exponent))
 
 
 @cache

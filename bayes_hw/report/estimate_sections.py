@@ -17,6 +17,7 @@ from bayes_hw.report.figures_identification import (
     step_results,
 )
 from bayes_hw.report.rounding import format_number, format_p_value
+from bayes_hw.report.typography import typeset
 
 LISTED_ORDERS = 12
 
@@ -72,7 +73,7 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
             _response_figure(analysis),
             _shown_table(identification),
             _order_table(identification),
-            *(Paragraph(warning) for warning in identification.warnings),
+            *_warnings(identification),
         ),
     )
 
@@ -93,12 +94,19 @@ def _shown_table(identification: Identification) -> Table:
     return Table(
         ("block", "shown by the records", "reason"),
         tuple(
-            (key, "yes" if shown.shown else "no", shown.reason)
+            (key, "yes" if shown.shown else "no", typeset(shown.reason))
             for key, shown in identification.blocks_shown.items()
         ),
         "Which blocks the records show. A block that they do not show is not estimated: a limit stands at "
         "the largest command seen, a dead zone at zero width.",
     )
+
+
+def _warnings(identification: Identification) -> tuple[Bullets, ...]:
+    """What a reader of the estimate must see, but for the blocks of the table above."""
+    hidden = {shown.reason for shown in identification.blocks_shown.values()}
+    kept = tuple(typeset(text) for text in identification.warnings if text.split(": ", 1)[-1] not in hidden)
+    return (Bullets(kept),) if kept else ()
 
 
 def _order_table(identification: Identification) -> Table:

@@ -156,7 +156,7 @@ def nyquist_and_sensitivities(loops: Sequence[LoopReport]) -> Figure:
         )
         return finished(
             canvas,
-            "The loops over frequency. Left: L near the critical point -1 (cross), single draws. Right: "
+            "The loops over frequency. Left: L near the critical point −1 (cross), single draws. Right: "
             "sensitivity S = 1/(1 + L), from output disturbance to error, and complementary sensitivity T = "
             "L/(1 + L), from reference to output: pointwise central 94 % of the draws, lines for the point "
             "estimate.",

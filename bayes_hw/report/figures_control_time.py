@@ -69,7 +69,7 @@ def time_responses(loops: Sequence[LoopReport], units: Units) -> Figure:
         return finished(
             canvas,
             f"The whole nonlinear loop in time, all in {units.output}: output after a step (first column), "
-            f"error r - y on a ramp{' and on sidereal tracking' if 'sidereal' in tests else ''}; pointwise "
+            f"error r − y on a ramp{' and on sidereal tracking' if 'sidereal' in tests else ''}; pointwise "
             "central 94 % of the draws, without noise. Every test starts at rest, step and ramp in the "
             f"middle of the dead zone.{sidereal}",
             f"Bands of {len(tests)} tests for {len(loops)} controllers.",

@@ -28,6 +28,7 @@ from bayes_hw.report.drawing import (
 )
 from bayes_hw.report.palette import BAND_NOISE, DATA, INK, MODEL, MUTED, NOMINAL, VERMILLION
 from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.typography import squared_unit, typeset_unit
 
 BEFORE = VERMILLION
 AFTER = MODEL
@@ -126,27 +127,27 @@ def label_probabilities(probability: Mapping[str, float], answer: Sequence[str])
         set(answer) or {"none"},
         "probability (%)",
         "Which: tempered probability that each effect is present. The bars need not add up to 100 %: two "
-        "effects can be present at once. Dark: the answer.",
+        "effects can be present at once. Blue: the answer.",
         f"Bars of {len(ordered)} labels; the answer is {', '.join(answer) or 'none'}.",
         100.0,
     )
 
 
 def _bars(
-    values: Mapping[str, float], dark: set[str], quantity: str, caption: str, alt: str, limit: float
+    values: Mapping[str, float], blue: set[str], quantity: str, caption: str, alt: str, limit: float
 ) -> Figure:
     with drawing_settings():
         canvas = new_canvas(0.65 + 0.2 * len(values))
         axes = canvas.subplots()
-        _draw_bars(axes, values, dark)
+        _draw_bars(axes, values, blue)
         axes.set_xlim(0, 1.12 * limit)
         axes.set_xlabel(quantity)
         return finished(canvas, caption, alt)
 
 
-def _draw_bars(axes: Axes, values: Mapping[str, float], dark: set[str]) -> None:
+def _draw_bars(axes: Axes, values: Mapping[str, float], blue: set[str]) -> None:
     at = np.arange(len(values))
-    colours = [MODEL if name in dark else OTHER_BAR for name in values]
+    colours = [MODEL if name in blue else OTHER_BAR for name in values]
     axes.barh(at, list(values.values()), height=0.68, color=colours)
     for row, value in enumerate(values.values()):
         axes.annotate(
@@ -182,7 +183,7 @@ def residual_spectrum(
         axes.loglog(base.frequencies, floor, color=INK, linestyle="--", linewidth=1.0, label="noise")
         axes.set_xlim(base.frequencies[0], base.frequencies[-1])
         axes.set_xlabel("frequency (Hz)")
-        axes.set_ylabel(with_unit("power a sample", f"({unit})²" if unit else ""))
+        axes.set_ylabel(with_unit("power a sample", squared_unit(unit)))
         plain_log_ticks(axes, "x")
         plain_log_ticks(axes, "y")
         canvas.legend(loc="outside upper center", ncols=4)
@@ -219,7 +220,7 @@ def time_frequency(shown: ResidualMap, record_name: str) -> Figure:
         return finished(
             canvas,
             f"Where in time and frequency: residual of the re-estimated model on the training record "
-            f"“{record_name}”, in dB over the noise. White: no more than the noise. One window of pure noise "
+            f"“{record_name}”, in dB over the noise. Blank: no more than the noise. One window of pure noise "
             "reaches 6 dB one time in fifty.",
             "Map of the residual's power over the noise by time and frequency.",
         )
@@ -236,13 +237,13 @@ def regimes_and_coherences(
         left.axvline(1.0, color=INK, linestyle="--", linewidth=1.0)
         left.set_xlim(0, 1.15 * max([*regimes.values(), 1.0]))
         left.set_xlabel("mean square / that of the noise")
-        _draw_bars(right, {name.replace("^2", "²"): share for name, share in coherences.items()}, set())
+        _draw_bars(right, {typeset_unit(name): share for name, share in coherences.items()}, set())
         right.set_xlim(0, 1.15 * max([*coherences.values(), 0.1]))
         right.set_xlabel("mean squared coherence")
         return finished(
             canvas,
             "Where by regime: mean square of the residual over the noise's in the samples of every regime "
-            "(dashed: as large as the noise; dark: the regime named), and mean squared coherence of the "
+            "(dashed: as large as the noise; blue: the regime named), and mean squared coherence of the "
             "residual with functions of the command and of motion.",
             f"Bars of {len(regimes)} regimes and {len(coherences)} coherences.",
         )

@@ -79,7 +79,7 @@ def ridge(panels: Sequence[RidgePanel]) -> Figure:
         )
         return finished(
             canvas,
-            "The ridge of the posterior with all gains free, on logarithmic axes. Every point of the pale "
+            "The ridge of the posterior with all gains free, on logarithmic axes. Every point of the broad "
             "line gives the same output to rounding: it is the orbit of the scaling group v → a v, w → b w "
             "through the middle of the draws. Along it only the priors (dashed) place the draws; across it "
             "the records do, mostly more narrowly than a dot is wide.",
@@ -144,7 +144,7 @@ def contraction_bars(rows: Sequence[ContractionRow]) -> Figure:
         return finished(
             canvas,
             "How far each quantity contracted from prior to posterior when all gains are free; the bar "
-            "ends at the ratio of the standard deviations. Raw parameters stop at the black mark: what "
+            "ends at the ratio of the standard deviations. Raw parameters stop at the upright mark: what "
             "several priors pooled along the orbit give, whatever the records say. Invariants go on to "
             "what the records know.",
             f"Bars of contraction for {len(rows)} quantities.",

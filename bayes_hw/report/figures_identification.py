@@ -32,6 +32,7 @@ from bayes_hw.report.palette import (
     RESIDUAL,
 )
 from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.typography import squared_unit
 
 SCATTER_POINTS = 20_000
 """Most points of a scatter plot; more are thinned evenly."""
@@ -57,7 +58,7 @@ def step_results(
         left.set_xlim(float(np.min(costs)) / 3, float(np.max(costs)) * 8)
         plain_log_ticks(left, "x")
         left.set_yticks(rows, [drawable(step) for step in steps])
-        left.set_xlabel(with_unit("output-error cost", cost_unit))
+        left.set_xlabel(with_unit("rms output error", cost_unit))
         left.invert_yaxis()
         right.barh(rows, fits_percent, color=MODEL, height=0.6)
         right.bar_label(right.containers[0], [f" {fit:.1f}" for fit in fits_percent], size=8)
@@ -78,8 +79,8 @@ def step_results(
             baseline = " The dashed line is the linear baseline."
         return finished(
             canvas,
-            "What each step gains: mean squared output error (left, logarithmic) and fit (right, 100 % is "
-            f"a perfect prediction) on the records used for identification.{baseline}",
+            "What each step gains: root mean square output error (left, logarithmic) and fit (right, 100 % "
+            f"is a perfect prediction) on the records used for identification.{baseline}",
             f"Bars of cost and fit after each of {len(steps)} steps.",
         )
 
@@ -254,7 +255,7 @@ def residual_diagnostics(diagnostics: ResidualDiagnostics, what: str = "residual
         spectrum.loglog(d.frequency_hz, d.density, color=RESIDUAL, linewidth=0.7)
         spectrum.axhline(d.white_density, color=NOMINAL, linestyle="--", linewidth=1)
         spectrum.set_title("periodogram")
-        square = (f"{d.unit}²/Hz" if d.unit.isalpha() else f"({d.unit})²/Hz") if d.unit else "1/Hz"
+        square = f"{squared_unit(d.unit) or 1}/Hz"
         spectrum.set(xlabel="frequency (Hz)", ylabel=with_unit("power density", square))
         plain_log_ticks(spectrum, "x")
         plain_log_ticks(spectrum, "y")

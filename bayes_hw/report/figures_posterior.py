@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import corner
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -19,6 +20,7 @@ from bayes_hw.report.document import TEXT_WIDTH_INCHES, Figure
 from bayes_hw.report.drawing import (
     drawable,
     drawing_settings,
+    few_ticks,
     finished,
     new_canvas,
     with_unit,
@@ -42,8 +44,11 @@ CORNER_LIMIT = 8
 
 HISTOGRAM_BINS = 40
 
-LONG_LABELS_BELOW = 3e-3
-"""Relative range below which tick labels need so many digits that few have room."""
+PANEL_CHARACTERS = 19
+"""Characters of tick labels for which one of four panels beside each other has room."""
+
+CORNER_EDGE = 0.09
+"""Share of a panel at either end in which a tick label would run into the next panel's."""
 
 TRACE_ROWS = 8
 """Most rows of traces in two columns; more parameters stand in three."""
@@ -131,8 +136,7 @@ def _draw_marginal(axes: Axes, marginal: Marginal) -> None:
         axes.axvline(marginal.truth, color=TRUTH, linestyle=":", linewidth=2)
     axes.set(xlim=(grid[0], grid[-1]), ylim=(-0.13 * top, top), yticks=[])
     axes.spines["left"].set_visible(False)
-    long_labels = high - low < LONG_LABELS_BELOW * max(abs(low), abs(high))
-    axes.xaxis.set_major_locator(MaxNLocator(1 if long_labels else 3))
+    few_ticks(axes, PANEL_CHARACTERS)
     axes.set_title(format_interval(*marginal.hdi), loc="center", weight="normal", size=8)
     axes.set_xlabel(wrapped(with_unit(marginal.name.words, marginal.unit), 24), size=8)
 
@@ -186,6 +190,9 @@ def corner_plot(
             axes.tick_params(axis="x", labelrotation=90)
             axes.tick_params(axis="y", labelrotation=0)
             axes.spines[["right", "top"]].set_visible(True)
+            _keep_off_edges(axes.xaxis)
+            if len(axes.get_yticks()):
+                _keep_off_edges(axes.yaxis)
         _place_corner_labels(canvas, grid)
         estimate = "; vermillion lines mark the point estimate" if point_estimate is not None else ""
         return finished(
@@ -207,6 +214,19 @@ def _place_corner_labels(canvas: Canvas, grid: np.ndarray) -> None:
         axes.xaxis.set_label_coords(0.5, -0.68 / panel)
     for axes in grid[1:, 0]:
         axes.yaxis.set_label_coords(-0.68 / panel, 0.5)
+
+
+def _keep_off_edges(axis: Axis) -> None:
+    """Two ticks or a few more, whose labels do not reach into the next panel."""
+    low, high = sorted(axis.get_view_interval())
+    edge = CORNER_EDGE * (high - low)
+    kept: list[float] = []
+    for count in range(2, 6):
+        ticks = MaxNLocator(count).tick_values(low, high)
+        kept = [tick for tick in ticks if low + edge <= tick <= high - edge]
+        if len(kept) >= 2:
+            break
+    axis.set_major_locator(FixedLocator(kept))
 
 
 def _plot_range(values: FloatArray) -> tuple[float, float]:

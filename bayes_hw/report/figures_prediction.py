@@ -79,7 +79,7 @@ def predicted_overview(record: PredictedRecord, what: str = "held-out record") -
         return finished(
             overview_canvas(record),
             f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
-            "alone (dark) and with measurement noise (light); below, record minus mean.",
+            "alone and, wider, with measurement noise; below, record minus mean.",
             "Measured and predicted output over time with bands, and the residual.",
         )
 
@@ -126,7 +126,7 @@ def predicted_record(
         return finished(
             canvas,
             f"Prediction of the {what} “{record.name}”: posterior mean and {level} bands, of the parameters "
-            "alone (dark) and with measurement noise (light), with the residual (record minus "
+            "alone and, wider, with measurement noise, with the residual (record minus "
             "mean) below. "
             f"The lower pair enlarges {zoom[0]:.4g} to {zoom[1]:.4g} {record.units.time}.",
             "Measured and predicted output over time with bands and residuals.",
@@ -214,7 +214,7 @@ def coverage(rows: Sequence[Coverage], interval: str = "95 % binomial interval")
         canvas.legend(loc="outside upper right", ncols=3)
         return finished(
             canvas,
-            f"Achieved coverage of the bands, with its {interval}, against the nominal probability (black "
-            "tick). An interval that lies wholly left of its tick means bands too narrow.",
+            f"Achieved coverage of the bands, with its {interval}, against the nominal probability "
+            "(upright tick). An interval that lies wholly left of its tick means bands too narrow.",
             f"Achieved coverage for {len(rows)} cases with ticks at the nominal coverage.",
         )

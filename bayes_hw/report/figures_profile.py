@@ -11,10 +11,21 @@ from matplotlib.ticker import MaxNLocator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report.document import Figure
-from bayes_hw.report.drawing import drawable, drawing_settings, finished, new_canvas, with_unit, wrapped
+from bayes_hw.report.drawing import (
+    drawable,
+    drawing_settings,
+    few_ticks,
+    finished,
+    new_canvas,
+    with_unit,
+    wrapped,
+)
 from bayes_hw.report.palette import ENSEMBLES, INK, MUTED, POSTERIOR, VERMILLION, ensemble_colour
 
 COLUMNS = 4
+PANEL_CHARACTERS = 19
+"""Characters of tick labels for which a panel has room."""
+
 DEEPEST_SHOWN = -4.5
 
 
@@ -129,8 +140,8 @@ def nuisance_paths(panels: Sequence[ProfilePanel]) -> Figure:
 
 def _label(axes: Axes, panel: ProfilePanel) -> None:
     axes.set_xlabel(wrapped(with_unit(panel.label, panel.unit), 20), size=8)
-    axes.xaxis.set_major_locator(MaxNLocator(2))
     axes.tick_params(labelsize=7)
+    few_ticks(axes, PANEL_CHARACTERS, 2)
 
 
 def _style(index: int) -> str:

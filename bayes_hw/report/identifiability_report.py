@@ -30,7 +30,8 @@ from bayes_hw.report.identifiability_sections import (
     structure_section,
 )
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import MINUS, format_estimate, format_interval, format_number
+from bayes_hw.report.rounding import format_estimate, format_interval, format_number
+from bayes_hw.report.typography import MINUS, typeset
 
 STATES: dict[str, State] = {
     "identified": "good",
@@ -153,7 +154,9 @@ def _verdict_section(result: Identifiability) -> Section:
         )
         for v in result.verdicts
     )
-    reasons = tuple(f"{_words(v)}: {v.reason}." for v in result.verdicts if v.verdict != "identified")
+    reasons = tuple(
+        f"{_words(v)}: {typeset(v.reason)}." for v in result.verdicts if v.verdict != "identified"
+    )
     blocks: list[Block] = [
         Paragraph("The rules, in the order in which they are asked:"),
         Bullets(RULES),

@@ -36,7 +36,8 @@ from bayes_hw.report.figures_identifiability import (
 )
 from bayes_hw.report.figures_profile import ProfilePanel, nuisance_paths, profiles
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import MINUS, format_estimate, format_interval, format_number
+from bayes_hw.report.rounding import format_estimate, format_interval, format_number
+from bayes_hw.report.typography import MINUS
 
 SETTING_WORDS = {
     "c1 = 1": "c₁ = 1",

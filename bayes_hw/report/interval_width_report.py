@@ -12,6 +12,7 @@ from bayes_hw.report.document import Badge, Block, Bullets, KeyValues, Paragraph
 from bayes_hw.report.figures_interval_width import WidthCurve, widths_by_kind, widths_by_setting
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.typography import typeset
 
 IDENTIFIED, WEAK, PRIOR = "identified", "weakly identified", "prior-dominated"
 NEAR_EXPECTED = 0.15
@@ -230,7 +231,7 @@ def _reasons(prior: Sequence[tuple[Experiment, str]]) -> Block:
                 f"{each.series}: {each.label}",
                 " to ".join(format_number(end, 2) for end in each.command_range),
                 parameter_name(name).words,
-                each.widths[name].reason,
+                typeset(each.widths[name].reason),
             )
             for each, name in prior
         ),

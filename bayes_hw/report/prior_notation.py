@@ -6,6 +6,7 @@ import math
 
 from bayes_hw.model.priors import HalfNormal, LogNormal, Normal, Prior, Uniform
 from bayes_hw.report.rounding import format_number
+from bayes_hw.report.typography import typeset
 
 LEGEND = (
     "Priors: N(mean, sd) normal; LN(median, ×÷ factor) log-normal, the factor spanning one standard "
@@ -25,4 +26,4 @@ def prior_notation(prior: Prior) -> str:
         case Uniform(lower, upper):
             return f"U({format_number(lower, 2)}, {format_number(upper, 2)})"
         case _:
-            return prior.describe("")
+            return typeset(prior.describe(""))

@@ -14,6 +14,7 @@ from bayes_hw.report.diagnosis_sections import NO_NUMBER, closure_table, paramet
 from bayes_hw.report.document import Badge, Block, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.figures_diagnosis import gap_on_record, label_probabilities
 from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.typography import typeset
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def _badge(axis: RealAxis) -> Badge:
     sure = min((verdict.probability[label] for label in verdict.answer), default=verdict.probability["none"])
     named = " and ".join(verdict.answer) or "no structural gap"
     state = "bad" if verdict.answer in ((), ("other",)) else "good" if sure > 0.9 else "warn"
-    return Badge(named, state, f"{axis.name}: {format_percent(sure)} sure")  # type: ignore[arg-type]
+    return Badge(named, state, f"{axis.name}: {format_percent(sure, 1)} sure")  # type: ignore[arg-type]
 
 
 def _overview(axes: Sequence[RealAxis]) -> Table:
@@ -138,7 +139,7 @@ def _gap(axis: RealAxis) -> Figure:
 def _section(axis: RealAxis, with_gap: bool) -> Section:
     verdict = axis.diagnosis.verdict
     blocks: list[Block] = [
-        Paragraph(sentence(axis.diagnosis).replace("+-", "±")),
+        Paragraph(typeset(sentence(axis.diagnosis))),
         Paragraph(axis.remark),
         *([_gap(axis)] if with_gap else []),
         Table(

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 
-MINUS = "−"
-NO_BREAK_SPACE = "\u00a0"
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+from bayes_hw.report.typography import MINUS, NO_BREAK_SPACE, power_of_ten, typeset_unit
+
 PLAIN_EXPONENTS = range(-4, 6)
 """Decimal exponents of the leading digit for which a number is written without a power of ten."""
 
@@ -115,7 +114,7 @@ def _scaled(values: list[float], template: str, decimals: int, exponent: int) ->
     shown = template.format(*(_signed(v / 10.0**exponent, max(decimals + exponent, 0)) for v in values))
     if "±" in shown:
         shown = f"({shown})"
-    return f"{shown}{NO_BREAK_SPACE}×{NO_BREAK_SPACE}10{str(exponent).translate(SUPERSCRIPTS)}"
+    return f"{shown}{NO_BREAK_SPACE}×{NO_BREAK_SPACE}{power_of_ten(exponent)}"
 
 
 def _signed(value: float, decimals: int) -> str:
@@ -132,4 +131,4 @@ def _not_finite(value: float) -> str:
 
 
 def _append(text: str, unit: str) -> str:
-    return f"{text}{NO_BREAK_SPACE}{unit}" if unit else text
+    return f"{text}{NO_BREAK_SPACE}{typeset_unit(unit)}" if unit else text

@@ -70,7 +70,8 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
         Badge(
             "converged" if posterior.converged else "not converged",
             "good" if posterior.converged else "bad",
-            f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more",
+            f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more"
+            + "".join(f"; {problem}" for problem in posterior.problems[:1]),
         ),
         Badge(
             "residuals white" if residuals.white else "residuals not white",

@@ -10,9 +10,11 @@ from bayes_hw.report.drawing import (
     drawable,
     drawing_settings,
     envelope,
+    few_ticks,
     finished,
     new_canvas,
     outline,
+    plain_log_ticks,
     with_unit,
 )
 
@@ -64,3 +66,32 @@ def test_no_drawing_is_taller_than_a_page():
     with drawing_settings():
         assert new_canvas(30.0).get_figheight() == TALLEST_INCHES
         assert new_canvas(3.0).get_figheight() == 3.0
+
+
+@pytest.mark.parametrize(("ends", "ticks", "labels"), [
+    ((0.005, 3.0), (0.01, 0.1, 1.0), ["0.01", "0.1", "1"]),
+    ((2e-4, 3.0), (1e-3, 0.1, 1.0), ["10⁻³", "10⁻¹", "10⁰"]),
+    ((100, 2e5), (100, 1e3, 1e5), ["10²", "10³", "10⁵"]),
+    ((1e-4, 1.0), (2e-4, 5e-4), ["2 × 10⁻⁴", "5 × 10⁻⁴"]),
+])  # fmt: skip
+def test_labels_of_a_logarithmic_axis_are_all_plain_or_all_powers(ends, ticks, labels):
+    with drawing_settings():
+        axes = new_canvas(2.0).subplots()
+        axes.set(yscale="log", ylim=ends)
+        plain_log_ticks(axes, "y")
+        shown = axes.yaxis.get_major_formatter()
+        assert [shown(tick, None) for tick in ticks] == labels
+
+
+@pytest.mark.parametrize(("ends", "most"), [((0, 1), 3), ((-0.336, -0.335), 2), ((2.1e-5, 3.2e-5), 2)])
+def test_tick_labels_have_room(ends, most):
+    characters = 19
+    with drawing_settings():
+        axes = new_canvas(1.0, 1.2).subplots()
+        axes.set_xlim(*ends)
+        few_ticks(axes, characters)
+        shown = [tick for tick in axes.get_xticks() if ends[0] <= tick <= ends[1]]
+        labels = axes.xaxis.get_major_formatter().format_ticks(shown)
+        assert 1 <= len(shown) <= most + 1
+        gaps = np.diff(shown) / (ends[1] - ends[0]) * characters
+        assert all(gap > len(label) for gap, label in zip(gaps, labels, strict=False))

@@ -13,8 +13,8 @@ from bayes_hw.report.figures_identification import (
 
 def test_steps_show_cost_fit_and_baseline(labels_of):
     costs, fits = np.array([3e-3, 2e-4]), np.array([86.2, 94.6])
-    labels = labels_of(lambda: step_results(["linear", "all"], costs, fits, "deg²", 86.2))
-    assert {"linear", "all", "output-error cost (deg²)", "fit (%)"} <= set(labels)
+    labels = labels_of(lambda: step_results(["linear", "all"], costs, fits, "deg", 86.2))
+    assert {"linear", "all", "rms output error (deg)", "fit (%)"} <= set(labels)
     assert "linear baseline 86.2 %" in labels
 
 

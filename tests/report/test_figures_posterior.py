@@ -1,3 +1,4 @@
+import matplotlib.figure
 import numpy as np
 import pytest
 from scipy import stats
@@ -99,3 +100,19 @@ def test_corner_draws_a_parameter_that_never_moves(draws):
     draws[:, 1] = 0.005
     hdi = np.quantile(draws, [0.03, 0.97], axis=0).T
     assert corner_plot(draws, NAMES, UNITS, hdi).svg.startswith("<?xml")
+
+
+def test_corner_labels_do_not_reach_into_the_next_panel(draws, monkeypatch):
+    drawn = []
+    save = matplotlib.figure.Figure.savefig
+    monkeypatch.setattr(
+        matplotlib.figure.Figure,
+        "savefig",
+        lambda self, *a, **k: (drawn.append(self), save(self, *a, **k))[1],
+    )
+    corner_plot(draws, NAMES, UNITS, np.quantile(draws, [0.03, 0.97], axis=0).T)
+    for axes in drawn[0].axes[-4:]:
+        low, high = axes.get_xlim()
+        shares = [(tick - low) / (high - low) for tick in axes.get_xticks()]
+        assert len(shares) >= 2
+        assert all(0.09 <= share <= 0.91 for share in shares)

@@ -61,6 +61,28 @@ def test_nothing_sticks_out_sideways(
     assert browser.evaluate(TOO_WIDE) <= 0
 
 
+def test_a_formula_and_its_number_fit_a_phone(
+    browser: Browser, report_of: Callable[[str], Report], tmp_path: Path
+) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(to_html(report_of("text")))
+    browser.open(page, width=390)
+    formula = "[...document.querySelectorAll('.formula')].map(one => one.scrollWidth - one.clientWidth)"
+    assert browser.evaluate(formula) == [0]
+
+
+def test_a_figure_wider_than_a_phone_scrolls_and_shows_that_it_does(
+    browser: Browser, report_of: Callable[[str], Report], tmp_path: Path
+) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(to_html(report_of("text")))
+    browser.open(page, width=390)
+    wide = "document.querySelector('.picture').scrollWidth > document.querySelector('.picture').clientWidth"
+    assert browser.evaluate(wide) is True
+    shadow = "getComputedStyle(document.querySelector('.picture')).backgroundImage"
+    assert browser.evaluate(shadow).count("gradient") == 4
+
+
 def test_hostile_names_run_and_load_nothing(
     browser: Browser, report_of: Callable[[str], Report], tmp_path: Path
 ) -> None:

@@ -64,6 +64,7 @@ def test_a_run_that_has_not_converged_says_so_first(report: Report, analysis: An
     assert report.verdict.startswith("The sampler has NOT converged")
     assert analysis.dominant.posterior.problems[0] in report.verdict
     assert (report.badges[0].label, report.badges[0].state) == ("not converged", "bad")
+    assert report.badges[0].detail.endswith(analysis.dominant.posterior.problems[0])
 
 
 def test_names_are_text_in_both_forms(report: Report, tmp_path: Path) -> None:
