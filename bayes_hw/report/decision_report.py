@@ -50,7 +50,7 @@ def decision_report(
     before, after = (share(fit.right(judgements)) for judgements in (fit.by_hand, fit.left_out))
     return Report(
         title="Constants of the decision",
-        subtitle=f"fitted on {len(fit.cases)} simulated cases, judged by cases left out of the fit",
+        subtitle=f"Fitted on {len(fit.cases)} simulated cases, judged by cases left out of the fit",
         verdict=f"Fitted constants state probabilities that are {'better' if gain > 0 else 'no better'} than"
         f" those by hand, by {gain:.3f} ± {error:.3f} nats a case on cases left out;"
         f" {'they' if adopted else 'those by hand'} go with the program. Answered right: by hand"

@@ -19,6 +19,7 @@ from bayes_hw.report.drawing import (
     new_canvas,
     outline,
     plain_log_ticks,
+    with_unit,
     wrapped,
 )
 from bayes_hw.report.palette import BAND_PARAMETERS, INK, MUTED, POINT_ESTIMATE, POSTERIOR, ensemble_colour
@@ -52,7 +53,7 @@ def time_responses(loops: Sequence[LoopReport], units: Units) -> Figure:
         for axes in grid[-1]:
             axes.set_xlabel("time (s)")
         for axes in grid[:, 0]:
-            axes.set_ylabel(drawable(units.output))
+            axes.set_ylabel(with_unit("output", units.output))
         canvas.legend(
             handles=[
                 Patch(color=BAND_PARAMETERS, label="94 % of the draws"),
