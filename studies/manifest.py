@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,9 @@ REPORTS = STUDIES.parent / "reports"
 PACKAGE = Path(bayes_hw.__file__).resolve().parent
 WITHOUT_NUMBERS = {"index.py", "manifest.py"}
 """Scripts beside the studies that change no result."""
+
+NOT_KEPT = ("*.nc", "bands_*.csv")
+"""Files of a study that are too large to commit, and that its seed makes again."""
 
 SOURCE_ENDINGS = (".py", ".json", ".html", ".css", ".js", ".typ")
 
@@ -92,8 +96,13 @@ def new_manifest(
         machine=origin.machine,
         packages=dict(origin.packages),
         seconds=round(origin.seconds, 1),
-        files={name: digest(folder / name) for name in sorted(files)},
+        files={name: digest(folder / name) for name in sorted(files) if is_kept(name)},
     )
+
+
+def is_kept(name: str) -> bool:
+    """Whether a file of a study is committed, as .gitignore has it."""
+    return not any(fnmatch(name, pattern) for pattern in NOT_KEPT)
 
 
 def read_manifest(folder: Path) -> Manifest | None:

@@ -51,6 +51,17 @@ def written(script: Path, folder: Path) -> Manifest:
     return made
 
 
+def test_files_that_are_not_committed_are_not_listed(script: Path, folder: Path) -> None:
+    """What .gitignore leaves out would be missing in every other checkout."""
+    for name in ("posterior.nc", "bands_validation_1.csv", "command.csv"):
+        (folder / name).write_text("1")
+    report = Report("title", "", "verdict", (), Figure("<svg/>", "", ""), ())
+    origin = provenance(COMMAND, 3, [], 12.34)
+    names = sorted(path.name for path in folder.iterdir())
+    made = new_manifest("99_some", script, report, origin, quick=True, folder=folder, files=names)
+    assert set(made.files) == {"command.csv", "report.html", "results.json"}
+
+
 def test_manifest_comes_back_as_written(written: Manifest, folder: Path) -> None:
     assert read_manifest(folder) == written
     assert written.question == "What is asked of the 26 m axis, about ±1?"
