@@ -113,7 +113,7 @@ class Profile:
         }
 
 
-class _Point(NamedTuple):
+class Point(NamedTuple):
     """Coordinates (parameters,), the log-likelihood up to a constant, and the parameters that their bounds
     hold back there."""
 
@@ -148,7 +148,7 @@ class _Misfit:
         ]
         return np.nan_to_num(np.concatenate(parts, axis=1), nan=1e6, posinf=1e6, neginf=-1e6)
 
-    def minimised(self, start: FloatArray, held: int | None) -> _Point:
+    def minimised(self, start: FloatArray, held: int | None) -> Point:
         """The point with all but `held` re-estimated from `start`.
 
         A pull towards the start, far too weak to count, keeps parameters that change nothing in place.
@@ -181,7 +181,7 @@ class _Misfit:
         close = (found.x < low + AT_BOUND) | (found.x > high - AT_BOUND)
         pushed = close & (np.abs(found.grad) > PUSHING)
         names = tuple(self.axis.names[i] for i, held_back in zip(free, pushed, strict=True) if held_back)
-        return _Point(coordinates, self.log_likelihood(coordinates), names)
+        return Point(coordinates, self.log_likelihood(coordinates), names)
 
     def log_likelihood(self, coordinates: FloatArray) -> float:
         """Log-likelihood of one point (parameters,), up to a constant."""
@@ -226,12 +226,12 @@ def profile_likelihoods(
     return tuple(_profile(axis, best, top, row, sides) for row, sides in sides_of.items())
 
 
-def _follow(misfit: _Misfit, best: _Point, row: int, side: int, first_step: float) -> list[_Point]:
+def _follow(misfit: _Misfit, best: Point, row: int, side: int, first_step: float) -> list[Point]:
     """Points outward from the estimate; the steps aim at equal falls of the log-likelihood."""
     origin, top = best.coordinates[row], best.log_likelihood
     end = max(side * (misfit.median[row] - origin) + REACH * misfit.prior_sd[row], misfit.prior_sd[row])
     step, distance, current = first_step, 0.0, best
-    points: list[_Point] = []
+    points: list[Point] = []
     refinements = 0
     while len(points) < POINTS_A_SIDE and distance < end * (1 - 1e-9):
         further = min(distance + step, end)
@@ -252,15 +252,16 @@ def _follow(misfit: _Misfit, best: _Point, row: int, side: int, first_step: floa
     return points
 
 
-def _profile(axis: AxisParameters, best: _Point, top: float, row: int, sides: list[list[_Point]]) -> Profile:
+def _profile(axis: AxisParameters, best: Point, top: float, row: int, sides: list[list[Point]]) -> Profile:
     parameter = axis.parameters[row]
-    points = [*reversed(sides[0]), best, *sides[1]]
+    below, above = parted(sides, best, row)
+    points = [*reversed(below), best, *above]
     coordinates = np.stack([point.coordinates for point in points], axis=1)
     nuisance = as_values(axis.parameters, coordinates).T
     level = np.array([point.log_likelihood for point in points]) - top
     held = [point.at_bound for point in points]
-    towards = [_side(top, side) for side in sides]
-    estimate = float(nuisance[len(sides[0]), row])
+    towards = [_side(top, side) for side in (below, above)]
+    estimate = float(nuisance[len(below), row])
     if towards[0] == "open" and towards[1] != "open" and "half_width" in parameter.name:
         towards[0] = "zero"
     if nuisance[0, row] > nuisance[-1, row]:
@@ -279,7 +280,18 @@ def _profile(axis: AxisParameters, best: _Point, top: float, row: int, sides: li
     )
 
 
-def _side(top: float, points: list[_Point]) -> Side:
+def parted(sides: Sequence[Sequence[Point]], best: Point, row: int) -> tuple[list[Point], list[Point]]:
+    """The points below and above `best` in coordinate `row`, each outward from it.
+
+    They were followed from an estimate that a last restart may have left behind.
+    """
+    ordered = sorted((point for side in sides for point in side), key=lambda point: point.coordinates[row])
+    at = best.coordinates[row]
+    below = [point for point in ordered if point.coordinates[row] < at]
+    return below[::-1], [point for point in ordered if point.coordinates[row] > at]
+
+
+def _side(top: float, points: list[Point]) -> Side:
     for point in points:
         if top - point.log_likelihood > THRESHOLD:
             return "falls at a bound" if point.at_bound else "falls"

@@ -10,7 +10,7 @@ import pytest
 from identifiability.conftest import swinging
 
 from bayes_hw.identifiability import profile
-from bayes_hw.identifiability.profile import THRESHOLD, Profile, profile_likelihoods
+from bayes_hw.identifiability.profile import THRESHOLD, Point, Profile, parted, profile_likelihoods
 from bayes_hw.identifiability.sensitivity import fisher_information
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -86,3 +86,15 @@ def test_a_dead_zone_that_may_be_absent_has_a_zero_side(small_axis: HammersteinW
     found = profiles_of(small_axis, swinging(none, 4), ["dead_zone.half_width"])
     assert found["dead_zone.half_width"].lower == "zero"
     assert found["dead_zone.half_width"].upper == "falls"
+
+
+def test_points_are_parted_at_an_estimate_that_moved() -> None:
+    """A better likelihood found beyond the points of one side: they lie on the other side of it."""
+
+    def point(at: float) -> Point:
+        return Point(np.array([0.0, at]), -at, ())
+
+    sides = [[point(at) for at in (0.9, 0.5, 0.2)], [point(at) for at in (1.1, 2.0)]]
+    below, above = parted(sides, point(0.4), 1)
+    assert [float(each.coordinates[1]) for each in below] == [0.2]
+    assert [float(each.coordinates[1]) for each in above] == [0.5, 0.9, 1.1, 2.0]
