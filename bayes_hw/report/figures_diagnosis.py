@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -139,19 +139,24 @@ def _bars(
     with drawing_settings():
         canvas = new_canvas(0.65 + 0.2 * len(values))
         axes = canvas.subplots()
-        _draw_bars(axes, values, blue)
+        _draw_bars(axes, values, blue, lambda percent: format_percent(percent / 100, 1))
         axes.set_xlim(0, 1.12 * limit)
         axes.set_xlabel(quantity)
         return finished(canvas, caption, alt)
 
 
-def _draw_bars(axes: Axes, values: Mapping[str, float], blue: set[str]) -> None:
+def _draw_bars(
+    axes: Axes,
+    values: Mapping[str, float],
+    blue: set[str],
+    label: Callable[[float], str] = lambda value: format_number(value, 2),
+) -> None:
     at = np.arange(len(values))
     colours = [MODEL if name in blue else OTHER_BAR for name in values]
     axes.barh(at, list(values.values()), height=0.68, color=colours)
     for row, value in enumerate(values.values()):
         axes.annotate(
-            format_number(value, 2),
+            label(value),
             (value, row),
             (3, 0),
             textcoords="offset points",

@@ -69,7 +69,7 @@ def test_loops_and_tests_have_a_row_and_a_column(found: Design, labels_of: Label
     ):
         text = labels_of(draw)
         assert "hot" in text and "calm" in text
-    assert {"ramp: error", "sidereal: error", "time (s)", "deg"} <= set(text)
+    assert {"ramp: error", "sidereal: error", "time (s)", "output (deg)"} <= set(text)
 
 
 def test_sets_have_a_panel_each(found: Design, labels_of: Labels) -> None:
