@@ -87,6 +87,7 @@ class Attributor:
 
     `found` are all explanations so far, `coloured` those of single effects under coloured noise, `singles`
     the plain fits of single effects, best first, `refined` those whose effects were tried in richer forms.
+    `chosen` says which of them would be gone with: the best need not have earned its place.
     """
 
     def __init__(
@@ -98,8 +99,9 @@ class Attributor:
         rng: np.random.Generator,
         jobs: int = 1,
         tell: Callable[[str], None] = lambda _: None,
+        chosen: Callable[[Sequence[Explanation]], Explanation] = best_of,
     ) -> None:
-        self.base, self.measured, self.effects = base, measured, effects
+        self.base, self.measured, self.effects, self.chosen = base, measured, effects, chosen
         self.seed, self.each, self.tell = int(rng.integers(2**31)), Each(jobs), tell
         self.plain = Plain(base.scale.sigma)
         self.glitches_known = "outliers" in stochastic_labels
@@ -180,6 +182,8 @@ class Attributor:
 
     def _lead_the_ripple(self) -> None:
         """From the measured position to the simulated one, where the best single effect is a ripple."""
+        if not self.coloured:
+            return
         best = min(self.coloured, key=worst_first).fit
         if can_be_led(best.hypothesis):
             positions = measured_positions(best)
@@ -275,9 +279,13 @@ class Attributor:
 
     @property
     def _unfinished(self) -> bool:
-        """Whether the best explanation leaves structure, or only base parameters far off make up for it."""
+        """Whether the best explanation leaves structure, or only base parameters far off make up for it, or
+        the one leaves structure that would be chosen, since the best has not earned its place."""
         best = best_of(self.found)
-        return best.strained or leaves_structure(best, self.base.inputs)
+        if best.strained or leaves_structure(best, self.base.inputs):
+            return True
+        chosen = self.chosen(self.found)
+        return chosen is not best and leaves_structure(chosen, self.base.inputs)
 
     @property
     def _goes_on(self) -> bool:

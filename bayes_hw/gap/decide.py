@@ -36,13 +36,18 @@ class Decision:
 
 
 def best_of_sets(attribution: Attribution) -> dict[Labels, Explanation]:
-    """The best explanation of every set of labels.
+    """The best explanation of every set of labels."""
+    return _best_of_sets(attribution.explanations)
+
+
+def _best_of_sets(explanations: Sequence[Explanation]) -> dict[Labels, Explanation]:
+    """The same of explanations in any order.
 
     Lost motion counts only where the effect is far ahead: noise of its own explains as much. Sets of
     more than MOST_LABELS are not judged.
     """
-    ahead = is_far_ahead(attribution.explanations)
-    few = (e for e in attribution.explanations if len(e.labels) <= MOST_LABELS)
+    ahead = is_far_ahead(explanations)
+    few = (e for e in explanations if len(e.labels) <= MOST_LABELS)
     return best_of_each((e for e in few if ahead or not e.lost_motion), lambda e: e.labels)
 
 
@@ -69,7 +74,19 @@ def choose(
     attribution: Attribution, nominal_sigma: float, calibration: Calibration
 ) -> tuple[Explanation, dict[Labels, float]]:
     """The explanation to go with, and the tempered log-odds of every set of labels."""
-    best = best_of_sets(attribution)
+    return _choice(best_of_sets(attribution), nominal_sigma, calibration)
+
+
+def chosen_among(
+    explanations: Sequence[Explanation], nominal_sigma: float, calibration: Calibration
+) -> Explanation:
+    """The explanation to go with if `explanations`, the base model's one of them, were all."""
+    return _choice(_best_of_sets(explanations), nominal_sigma, calibration)[0]
+
+
+def _choice(
+    best: Mapping[Labels, Explanation], nominal_sigma: float, calibration: Calibration
+) -> tuple[Explanation, dict[Labels, float]]:
     chosen, scores = choose_labels(claims_of(best, nominal_sigma, calibration), calibration)
     return best[chosen], scores
 

@@ -20,7 +20,7 @@ from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.case import Case
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import Decision, best_of_sets, choose, decide, remains_of
+from bayes_hw.gap.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
 from bayes_hw.gap.display_likelihood import with_exact_maxima
 from bayes_hw.gap.draws import posterior_draws
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
@@ -113,7 +113,8 @@ def diagnose(
         base, effects, labels = _posed(case, without)
         inputs = list(base.inputs)
         measured = [record.y for record in case.train]
-        attributor = Attributor(base, measured, effects, frozenset(labels), rng, jobs, progress.say)
+        chosen = partial(chosen_among, nominal_sigma=nominal, calibration=calibration)
+        attributor = Attributor(base, measured, effects, frozenset(labels), rng, jobs, progress.say, chosen)
         attribution = attributor.run()
         if not nominal > 0:
             attribution = without_small_seconds(attribution)

@@ -11,6 +11,7 @@ from fitted import AXIS, noisy, simulated_with
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.attribute import Attribution, Attributor
+from bayes_hw.gap.contenders import best_of
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
 from bayes_hw.gap.explanation import with_stochastic
@@ -72,6 +73,28 @@ def test_a_display_that_explains_all_ends_the_search(label: str) -> None:
 def held(y: FloatArray, repeats: BoolArray) -> FloatArray:
     """y with the sample before in the place of those in `repeats`."""
     return y[np.maximum.accumulate(np.where(repeats, 0, np.arange(len(y))))]
+
+
+def test_the_search_goes_on_while_what_would_be_chosen_leaves_structure() -> None:
+    """A delay leaves nothing: the search is over, unless the answer would be without it."""
+    delayed = hypothesis(AXIS, INPUTS, TransportDelay())
+    measured = noisy(delayed.simulate(np.concatenate([BASE.builder.axis.nominal, (1.6,)])))
+    effects, rng = (TransportDelay(), CommandBias()), np.random.default_rng(7)
+    for chosen, goes_on in ((best_of, False), (lambda found: found[0], True)):
+        stages: list[str] = []
+        search = Attributor(
+            BASE, measured, effects, frozenset({"wind"}), rng, tell=stages.append, chosen=chosen
+        )
+        search.run()
+        assert ("pairs of effects" in stages) == goes_on
+
+
+def test_nothing_but_noise_in_the_catalogue() -> None:
+    """A delay where no effect of the response may be tried: the search ends, whatever is left."""
+    delayed = hypothesis(AXIS, INPUTS, TransportDelay())
+    measured = noisy(delayed.simulate(np.concatenate([BASE.builder.axis.nominal, (3.0,)])))
+    found = Attributor(BASE, measured, (), frozenset({"outliers"}), np.random.default_rng(8)).run()
+    assert all(not e.fit.hypothesis.effects for e in found.explanations)
 
 
 def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
