@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from manifest import is_kept
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
 ELSEWHERE = {"05_calibration.py", "08_blind_check.py", "09_power.py", "10_leave_one_out.py"}
@@ -35,5 +36,6 @@ def test_quick_run(script: Path, tmp_path: Path) -> None:
     assert results["quick"] is True
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert (manifest["study"], manifest["quick"], manifest["seed"]) == (script.stem, True, 1)
-    assert set(manifest["files"]) == {path.name for path in tmp_path.iterdir()} - {"manifest.json"}
+    kept = {path.name for path in tmp_path.iterdir() if is_kept(path.name)}
+    assert set(manifest["files"]) == kept - {"manifest.json"}
     assert {"results.json", "report.html", "report.pdf"} <= set(manifest["files"])
