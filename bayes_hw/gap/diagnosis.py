@@ -226,10 +226,12 @@ def _finished(
             readings = without_glitches(final, outputs, shown)
             if moves_unseen(final) or final.cannot_be_predicted:
                 drift = _differences(shown, after)
-                drifts = [
-                    _differences(_differences(at(final, values), angle), drift)
-                    for values, angle in zip(some if _any_of(drift) else [], drawn, strict=False)
-                ]
+                drifts = []
+                if any(np.any(record) for record in drift):
+                    drifts = [
+                        _differences(_differences(at(final, values), angle), drift)
+                        for values, angle in zip(some, drawn, strict=True)
+                    ]
                 steady = _differences(readings, drift)
                 found = measured_closure(before, after, steady, sigma, noise_error, correlation, rng, drifts)
             else:
@@ -308,10 +310,6 @@ def _mean(drawn: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:
 
 def _differences(these: Sequence[FloatArray], those: Sequence[FloatArray]) -> list[FloatArray]:
     return [one - other for one, other in zip(these, those, strict=True)]
-
-
-def _any_of(records: Sequence[FloatArray]) -> bool:
-    return any(bool(np.any(record)) for record in records)
 
 
 def _unchanged(before: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float) -> Closure:

@@ -34,7 +34,7 @@ def shares(groups: Mapping[str, Share], what: str, goal: float | None = None) ->
             axes.axvline(100 * goal, color=INK, linestyle="--", linewidth=0.9)
         labels = [drawable(f"{name} ({groups[name].hits}/{groups[name].trials})") for name in names]
         axes.set_yticks(range(len(names)), labels)
-        axes.set(xlim=(-2, 102), ylim=(len(names) - 0.5, -0.5), xlabel="named right (%)")
+        axes.set(xlim=(-2, 102), ylim=(max(len(names), 1) - 0.5, -0.5), xlabel="named right (%)")
         axes.grid(False, axis="y")
         return finished(
             canvas,

@@ -14,6 +14,7 @@ from bayes_hw.provenance import provenance
 from bayes_hw.report.blind_report import blind_report, share_text
 from bayes_hw.report.content import report_content
 from bayes_hw.report.document import Report
+from bayes_hw.report.figures_blind import shares
 from bayes_hw.report.html import to_html
 from bayes_hw.report.leave_out_report import leave_out_report
 from bayes_hw.report.power_report import PowerStudy, gap_text, power_report
@@ -105,3 +106,8 @@ def test_leave_out_report_counts() -> None:
     assert "4 of 4" in shown
     assert "other 3, friction 1" in shown
     assert "1 of 1 effects close more" in shown
+
+
+def test_a_set_without_single_effects_has_its_figure() -> None:
+    """No row to draw, and no warning."""
+    assert "0 groups" in shares({}, "Nothing").alt_text

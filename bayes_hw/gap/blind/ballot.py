@@ -90,8 +90,12 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     inputs, stated = [record.u for record in diagnosis.case.train], diagnosis.case.model.noise_sigma
     ahead = is_far_ahead(attribution.explanations)
     with np.errstate(all="ignore"):
-        left = {labels: _small(leftovers(best[labels], inputs, stated)) for labels in foremost}
-        remains = {labels: remains_of(attribution.base, best[labels], left[labels], ahead) for labels in left}
+        remains = {
+            labels: remains_of(
+                attribution.base, best[labels], _small(leftovers(best[labels], inputs, stated)), ahead
+            )
+            for labels in dict.fromkeys(foremost)
+        }
     finite = {labels: claim for labels, claim in claims.items() if np.isfinite(claim.score)}
     return Ballot(finite, remains, tuple(labels))
 
