@@ -40,10 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     make.add_argument(
         "--off-catalogue",
-        choices=("known", "unseen"),
+        choices=("known", "second", "unseen"),
         default="known",
-        help="faults that `other` is drawn from: those the diagnosis was made with, or ones it never met "
-        "(default known)",
+        help="faults that `other` is drawn from: those the diagnosis was made with, a second group it met "
+        "late, or ones it never met (default known)",
     )
     add_output(make, "folder for cases/, truth.zip and seal.json; one that was stopped is finished")
     add_common(make)

@@ -92,6 +92,8 @@ class Physics(NamedTuple):
     load_ripple: Wave = Wave()
     current_limit: float = np.inf
     drag: float = 0.0
+    wrap_begin: float = 0.0
+    wrap_stiffness: float = 0.0
 
 
 class Gear(NamedTuple):
@@ -165,6 +167,9 @@ def _torques(
     inputs[PAIR_TORQUE] += _gear_correction(x, slip, yielded, physics, gear)
     speed = x[LOAD_SPEED]
     inputs[LOAD_TORQUE] -= (outside[EXTERNAL_OIL] + physics.drag * abs(speed)) * speed
+    if physics.wrap_stiffness > 0.0:
+        inside = min(max(x[LOAD], -physics.wrap_begin), physics.wrap_begin)
+        inputs[LOAD_TORQUE] -= physics.wrap_stiffness * (x[LOAD] - inside)
     lost = outside[EXTERNAL_LOST]
     if physics.current_limit < np.inf or lost > 0.0:
         error = gear.velocity_gain * v - x[MOTOR_SPEED]

@@ -60,6 +60,7 @@ class Run:
     repeated: BoolArray = field(init=False)
     stale_every: int = 1
     coarse_step: float = 0.0
+    reading_lead: float = 0.0
     drift: FloatArray = field(init=False)
     outliers: FloatArray = field(init=False)
     quantization_step: float = 0.0
@@ -134,6 +135,9 @@ class Run:
     def read(self, angles: FloatArray) -> Reading:
         """What the encoder shows of these angles, without noise."""
         w = self._sample(angles)
+        if self.reading_lead != 0.0:
+            speed = np.gradient(w, 1 / self.axis.sample_rate_hz)
+            w = w + self.reading_lead * speed * np.abs(speed)
         if self.coarse_step > 0.0:
             w = _stale_interpolation(w, self.coarse_step, self.stale_every)
         above = self.gain_above * np.maximum(w - self.axis.dead_zone, 0.0)

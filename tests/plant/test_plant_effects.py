@@ -8,19 +8,20 @@ from plant_axes import an_axis
 
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.plant.drive_train import MOTOR_SPEED, STATES
-from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, UNSEEN, Effect, Scales
+from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, SECOND_GROUP, UNSEEN, Effect, Scales
 from bayes_hw.plant.effects.command import RateLimit
 from bayes_hw.plant.effects.disturbance import Wind, davenport_spectrum, kaimal_spectrum
 from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
 from bayes_hw.plant.effects.linear import TransportDelay
+from bayes_hw.plant.effects.second_group import BrownOut, CommandDeadBand, ToothSkip
 from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
-from bayes_hw.plant.effects.unseen import BrownOut, CommandDeadBand, ToothSkip
+from bayes_hw.plant.effects.unseen import CableWrap, CommandPlay, ReadingLead
 from bayes_hw.plant.excitation import steps_and_triangles
 from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, _rub
 from bayes_hw.plant.run import Axis, Run
 
 SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.05, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
-EVERY = [*CATALOGUE, *OFF_CATALOGUE, *UNSEEN]
+EVERY = [*CATALOGUE, *OFF_CATALOGUE, *SECOND_GROUP, *UNSEEN]
 
 
 def run_of(axis: Axis, command: np.ndarray, *acting: tuple[Effect, float]) -> Run:
@@ -42,8 +43,9 @@ def reading(effect: type[Effect], seed: int, strength: float) -> np.ndarray:
 
 def test_catalogue_has_every_label_of_the_format() -> None:
     assert {effect.label for effect in CATALOGUE} == set(BLOCKS)
-    assert {effect.label for effect in (*OFF_CATALOGUE, *UNSEEN)} == {"other"}
-    assert not set(UNSEEN) & set(OFF_CATALOGUE)
+    assert {effect.label for effect in (*OFF_CATALOGUE, *SECOND_GROUP, *UNSEEN)} == {"other"}
+    groups = [set(OFF_CATALOGUE), set(SECOND_GROUP), set(UNSEEN)]
+    assert len(set().union(*groups)) == sum(map(len, groups))
     assert len(OFF_CATALOGUE) >= 9
 
 
@@ -156,6 +158,33 @@ def test_drag_slows_the_load_in_proportion_to_its_square() -> None:
 def test_a_dead_band_swallows_small_commands_only() -> None:
     run = run_of(an_axis(2), np.array([0.0, 0.01, -0.02, 0.03, -0.3]), (CommandDeadBand("", 0.025), 1.0))
     np.testing.assert_array_equal(run.command, [0.0, 0.0, 0.0, 0.03, -0.3])
+
+
+def test_a_cable_wrap_pulls_back_beyond_its_angle_only() -> None:
+    """Below it nothing changes; at rest beyond it gear and loop carry the spring's torque."""
+    axis = an_axis(2)
+    command = np.where(np.arange(2400) < 400, 0.3, 0.0)
+    free, wrapped = Run(axis, command, (1,)), run_of(axis, command, (CableWrap("", 1.0, 0.5), 1.0))
+    angles, pulled = free.angles(), wrapped.angles()
+    reached = int(np.argmax(angles > 1.0))
+    assert np.abs(pulled - angles)[:reached].max() == 0.0
+    compliance = 1 / axis.drive.stiffness + 1 / axis.drive.loop_integral_gain
+    torque = 0.5 * (pulled[-1] - 1.0)
+    assert torque > 0.1
+    assert angles[-1] - pulled[-1] == pytest.approx(torque * compliance, rel=1e-3)
+
+
+def test_play_of_the_command_is_the_play_operator() -> None:
+    run = run_of(an_axis(2), np.array([0.0, 0.3, 0.25, 0.15, 0.5]), (CommandPlay("", 0.1), 1.0))
+    np.testing.assert_allclose(run.command, [0.0, 0.2, 0.2, 0.2, 0.4], atol=1e-15)
+
+
+def test_the_reading_leads_by_the_square_of_the_speed() -> None:
+    axis, command = an_axis(2), np.full(2400, -0.3)
+    run, led = Run(axis, command, (1,)), run_of(axis, command, (ReadingLead("", 0.1), 1.0))
+    plain, read = (each.read(each.angles()).angle for each in (run, led))
+    speed = 0.3 * axis.drive.velocity_gain
+    np.testing.assert_allclose(read[-100:] - plain[-100:], -0.1 * speed**2, rtol=1e-6)
 
 
 def test_readings_on_the_grid_and_held() -> None:
