@@ -17,6 +17,8 @@ from bayes_hw.report.palette import page_colours
 from bayes_hw.report.rounding import format_duration
 
 LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json", "manifest": "manifest.json"}
+NAMES = {"emps": "EMPS", "rubin": "Rubin"}
+"""Words of a study's file name that are written otherwise."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,12 @@ def write_index(reports: Path) -> Path:
     return path
 
 
+def heading_of(study: str) -> str:
+    """The name of a study without its number, as words; an acronym stays one."""
+    words = " ".join(NAMES.get(word, word) for word in study.split("_")[1:])
+    return words[0].upper() + words[1:]
+
+
 def entries(reports: Path) -> Iterator[Entry]:
     """What is known of every study script, in the order of their numbers."""
     for script in sorted(STUDIES.glob("[0-9][0-9]_*.py")):
@@ -56,7 +64,7 @@ def entries(reports: Path) -> Iterator[Entry]:
         yield Entry(
             name=script.stem,
             number=int(script.stem[:2]),
-            heading=script.stem[3:].replace("_", " ").capitalize(),
+            heading=heading_of(script.stem),
             question=question_of(script),
             manifest=manifest,
             duration=format_duration(manifest.seconds) if manifest else "",

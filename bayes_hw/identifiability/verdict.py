@@ -91,9 +91,9 @@ def _decide(contraction: float, profile: Profile | None, scaling: PowerScaling |
         assert profile is not None
         if side == "open":
             fall = profile.fall(place == "above")
+            falls = f"falls by {fall:.2g} at most" if fall > 0 else "was not seen to fall"
             return "prior-dominated", (
-                f"{place} the estimate the log-likelihood falls by {fall:.2g} at most (threshold"
-                f" {THRESHOLD:g}); {contracted}"
+                f"{place} the estimate the log-likelihood {falls} (threshold {THRESHOLD:g}); {contracted}"
             )
         if side == "falls at a bound":
             return "prior-dominated", (

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from bayes_hw.control.design import Design, LoopReport
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.design_axis_sections import axis_section, controllers_section, crossover_section
@@ -12,7 +10,8 @@ from bayes_hw.report.design_robust_sections import sets_section, tuning_section
 from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section
 from bayes_hw.report.figures_control_loop import margin_distributions
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.plain_text import listed
+from bayes_hw.report.rounding import format_percent
 
 SURE = 0.999
 
@@ -53,26 +52,23 @@ def _verdict(design: Design) -> str:
             "The posterior has NOT converged; no probability below is to be relied on: "
             f"{design.posterior.problems[0]}."
         )
-    sentences.append(f"Asked for: a {settings.requirements.describe()}.")
     given = [loop for loop in design.loops if not _is_tuned(design, loop)]
     if given:
-        listed = "; ".join(_loop_words(design, loop) for loop in given)
-        sentences.append(f"Probability over the posterior that they are kept: {listed}.")
+        sentences.append(_kept_words(design, given))
+    else:
+        sentences.append(f"Asked for: a {settings.requirements.describe()}.")
     for tuning in design.tunings:
-        robust, point = tuning.robust, tuning.point
-        if not robust.feasible:
+        if tuning.robust.feasible:
+            sentences.append(
+                f"{tuning.structure} tuned over the posterior instead of on the point estimate alone: "
+                f"{format_percent(tuning.robust.broken, 1)} of the draws break the margins instead of "
+                f"{format_percent(tuning.point.broken, 1)}."
+            )
+        else:
             sentences.append(
                 f"No {tuning.structure} keeps these margins for {format_percent(settings.share)} of the "
                 "draws."
             )
-            continue
-        sentences.append(
-            f"{tuning.structure} settings tuned on the point estimate alone break the margins for "
-            f"{format_percent(point.broken, 1)} of the draws; those tuned over the posterior for "
-            f"{format_percent(robust.broken, 1)}, with a bandwidth of at least "
-            f"{format_number(robust.lower_bandwidth_hz, 3, 'Hz')} instead of "
-            f"{format_number(point.lower_bandwidth_hz, 3, 'Hz')} in 95 % of the draws."
-        )
     return " ".join(sentences)
 
 
@@ -80,15 +76,27 @@ def _is_tuned(design: Design, loop: LoopReport) -> bool:
     return any(loop.controller in (t.robust.controller, t.point.controller) for t in design.tunings)
 
 
-def _loop_words(design: Design, loop: LoopReport) -> str:
-    text = f"{loop.controller.name} {format_percent(loop.met(design.settings.requirements), 1)}"
-    notes = []
+def _kept_words(design: Design, loops: list[LoopReport]) -> str:
+    """Which controllers keep the margins for the share of the draws that is asked for, and which do not."""
+    settings = design.settings
+    met = [loop.met(settings.requirements) for loop in loops]
+    named = [_loop_words(loop, share) for loop, share in zip(loops, met, strict=True)]
+    keep = [words for words, share in zip(named, met, strict=True) if share >= settings.share]
+    fail = [words for words, share in zip(named, met, strict=True) if share < settings.share]
+    text = f"A {settings.requirements.describe()}: kept for {format_percent(settings.share)} of the draws by "
+    text += listed(keep) if keep else "no controller given"
+    if fail and keep:
+        text += f", not by {listed(fail)}"
+    elif fail:
+        text += f", that is not by {listed(fail)}"
+    return text + "."
+
+
+def _loop_words(loop: LoopReport, met: float) -> str:
+    words = f"{loop.controller.name} ({format_percent(met, 1)}"
     if loop.probability_stable < 1:
-        notes.append(f"stable with {format_percent(loop.probability_stable, 1)}")
-    cycles = max(float(np.mean(check.simulated.sustained)) for check in loop.cycles)
-    if cycles > 0:
-        notes.append(f"limit cycle with {format_percent(cycles, 1)}")
-    return text + (f" ({', '.join(notes)})" if notes else "")
+        words += f"; unstable for {format_percent(1 - loop.probability_stable, 1)}"
+    return words + ")"
 
 
 def _badges(design: Design) -> tuple[Badge, ...]:

@@ -30,6 +30,7 @@ from bayes_hw.report.identifiability_sections import (
     structure_section,
 )
 from bayes_hw.report.names import parameter_name
+from bayes_hw.report.plain_text import listed
 from bayes_hw.report.rounding import format_estimate, format_interval, format_number
 from bayes_hw.report.typography import MINUS, typeset
 
@@ -79,7 +80,7 @@ def _verdict(result: Identifiability) -> str:
     weak = [_words(v) for v in result.verdicts if v.verdict == "prior-dominated"]
     if weak:
         sentences.append(
-            f"The records say little or nothing about {_listed(weak)}: prior-dominated, so that what is "
+            f"The records say little or nothing about {listed(weak)}: prior-dominated, so that what is "
             "printed for them is what was put in."
         )
     sentences.append(
@@ -319,7 +320,3 @@ def _root(root: complex) -> str:
         return format_number(root.real, 4)
     sign = "+" if root.imag > 0 else "−"
     return f"{format_number(root.real, 4)} {sign} {format_number(abs(root.imag), 3)}i"
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
