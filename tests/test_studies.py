@@ -12,7 +12,13 @@ import pytest
 from manifest import is_kept
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
-ELSEWHERE = {"05_calibration.py", "08_blind_check.py", "09_power.py", "10_leave_one_out.py"}
+ELSEWHERE = {
+    "05_calibration.py",
+    "08_blind_check.py",
+    "09_power.py",
+    "10_leave_one_out.py",
+    "20_unseen_faults.py",
+}
 """Studies whose runs are tested beside the modules that they rest on."""
 
 SCRIPTS = [path for path in sorted(STUDIES.glob("[0-9][0-9]_*.py")) if path.name not in ELSEWHERE]
