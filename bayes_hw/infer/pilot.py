@@ -23,6 +23,7 @@ from bayes_hw.infer.importance import Trial, importance_trial, independence_shar
 from bayes_hw.infer.laplace import Laplace, LogDensity
 from bayes_hw.infer.mixture import StudentTMixture, defended, fit_student_t_mixture, refitted
 from bayes_hw.infer.moves import weighted_moves
+from bayes_hw.infer.strays import without_strays
 from bayes_hw.progress import Progress
 
 PILOT_STEPS = 90
@@ -89,7 +90,7 @@ def run_pilot(
             for candidate in candidates:
                 if not _overlooked(last, log_last, candidate):
                     task.reach(4)
-                    return candidate.plan, settled
+                    return candidate.plan, _without_strays(chain, log_probability, settled)
         plan = replace(plan, proposal=candidates[-1].plan.proposal, independence_weight=0.5)
         steps = round(PILOT_STEPS * max(1.0, (dimension / MANY) ** 2))
         for done in (2, 3):
@@ -97,9 +98,16 @@ def run_pilot(
             recent, log_recent = chain[:, steps // 3 :], log_probability[:, steps // 3 :]
             plan = _best_mixture(recent, log_recent, laplace, candidates[-1].plan.proposal, rng)
             task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
-        _, states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
+        (chain, log_probability), states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
         task.reach(4)
-    return plan, states
+    return plan, _without_strays(chain, log_probability, states)
+
+
+def _without_strays(
+    chain: FloatArray, log_probability: FloatArray, states: Sequence[EnsembleState]
+) -> list[EnsembleState]:
+    """`without_strays` for every ensemble."""
+    return [without_strays(*each) for each in zip(chain, log_probability, states, strict=True)]
 
 
 def _overlooked(points: FloatArray, log_density: FloatArray, trial: Trial) -> bool:
