@@ -13,7 +13,7 @@ from bayes_hw.infer.laplace import Laplace
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.strays import without_strays
 
-PEAK = np.array([30.0, 30.0])
+PEAK = np.full(8, 30.0)
 
 
 def with_peak(height: float) -> object:
@@ -28,9 +28,9 @@ def with_peak(height: float) -> object:
 
 def settled(height: float, peaked: Sequence[int]) -> tuple[FloatArray, FloatArray, EnsembleState]:
     density = with_peak(height)
-    start = np.random.default_rng(1).standard_normal((64, 2))
+    start = np.random.default_rng(1).standard_normal((64, 8))
     start[list(peaked)] = PEAK
-    proposal = Laplace([(np.zeros(2), np.eye(2))], [density]).proposal(1.0)  # type: ignore[list-item]
+    proposal = Laplace([(np.zeros(8), np.eye(8))], [density]).proposal(1.0)  # type: ignore[list-item]
     state = start_ensemble(start, density, 3)  # type: ignore[arg-type]
     chain, log_density, _, after = advance(state, density, weighted_moves(proposal, 0.5), 20)  # type: ignore[arg-type]
     return chain, log_density, after
