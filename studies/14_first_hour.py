@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,8 @@ def main() -> None:
     few = frozenset(LABEL_BLOCKS) - {"friction"} if study.quick else frozenset[str]()
     rng = np.random.default_rng(study.seed)
     diagnosis = diagnose(case, rng, jobs=study.jobs, without=few, progress=study.progress)
-    report = diagnosis_report(diagnosis, study.origin([*case.train, *case.holdout]))
+    simulated = [replace(record, source="") for record in (*case.train, *case.holdout)]
+    report = diagnosis_report(diagnosis, study.origin(simulated))
     study.write_document(report)
     write_text_atomically(study.out / "first_hour.svg", on_white(report.key_figure.svg))
     verdict = diagnosis.verdict.to_dict()
