@@ -31,7 +31,7 @@ from bayes_hw.report.figures_experiment import (
     width_check,
     widths,
 )
-from bayes_hw.report.names import parameter_name
+from bayes_hw.report.names import parameter_name, setting_unit, setting_words
 from bayes_hw.report.rounding import format_duration, format_interval, format_number
 
 SHOWN_IN_VERDICT = 3
@@ -43,7 +43,7 @@ def experiment_report(
     """The report whose first page answers: which experiment next, and what will it tell?"""
     sections = [
         _command_section(design, posterior),
-        _candidates_section(design),
+        _candidates_section(design, posterior.axis.model.units.input),
         _interval_section(design, check),
     ]
     if check is not None:
@@ -184,7 +184,10 @@ def _command_section(design: Design, posterior: Posterior) -> Section:
             ),
             Table(
                 ("setting", "value"),
-                tuple((name, format_number(value)) for name, value in winner.settings.items()),
+                tuple(
+                    (setting_words(name), format_number(value, unit=setting_unit(name, units.input)))
+                    for name, value in winner.settings.items()
+                ),
                 f"Settings of the {winner.label}"
                 + (
                     "."
@@ -203,7 +206,7 @@ def _command_section(design: Design, posterior: Posterior) -> Section:
     )
 
 
-def _candidates_section(design: Design) -> Section:
+def _candidates_section(design: Design, unit: str) -> Section:
     bars = [GainBar(c.label, c.score, _error(c), True) for c in design.candidates]
     if design.repeated is not None:
         bars.append(GainBar(design.repeated.label, design.repeated.score, _error(design.repeated), False))
@@ -211,7 +214,10 @@ def _candidates_section(design: Design) -> Section:
         (
             c.label,
             f"{c.score:.2f} ± {_error(c):.2f}",
-            ", ".join(f"{name} {format_number(value, 2)}" for name, value in c.settings.items()),
+            ", ".join(
+                f"{setting_words(name)} {format_number(value, 2, setting_unit(name, unit))}"
+                for name, value in c.settings.items()
+            ),
         )
         for c in design.candidates
     )

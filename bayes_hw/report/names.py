@@ -63,3 +63,22 @@ def parameter_name(name: str) -> ParameterName:
             small = (number.translate(SUBSCRIPTS) for number in numbers)
             return ParameterName(words.format(*numbers), symbol.format(*small))
     return ParameterName(name, name)
+
+
+SIZES_OF_COMMANDS = frozenset({"amplitude", "rms", "top_level"})
+UNIT_ENDINGS = {"hz": "Hz", "s": "s", "rad": "rad"}
+
+
+def setting_words(name: str) -> str:
+    """The reader's form of a setting of a command, without the unit that its name ends in."""
+    return _without_unit(name)[0].replace("_", " ")
+
+
+def setting_unit(name: str, input_unit: str) -> str:
+    """The unit of a setting of a command, that of the command for its sizes; empty for shares."""
+    return input_unit if name in SIZES_OF_COMMANDS else _without_unit(name)[1]
+
+
+def _without_unit(name: str) -> tuple[str, str]:
+    stem, _, ending = name.rpartition("_")
+    return (stem, UNIT_ENDINGS[ending]) if stem and ending in UNIT_ENDINGS else (name, "")

@@ -1,6 +1,6 @@
 import pytest
 
-from bayes_hw.report.names import parameter_name
+from bayes_hw.report.names import parameter_name, setting_unit, setting_words
 
 
 @pytest.mark.parametrize(
@@ -16,3 +16,19 @@ from bayes_hw.report.names import parameter_name
 )
 def test_names_read_as_words_and_symbols(name, words, symbol):
     assert parameter_name(name) == (words, symbol)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "unit"),
+    [
+        ("stop_hz", "stop", "Hz"),
+        ("hold_s", "hold", "s"),
+        ("deviation_rad", "deviation", "rad"),
+        ("top_level", "top level", "deg/s"),
+        ("rms", "rms", "deg/s"),
+        ("offset_share", "offset share", ""),
+        ("depth", "depth", ""),
+    ],
+)
+def test_settings_of_commands_have_their_units(name: str, words: str, unit: str) -> None:
+    assert (setting_words(name), setting_unit(name, "deg/s")) == (words, unit)
