@@ -23,10 +23,17 @@ FULL = """
 import resource, sys
 from bayes_hw.cli import main
 from bayes_hw.infer import pilot
+from numba.core.caching import Cache
+Cache.save_overload = lambda *ignored: None
 pilot.PILOT_STEPS, pilot.TRIAL_PROPOSALS = 20, 256
 _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), hard))
 sys.exit(main(sys.argv[2:]))
+"""
+"""The command line with room for files of so many bytes.
+
+What numba compiles is not written: whether its cache holds the kernels depends on what ran before and what
+runs beside, and a kernel that finds no room would be the first to fail.
 """
 
 WRITE = """
