@@ -113,6 +113,12 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def _over(one, other):  # type: ignore[no-untyped-def]
+    """one / other, not a number where `other` is zero: complex division raises there in compiled code."""
+    return one / other if other != 0 else complex(np.nan, np.nan)
+
+
+@njit(cache=True, error_model="numpy")
 def _sum(one, other):  # type: ignore[no-untyped-def]
     """The sum of two polynomials, highest power first."""
     total = np.zeros(max(len(one), len(other)))
@@ -155,8 +161,8 @@ def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
     for i in range(len(s)):
         by_motor, steep = _value(across, s[i]), _value(slope, s[i])
-        inputs[1, i] = _value(stiff, s[i]) / by_motor
-        outputs[0, i], outputs[1, i] = by_motor / steep, _value(hung, s[i]) / steep
+        inputs[1, i] = _over(_value(stiff, s[i]), by_motor)
+        outputs[0, i], outputs[1, i] = _over(by_motor, steep), _over(_value(hung, s[i]), steep)
         outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
     return inputs, outputs
 
@@ -176,7 +182,7 @@ def inner_ratios(s, hung, across):  # type: ignore[no-untyped-def]
     """Motor angle, motor speed and load speed over w (3, n) at `s` (n,)."""
     ratios = np.empty((3, len(s)), dtype=np.complex128)
     for i in range(len(s)):
-        angle = _value(hung, s[i]) / _value(across, s[i])
+        angle = _over(_value(hung, s[i]), _value(across, s[i]))
         ratios[0, i], ratios[1, i], ratios[2, i] = angle, s[i] * angle, s[i]
     return ratios
 
@@ -201,10 +207,10 @@ def resonant(poles, residues, real, own, hosted, whole, across, closed, host_acr
             entering = residues[i]
         else:
             for j in range(at_g):
-                entering += residues[j] / (s - poles[j])
+                entering += _over(residues[j], s - poles[j])
                 if real[j] == 0:
-                    entering += np.conj(residues[j]) / (s - np.conj(poles[j]))
-        found[i] = entering * passed / over
+                    entering += _over(np.conj(residues[j]), s - np.conj(poles[j]))
+        found[i] = _over(entering * passed, over)
     return found
 
 

@@ -7,7 +7,16 @@ from drive_axis import TRAIN
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.drive_train import SMALLEST_MISFIT, USUAL_LOG_SD, DriveTrain
-from bayes_hw.gap.drive_train_kernel import COUNT, _log_ratio, _numbers, matched, numerators
+from bayes_hw.gap.drive_train_kernel import (
+    COUNT,
+    _log_ratio,
+    _numbers,
+    inner_ratios,
+    matched,
+    numerators,
+    resonant,
+    torque_gains,
+)
 
 S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
 EXACT = DriveTrain(TRAIN.logs, 1.0, 0.0).response(S_AXIS)
@@ -35,6 +44,16 @@ def test_a_response_that_is_not_finite_pulls_nowhere() -> None:
     ratio, slope = log_ratio(TRAIN.logs, S_AXIS[3], complex(np.nan))
     assert ratio == 10
     np.testing.assert_array_equal(slope, 0)
+
+
+def test_a_path_through_nothing_is_no_number() -> None:
+    """Where polynomials vanish at a pole: a far-off trial is then dropped for its response, not a crash."""
+    s, ones, zero = np.array([-2.0 + 1j]), np.ones(3), np.zeros(3)
+    inputs, outputs = torque_gains(s, zero, ones, ones, zero)
+    assert np.isnan(inputs[1]).all() and np.isnan(outputs).all()
+    assert np.isnan(inner_ratios(s, ones, zero)[:2]).all()
+    residues = resonant(s, s, np.zeros(1), s, s[:0], ones, zero, zero, ones)
+    assert np.isnan(residues).all()
 
 
 def test_the_match_finds_the_train_and_says_what_is_left() -> None:
