@@ -82,15 +82,13 @@ def run_pilot(
         plan = trial.plan
         candidates = [trial, *trial.heavier]
         if plan.expected_acceptance >= ENOUGH:
-            (chain, log_probability), settled = _steps(
-                laplace, states, candidates[-1].plan, SETTLING_STEPS, pool
-            )
+            chain, log_probability, settled = _settled(laplace, states, candidates[-1].plan, pool)
             last = chain[:, SETTLING_STEPS // 2 :].reshape(-1, dimension)
             log_last = log_probability[:, SETTLING_STEPS // 2 :].ravel()
             for candidate in candidates:
                 if not _overlooked(last, log_last, candidate):
                     task.reach(4)
-                    return candidate.plan, _without_strays(chain, log_probability, settled)
+                    return candidate.plan, settled
         plan = replace(plan, proposal=candidates[-1].plan.proposal, independence_weight=0.5)
         steps = round(PILOT_STEPS * max(1.0, (dimension / MANY) ** 2))
         for done in (2, 3):
@@ -98,16 +96,9 @@ def run_pilot(
             recent, log_recent = chain[:, steps // 3 :], log_probability[:, steps // 3 :]
             plan = _best_mixture(recent, log_recent, laplace, candidates[-1].plan.proposal, rng)
             task.reach(done, f"independence proposals accepted: {plan.expected_acceptance:.0%}")
-        (chain, log_probability), states = _steps(laplace, states, plan, SETTLING_STEPS, pool)
+        _, _, states = _settled(laplace, states, plan, pool)
         task.reach(4)
-    return plan, _without_strays(chain, log_probability, states)
-
-
-def _without_strays(
-    chain: FloatArray, log_probability: FloatArray, states: Sequence[EnsembleState]
-) -> list[EnsembleState]:
-    """`without_strays` for every ensemble."""
-    return [without_strays(*each) for each in zip(chain, log_probability, states, strict=True)]
+    return plan, states
 
 
 def _overlooked(points: FloatArray, log_density: FloatArray, trial: Trial) -> bool:
@@ -129,6 +120,15 @@ def _steps(
     results = [future.result() for future in futures]
     chain = np.stack([result[0] for result in results])
     return (chain, np.stack([result[1] for result in results])), [result[3] for result in results]
+
+
+def _settled(
+    laplace: Laplace, states: Sequence[EnsembleState], plan: Plan, pool: ThreadPoolExecutor
+) -> tuple[FloatArray, FloatArray, list[EnsembleState]]:
+    """Chain and log-density of the last steps before sampling, as `_steps`, and the states without strays."""
+    (chain, log_probability), after = _steps(laplace, states, plan, SETTLING_STEPS, pool)
+    each = zip(chain, log_probability, after, strict=True)
+    return chain, log_probability, [without_strays(*ensemble) for ensemble in each]
 
 
 def _possible_start(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,11 @@ def test_only_directions_in_the_null_space_are_flat() -> None:
     (flat,) = flat_verdicts(("gain", "mode1.frequency_hz"), {"gain": 0.6, "mode1.frequency_hz": 1e-7})
     assert (flat.name, flat.verdict) == ("gain", "exactly flat")
     assert "0.60" in flat.reason
+
+
+def test_a_side_without_a_point_is_not_said_to_fall() -> None:
+    """The estimate is the last point: nothing was followed above it."""
+    ended = replace(profile("falls", "open"), estimate=9.0)
+    assert (
+        "above the estimate the log-likelihood was not seen to fall" in verdict_on("gain", 0.99, ended).reason
+    )

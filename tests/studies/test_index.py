@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from index import write_index
+from index import heading_of, write_index
 from manifest import REPORTS, STUDIES
 
 PAGE = REPORTS / "index.html"
@@ -73,3 +73,10 @@ def test_links_of_the_page_open_the_reports(browser: Browser) -> None:
     browser.follow("[id='02_twin'] .links a")
     assert browser.evaluate("location.pathname").endswith("/02_twin/report.html")
     assert browser.evaluate("document.querySelectorAll('figure').length") > 5
+
+
+def test_acronyms_of_studies_stay_acronyms(tmp_path: Path) -> None:
+    assert heading_of("04_emps") == "EMPS"
+    assert heading_of("03_rubin_azimuth") == "Rubin azimuth"
+    assert heading_of("10_leave_one_out") == "Leave one out"
+    assert heading_of("04_emps") in write_index(tmp_path).read_text(encoding="utf-8")
