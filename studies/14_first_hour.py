@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import re
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from study import start_study
+from study import plainly_named, start_study
 
 from bayes_hw.commands.demo import RECORD_SEED
 from bayes_hw.files import write_text_atomically
@@ -39,8 +38,8 @@ def main() -> None:
     few = frozenset(LABEL_BLOCKS) - {"friction"} if study.quick else frozenset[str]()
     rng = np.random.default_rng(study.seed)
     diagnosis = diagnose(case, rng, jobs=study.jobs, without=few, progress=study.progress)
-    simulated = [replace(record, source="") for record in (*case.train, *case.holdout)]
-    report = diagnosis_report(diagnosis, study.origin(simulated))
+    records = [plainly_named(record, Path(folder)) for record in (*case.train, *case.holdout)]
+    report = diagnosis_report(diagnosis, study.origin(records))
     study.write_document(report)
     write_text_atomically(study.out / "first_hour.svg", on_white(report.key_figure.svg))
     verdict = diagnosis.verdict.to_dict()

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +114,8 @@ class Study:
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
         """Where the results of this run come from."""
-        return provenance(self.command, self.seed, records, time.perf_counter() - self.begin)
+        named = [plainly_named(record, SHARED_DATA.parent) for record in records]
+        return provenance(self.command, self.seed, named, time.perf_counter() - self.begin)
 
 
 def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> Study:
@@ -157,6 +158,14 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         )
         sys.exit(0)
     return study
+
+
+def plainly_named(record: Record, folder: Path) -> Record:
+    """The record, its source as seen from `folder`, which is another one on every machine or run."""
+    source = Path(record.source)
+    if not source.is_relative_to(folder):
+        return record
+    return replace(record, source=source.relative_to(folder).as_posix())
 
 
 def skip_without(data: Path) -> None:

@@ -122,7 +122,7 @@ class Point(NamedTuple):
     at_bound: tuple[str, ...]
 
 
-class _Misfit:
+class Misfit:
     """Half the whitened sum of squares as a least-squares problem in the coordinates that are not held."""
 
     def __init__(
@@ -208,7 +208,7 @@ def profile_likelihoods(
     `start` (parameters,) are values near the estimate; the noise is held as given. A clearly better
     likelihood found on the way starts all profiles anew.
     """
-    misfit = _Misfit(axis, records, autoregression, innovation_sigma)
+    misfit = Misfit(axis, records, autoregression, innovation_sigma)
     chosen = [name for name in axis.names if not name.startswith("start")] if names is None else names
     best = misfit.minimised(as_coordinates(axis.parameters, start), None)
     for _ in range(1 + MOST_RESTARTS):
@@ -222,11 +222,22 @@ def profile_likelihoods(
         if better.log_likelihood < best.log_likelihood + CLEARLY_BETTER:
             break
         best = misfit.minimised(better.coordinates, None)
-    top = max(best.log_likelihood, better.log_likelihood)
+    sides_of = {row: both_sides(misfit, best, row, sides) for row, sides in sides_of.items()}
+    everywhere = [point.log_likelihood for sides in sides_of.values() for side in sides for point in side]
+    top = max(best.log_likelihood, *everywhere)
     return tuple(_profile(axis, best, top, row, sides) for row, sides in sides_of.items())
 
 
-def _follow(misfit: _Misfit, best: Point, row: int, side: int, first_step: float) -> list[Point]:
+def both_sides(misfit: Misfit, best: Point, row: int, sides: list[list[Point]]) -> list[list[Point]]:
+    """The sides, and from `best` what a last restart has left without a point: nothing is known there yet."""
+    empty = [side for side, points in zip((-1, 1), parted(sides, best, row), strict=True) if not points]
+    if not empty:
+        return sides
+    step = FIRST_STEP * misfit.widths(best.coordinates)[row]
+    return [*sides, *(_follow(misfit, best, row, side, step) for side in empty)]
+
+
+def _follow(misfit: Misfit, best: Point, row: int, side: int, first_step: float) -> list[Point]:
     """Points outward from the estimate; the steps aim at equal falls of the log-likelihood."""
     origin, top = best.coordinates[row], best.log_likelihood
     end = max(side * (misfit.median[row] - origin) + REACH * misfit.prior_sd[row], misfit.prior_sd[row])

@@ -18,6 +18,9 @@ FLAT_SHARE = 0.01
 STRONG_CONTRACTION = 0.9
 """A contraction below this is weak."""
 
+SEEN_FALL = 0.005
+"""A fall of the log-likelihood below this is none that its evaluation could be trusted with."""
+
 RULES = (
     f"exactly flat: at least {FLAT_SHARE:g} of the parameter's direction lies in the null space of the"
     " structure",
@@ -91,7 +94,7 @@ def _decide(contraction: float, profile: Profile | None, scaling: PowerScaling |
         assert profile is not None
         if side == "open":
             fall = profile.fall(place == "above")
-            falls = f"falls by {fall:.2g} at most" if fall > 0 else "was not seen to fall"
+            falls = f"falls by {fall:.2g} at most" if fall >= SEEN_FALL else "was not seen to fall"
             return "prior-dominated", (
                 f"{place} the estimate the log-likelihood {falls} (threshold {THRESHOLD:g}); {contracted}"
             )

@@ -84,6 +84,9 @@ def identify_jointly(
             best = released
     report("whole cascade", parts - 1, parts)
     best, evidence, rms_without = _drop_blocks(experiment, best)
+    finished = lower_orders(experiment, best, tried)
+    tried += [best, *finished]
+    best = choose([best, *finished])
     report("whole cascade", parts, parts)
     return JointStage(best, tabulate(experiment, tried), evidence, rms_without, agreeing, len(fits))
 
@@ -115,6 +118,31 @@ def at_order(
         starts.append(at_half_width(experiment, structure, values, known.values.half_width))
     best = min(starts, key=lambda fit: fit.sum_of_squares)
     return fit_cascade(structure, best.values, experiment.records)
+
+
+def lower_orders(experiment: Experiment, fit: CascadeFit, tried: Sequence[CascadeFit]) -> list[CascadeFit]:
+    """Descents of lower orders tried, gone on with where blocks that the records do not show are left out of
+    `fit`; none where none is.
+
+    While such blocks are free, directions are flat in which a descent creeps: it ends short of its minimum,
+    and rounding then decides whether the lower order seems good enough.
+    """
+    blocks = {block: getattr(fit.structure, block) for block in BLOCKS}
+    found = []
+    for other in tried:
+        structure = replace(other.structure, **blocks)
+        dynamics = structure.delay_samples, structure.integrator
+        alike = dynamics == (fit.structure.delay_samples, fit.structure.integrator)
+        if structure == other.structure or not alike or structure.order >= fit.structure.order:
+            continue
+        values = replace(
+            other.values,
+            lower=other.values.lower if structure.lower else -np.inf,
+            upper=other.values.upper if structure.upper else np.inf,
+            half_width=other.values.half_width if structure.dead_zone else 0.0,
+        )
+        found.append(fit_cascade(structure, values, experiment.records))
+    return found
 
 
 def _from_several_starts(

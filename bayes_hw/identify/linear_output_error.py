@@ -144,7 +144,11 @@ def choose(fits: Iterable[CascadeFit]) -> CascadeFit:
 
 
 def tabulate(experiment: Experiment, fits: Iterable[CascadeFit]) -> tuple[OrderCandidate, ...]:
-    """Every fit as a row, in the order in which they were made."""
+    """The best fit of every order, delay and integrator as a row, in the order in which they were made."""
+    best: dict[tuple[int, int, bool], CascadeFit] = {}
+    for fit in fits:
+        key = fit.structure.order, fit.structure.delay_samples, fit.structure.integrator
+        best[key] = choose([best[key], fit]) if key in best else fit
     return tuple(
         OrderCandidate(
             fit.structure.order,
@@ -153,7 +157,7 @@ def tabulate(experiment: Experiment, fits: Iterable[CascadeFit]) -> tuple[OrderC
             fit.rms * experiment.output_scale,
             score(fit),
         )
-        for fit in fits
+        for fit in best.values()
     )
 
 

@@ -108,6 +108,7 @@ def _figure(figure: Figure, number: int) -> dict[str, Any]:
         "caption": visible(figure.caption),
         "alt": visible(figure.alt_text),
         "width_inches": figure.width_inches,
+        "breaks": list(figure.breaks),
     }
 
 

@@ -51,24 +51,7 @@ TRACKING_TABLES = (
 
 def margins_section(design: Design) -> Section:
     """Quantiles of every margin, and the loops over frequency."""
-    requirements = design.settings.requirements
-    blocks: list[Block] = [
-        Table(
-            ("controller", "stable", "margins kept", "at the point estimate"),
-            tuple(
-                (
-                    loop.controller.name,
-                    format_percent(loop.probability_stable, 1),
-                    format_percent(loop.met(requirements), 1),
-                    "kept" if loop.nominal_margins.meets(requirements)[0] else "not kept",
-                )
-                for loop in design.loops
-            ),
-            f"Probability over the posterior of stability, and of a {requirements.describe()}.",
-            (1, 2),
-        ),
-        *(nyquist_and_sensitivities(part) for part in _pages(design.loops)),
-    ]
+    blocks: list[Block] = [nyquist_and_sensitivities(part) for part in _pages(design.loops)]
     blocks += [
         _merit_table(
             design.loops,

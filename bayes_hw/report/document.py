@@ -100,12 +100,14 @@ class Figure:
 
     `svg` is a complete SVG document; `alt_text` says in one sentence what is to be seen, `caption` what
     it shows and how to read it; `width_inches` is the width at which its text has the intended size.
+    `breaks` are heights, as shares from the top, where nothing is drawn and a page may end.
     """
 
     svg: str
     caption: str
     alt_text: str
     width_inches: float = TEXT_WIDTH_INCHES
+    breaks: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,9 @@ LABEL_LENGTH = 48
 TALLEST_INCHES = 8.6
 """Of a drawing, so that its caption fits on the same page."""
 
+MOST_BREAKS = 2
+"""Places in a figure where a page may end."""
+
 PLAIN_DECADES = (0.9e-3, 1.1e4)
 """Ends of a logarithmic axis within which its labels are plain numbers."""
 
@@ -59,12 +62,40 @@ def new_canvas(
     return Canvas(figsize=(width_inches, min(height_inches, TALLEST_INCHES)), layout=layout)
 
 
-def finished(canvas: Canvas, caption: str, alt_text: str) -> document.Figure:
-    """The drawing as SVG, the same bytes for the same drawing; call within `drawing_settings`."""
+def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int = 0) -> document.Figure:
+    """The drawing as SVG, the same bytes for the same drawing; call within `drawing_settings`.
+
+    A page may end after every `rows_together` rows of panels, nowhere where that is 0.
+    """
     buffer = io.StringIO()
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     width = float(canvas.get_figwidth())
-    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width)
+    gaps = gaps_between_rows(canvas) if rows_together else ()
+    breaks = few_of(gaps[rows_together - 1 :: rows_together]) if rows_together else ()
+    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width, breaks)
+
+
+def few_of(gaps: tuple[float, ...]) -> tuple[float, ...]:
+    """At most MOST_BREAKS of the gaps, about equally far apart, and one for two: every part of a figure
+    carries the whole drawing in the PDF."""
+    count = min(MOST_BREAKS, (len(gaps) + 1) // 2)
+    places = np.rint((1 + np.arange(count)) * (len(gaps) + 1) / (count + 1)).astype(int) - 1
+    return tuple(gaps[place] for place in places)
+
+
+def gaps_between_rows(canvas: Canvas) -> tuple[float, ...]:
+    """Middles of the blank stripes between rows of panels, as shares of the height from the top.
+
+    Everything that belongs to a panel counts, its labels and title too; the canvas has been laid out.
+    """
+    boxes = [box for axes in canvas.axes if (box := axes.get_tightbbox()) is not None]
+    spans = sorted((1 - box.y1 / canvas.bbox.height, 1 - box.y0 / canvas.bbox.height) for box in boxes)
+    gaps, reached = [], spans[0][1] if spans else 1.0
+    for top, bottom in spans[1:]:
+        if top > reached:
+            gaps.append(round((reached + top) / 2, 5))
+        reached = max(reached, bottom)
+    return tuple(gaps)
 
 
 def on_paper(canvas: Canvas) -> Canvas:

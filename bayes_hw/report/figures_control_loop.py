@@ -89,14 +89,11 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
             loc="outside upper right",
             ncols=4,
         )
-        stable = "; ".join(
-            f"{loop.controller.name}: {format_percent(loop.probability_stable, 1)}" for loop in loops
-        )
         return finished(
             canvas,
             "Margins and bandwidth of every controller over the posterior: central 94 % and 50 % of the "
             "stable draws, and the point estimate. Dashed: the margins asked for; percentages beside the "
-            f"names: draws that are stable and keep them all. Stable draws: {stable}.",
+            "names: draws that are stable and keep them all.",
             f"Intervals of four margins for {len(loops)} controllers.",
         )
 
@@ -161,6 +158,7 @@ def nyquist_and_sensitivities(loops: Sequence[LoopReport]) -> Figure:
             "L/(1 + L), from reference to output: pointwise central 94 % of the draws, lines for the point "
             "estimate.",
             f"Nyquist curves and sensitivities of {len(loops)} controllers.",
+            rows_together=1,
         )
 
 

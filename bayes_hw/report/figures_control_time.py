@@ -74,6 +74,7 @@ def time_responses(loops: Sequence[LoopReport], units: Units) -> Figure:
             "central 94 % of the draws, without noise. Every test starts at rest, step and ramp in the "
             f"middle of the dead zone.{sidereal}",
             f"Bands of {len(tests)} tests for {len(loops)} controllers.",
+            rows_together=1,
         )
 
 

@@ -84,6 +84,7 @@ def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.
             "highest-density interval (HDI). "
             "A posterior as wide as its prior means that the data say nothing about the parameter.",
             f"Grid of {len(marginals)} panels, each with a prior curve and a posterior histogram.",
+            rows_together=1,
         )
 
 
@@ -291,6 +292,7 @@ def traces(
             f"Traces: {len(shown)} of {walkers} walkers from each of {ensembles} independent ensembles, "
             f"every {_ordinal(thin)} step. Ensembles that lie on one another have found the same posterior.",
             f"Trace plots of {count} parameters coloured by ensemble.",
+            rows_together=1,
         )
 
 

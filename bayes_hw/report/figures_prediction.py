@@ -130,6 +130,7 @@ def predicted_record(
             "mean) below. "
             f"The lower pair enlarges {zoom[0]:.4g} to {zoom[1]:.4g} {record.units.time}.",
             "Measured and predicted output over time with bands and residuals.",
+            rows_together=2,
         )
 
 

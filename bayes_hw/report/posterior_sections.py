@@ -227,13 +227,13 @@ def _widening_section(analysis: Analysis, dominant: dict[str, Summary], everythi
         blocks.append(Callout("warn", "All of G free: not converged", "; ".join(everything.problems)))
     blocks += [
         _widening_table(dominant, all_summaries, analysis.truth, shared),
+        priors_and_posteriors(marginals(everything, shared, analysis.truth)),
         interval_comparison(
             sets,
             [parameter_name(name) for name in shared],
             np.array([dominant[name].sd for name in shared]),
             truth=truth,
         ),
-        priors_and_posteriors(marginals(everything, shared, analysis.truth)),
         Table(
             PARAMETER_HEADER,
             _parameter_rows(everything),

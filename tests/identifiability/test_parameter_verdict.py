@@ -45,6 +45,12 @@ def test_rules(
     assert says in found.reason
 
 
+def test_a_side_along_which_nothing_falls_says_so() -> None:
+    flat = replace(profile("open", "falls"), log_likelihood=np.array([-1e-9, 0.0, -5.0]))
+    reason = verdict_on("gain", 0.99, flat).reason
+    assert reason.startswith("below the estimate the log-likelihood was not seen to fall (threshold 1.92)")
+
+
 def test_without_profile_the_contraction_decides() -> None:
     assert verdict_on("noise.sigma", 0.95).verdict == "identified"
     assert verdict_on("noise.sigma", 0.95).to_dict()["prior_sensitivity"] is None

@@ -10,10 +10,19 @@ import pytest
 from identifiability.conftest import swinging
 
 from bayes_hw.identifiability import profile
-from bayes_hw.identifiability.profile import THRESHOLD, Point, Profile, parted, profile_likelihoods
+from bayes_hw.identifiability.profile import (
+    THRESHOLD,
+    Misfit,
+    Point,
+    Profile,
+    both_sides,
+    parted,
+    profile_likelihoods,
+)
 from bayes_hw.identifiability.sensitivity import fisher_information
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import as_coordinates
 from bayes_hw.record import Record
 
 AUTOREGRESSION = np.array([0.5])
@@ -98,3 +107,20 @@ def test_points_are_parted_at_an_estimate_that_moved() -> None:
     below, above = parted(sides, point(0.4), 1)
     assert [float(each.coordinates[1]) for each in below] == [0.2]
     assert [float(each.coordinates[1]) for each in above] == [0.5, 0.9, 1.1, 2.0]
+
+
+def test_a_side_that_the_last_restart_left_empty_is_followed(
+    small_axis: HammersteinWiener, swinging_record: Record
+) -> None:
+    """A better estimate below every point: what lies below it was never looked at, so it is not open."""
+    axis = AxisParameters(small_axis)
+    misfit = Misfit(axis, [swinging_record], AUTOREGRESSION, INNOVATION_SIGMA)
+    best = misfit.minimised(as_coordinates(axis.parameters, axis.nominal), None)
+    row = axis.names.index("gain")
+    further = best.coordinates.copy()
+    further[row] += 0.1
+    sides = both_sides(misfit, best, row, [[], [Point(further, best.log_likelihood - 9.0, ())]])
+    below, above = parted(sides, best, row)
+    assert len(above) == 1
+    assert best.log_likelihood - below[-1].log_likelihood > THRESHOLD
+    assert both_sides(misfit, best, row, sides) is sides

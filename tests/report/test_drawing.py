@@ -10,8 +10,10 @@ from bayes_hw.report.drawing import (
     drawable,
     drawing_settings,
     envelope,
+    few_of,
     few_ticks,
     finished,
+    gaps_between_rows,
     new_canvas,
     outline,
     plain_log_ticks,
@@ -95,3 +97,34 @@ def test_tick_labels_have_room(ends, most):
         assert 1 <= len(shown) <= most + 1
         gaps = np.diff(shown) / (ends[1] - ends[0]) * characters
         assert all(gap > len(label) for gap, label in zip(gaps, labels, strict=False))
+
+
+def grid_of_panels(rows, rows_together):
+    with drawing_settings():
+        canvas = new_canvas(1.5 * rows)
+        for axes in canvas.subplots(rows, 2).ravel():
+            axes.set_xlabel("below the panel")
+        return canvas, finished(canvas, "caption", "alt", rows_together=rows_together)
+
+
+def test_a_page_may_end_in_the_blank_stripes_between_rows():
+    canvas, figure = grid_of_panels(4, 1)
+    gaps = gaps_between_rows(canvas)
+    assert len(gaps) == 3
+    assert figure.breaks == (gaps[0], gaps[2])
+    for axes in canvas.axes:
+        box = axes.get_tightbbox()
+        for share in gaps:
+            height = (1 - share) * canvas.bbox.height
+            assert not box.y0 < height < box.y1
+
+
+@pytest.mark.parametrize(("together", "expected"), [(0, 0), (2, 1), (4, 0)])
+def test_rows_that_belong_together_stay_so(together, expected):
+    assert len(grid_of_panels(4, together)[1].breaks) == expected
+
+
+@pytest.mark.parametrize(("rows", "expected"), [(1, ()), (2, (1,)), (3, (2,)), (4, (1, 3)), (7, (2, 5))])
+def test_a_figure_has_few_parts(rows, expected):
+    """Given as the row after which a page may end: every part costs the whole drawing once more."""
+    assert few_of(tuple(range(1, rows))) == expected

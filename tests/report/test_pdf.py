@@ -5,6 +5,7 @@ from dataclasses import replace
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bayes_hw.report.document import Figure, Section
 from bayes_hw.report.pdf import to_pages, to_pdf
 
 HOSTILE = '#eval("1") $x^2$ \\ @ref *b* _i_ `c` <l> // /* = - + ~ -- ... #image("/etc/passwd")'
@@ -58,3 +59,20 @@ def test_long_words_and_long_tables_stay_on_the_page(report_of):
 @given(text=st.text(alphabet=st.characters(exclude_categories=()), max_size=40))
 def test_any_text_compiles(report_of, text):
     assert to_pdf(report_of(text)).startswith(b"%PDF-")
+
+
+def test_a_tall_figure_goes_on_over_the_page(report_of):
+    """Where a page may end in it, the figure fills the rest of a page instead of leaving it empty."""
+    svg = (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="480" height="560" viewBox="0 0 480 560">'
+        + "".join(f'<rect x="0" y="{80 * row}" width="480" height="60" fill="#123456"/>' for row in range(7))
+        + "</svg>"
+    )
+    whole = Figure(svg, "caption", "alt", 6.0)
+    parted = replace(whole, breaks=tuple((80 * row - 10) / 560 for row in range(1, 7)))
+
+    def pages(figure):
+        report = replace(report_of("text"), sections=(Section("Figures", (figure,) * 4),))
+        return to_pages(report)
+
+    assert len(pages(parted)) < len(pages(whole))

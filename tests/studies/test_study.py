@@ -7,8 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from manifest import STUDIES, read_manifest
+from study import plainly_named
+
+from bayes_hw.record import Record, Units
 
 SCRIPT = """
 \"\"\"Does a study that has nothing to do leave a manifest?\"\"\"
@@ -51,3 +55,19 @@ def test_done_run_is_skipped_until_its_options_change(script: Path) -> None:
     assert run(script).startswith("done: ")
     assert (out / "report.html").stat().st_mtime_ns == stamp
     assert run(script, "--seed", "2").startswith("report: ")
+
+
+def test_sources_are_named_from_the_folder_that_differs(tmp_path: Path) -> None:
+    t = np.arange(40.0)
+    inside = Record(
+        "train_1", t, t, t, 1.0, Units("s", "deg/s", "deg"), str(tmp_path / "case" / "train_1.csv")
+    )
+    assert plainly_named(inside, tmp_path).source == "case/train_1.csv"
+    elsewhere = Record("train_1", t, t, t, 1.0, inside.units, "simulated by the twin")
+    assert plainly_named(elsewhere, tmp_path) == elsewhere
+
+
+@pytest.mark.parametrize("study", ["03_rubin_azimuth", "04_emps", "14_first_hour"])
+def test_committed_provenance_names_no_folder_of_one_machine(study: str) -> None:
+    page = (STUDIES.parent / "reports" / study / "report.html").read_text(encoding="utf-8")
+    assert "/tmp/" not in page and "/work/" not in page
