@@ -14,6 +14,9 @@ from bayes_hw.record import Record
 
 PACKAGES = ("numpy", "scipy", "numba", "emcee", "arviz-base", "arviz-stats", "matplotlib", "typst")
 
+RESULTS_LEFT_OUT = ":(top,exclude)reports"
+"""What git calls every file but the results of the studies, of which each run changes its own."""
+
 
 @dataclass(frozen=True)
 class Provenance:
@@ -66,13 +69,14 @@ def _origin(record: Record) -> tuple[str, str]:
 
 
 def git_state() -> str:
-    """Short commit and whether the tree is changed; "not a git checkout" for an installed package."""
+    """Short commit and whether files other than results are changed; "not a git checkout" for an installed
+    package."""
     folder = Path(__file__).parent
     if not (folder.parent / ".git").exists():
         return "not a git checkout"
     try:
         commit = _git(folder, "rev-parse", "--short=12", "HEAD")
-        changed = _git(folder, "status", "--porcelain", "--untracked-files=no")
+        changed = _git(folder, "status", "--porcelain", "--untracked-files=no", "--", ":/", RESULTS_LEFT_OUT)
     except (OSError, subprocess.SubprocessError):
         return "git state unknown"
     return f"commit {commit}" + (", with uncommitted changes" if changed else "")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -51,3 +53,19 @@ def test_git_state_names_commit_and_changes(monkeypatch: pytest.MonkeyPatch) -> 
         assert git_state() == "commit 0123456789ab, with uncommitted changes"
         answers["status"] = ""
         assert git_state() == "commit 0123456789ab"
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_changed_results_are_no_changes_of_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a checkout of its own: a result is written anew, then a line of code changes."""
+    for name in ("bayes_hw/code.py", "reports/results.json"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text("1", encoding="utf-8")
+    identity = ("-c", "user.name=A", "-c", "user.email=a@b", "-c", "commit.gpgsign=false")
+    for arguments in (["init", "-q"], ["add", "."], [*identity, "commit", "-q", "-m", "first"]):
+        subprocess.run(["git", "-C", str(tmp_path), *arguments], check=True, timeout=60)
+    monkeypatch.setattr(provenance_module, "__file__", str(tmp_path / "bayes_hw" / "provenance.py"))
+    (tmp_path / "reports" / "results.json").write_text("2", encoding="utf-8")
+    assert "changes" not in git_state()
+    (tmp_path / "bayes_hw" / "code.py").write_text("2", encoding="utf-8")
+    assert git_state().endswith("with uncommitted changes")
