@@ -20,7 +20,7 @@ from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.score import GOALS, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
-from bayes_hw.report.blind_report import blind_report, share_text
+from bayes_hw.report.blind_report import NAMED_WRONG, PROVENANCE, blind_report, share_text
 from bayes_hw.report.document import Report, Section, Table
 from bayes_hw.report.figures_blind import shares
 
@@ -84,17 +84,18 @@ def by_fault(evidence: Evidence) -> dict[str, Share]:
 
 
 def report_by_fault(report: Report, found: Mapping[str, Share]) -> Report:
-    """The pages of a blind check without what only cases of the catalogue have, the faults first."""
+    """The pages of a blind check, the faults first, without what says nothing of cases that share a label."""
     table = Table(
         ("fault", "other was said in"),
         tuple((fault, share_text(share)) for fault, share in found.items()),
         "Cases by fault; per cent with the 95 % binomial interval.",
     )
+    kept = tuple(section for section in report.sections if section.title in (NAMED_WRONG, PROVENANCE))
     return replace(
         report,
         title="Faults that the diagnosis never met",
         key_figure=shares(found, "Faults off the catalogue", GOALS["other said of off-catalogue"]),
-        sections=(Section("By fault", (table,)), *report.sections[-3:]),
+        sections=(Section("By fault", (table,)), *kept),
     )
 
 

@@ -13,6 +13,8 @@ from bayes_hw.report.figures_blind import closure_scatter, confusion_matrix, rel
 from bayes_hw.report.rounding import format_duration, format_number, format_percent
 
 SINGLE = "single effects named right"
+NAMED_WRONG = "Cases named wrong"
+PROVENANCE = "Provenance"
 
 WIDE = 0.1
 """Interval of a share that is wider is given without decimals."""
@@ -49,7 +51,7 @@ def blind_report(
             *_baseline_sections(score, baselines or {}),
             _check_section(score),
             _cases_section(score),
-            Section("Provenance", (KeyValues(_origin(evidence, provenance)),)),
+            Section(PROVENANCE, (KeyValues(_origin(evidence, provenance)),)),
         ),
     )
 
@@ -223,7 +225,7 @@ def _cases_section(score: Score) -> Section:
         f"(median), {format_duration(score.longest_seconds)} at most."
     )
     columns = ("case", "carries", "gap / noise", "answer", "stated")
-    return Section("Cases named wrong", (Table(columns, rows, count) if rows else Paragraph(count),))
+    return Section(NAMED_WRONG, (Table(columns, rows, count) if rows else Paragraph(count),))
 
 
 def _origin(evidence: Evidence, provenance: Provenance) -> tuple[tuple[str, str], ...]:

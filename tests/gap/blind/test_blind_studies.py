@@ -11,6 +11,10 @@ from pathlib import Path
 import pytest
 from serial import SerialExecutor
 
+from bayes_hw.gap.blind.counts import Share
+from bayes_hw.report.document import Paragraph, Report, Section
+from bayes_hw.report.figures_blind import shares
+
 STUDIES = Path(__file__).resolve().parents[3] / "studies"
 
 
@@ -46,3 +50,16 @@ def test_quick_run(
         "report.pdf",
         *written,
     }
+
+
+def test_pages_of_unseen_faults_have_the_sections_that_say_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By fault first, what was named wrong, where it comes from; nothing of chance among single labels."""
+    monkeypatch.syspath_prepend(str(STUDIES))
+    importlib.import_module("study")
+    pages = runpy.run_path(str(STUDIES / "20_unseen_faults.py"))
+    titles = ("What was named", "Would the score notice?", pages["NAMED_WRONG"], pages["PROVENANCE"])
+    sections = tuple(Section(title, (Paragraph("x"),)) for title in titles)
+    figure = shares({"hum": Share(1, 2)}, "Faults")
+    whole = Report("Blind check", "subtitle", "verdict.", (), figure, sections)
+    report = pages["report_by_fault"](whole, {"hum": Share(1, 2)})
+    assert [section.title for section in report.sections] == ["By fault", "Cases named wrong", "Provenance"]
