@@ -25,8 +25,13 @@ class Requirements:
 
     def describe(self) -> str:
         """In words, with units."""
-        text = f"gain margin of {self.gain_margin_db:g} dB, phase margin of {self.phase_margin_deg:g} deg"
-        return text + (f", delay margin of {self.delay_margin_s:g} s" if self.delay_margin_s > 0 else "")
+        parts = [
+            f"gain margin of {self.gain_margin_db:g} dB",
+            f"phase margin of {self.phase_margin_deg:g} deg",
+        ]
+        if self.delay_margin_s > 0:
+            parts.append(f"delay margin of {self.delay_margin_s:g} s")
+        return ", ".join(parts[:-1]) + " and " + parts[-1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,9 @@ def _verdict(design: Design) -> str:
     found = [tuning for tuning in design.tunings if tuning.robust.feasible]
     if found:
         breaks = " and ".join(f"{format_percent(t.point.broken, 1)} ({t.structure})" for t in found)
-        sentences.append(f"Settings tuned on the point estimate alone break them for {breaks}.")
+        sentences.append(
+            f"Settings tuned on the point estimate alone break them for {breaks} of fresh draws."
+        )
     sentences += [
         f"No {tuning.structure} keeps them for at least {share} of the draws."
         for tuning in design.tunings

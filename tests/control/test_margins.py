@@ -98,7 +98,9 @@ def test_requirements_are_all_asked_for() -> None:
     assert margins.meets(Requirements(6, 45, 0.1)).all()
     for worse in (Requirements(6.1, 45, 0.1), Requirements(6, 45.1, 0.1), Requirements(6, 45, 0.11)):
         assert not margins.meets(worse).any()
-    assert "0.1 s" in Requirements(6, 45, 0.1).describe()
+    assert Requirements(6, 45).describe() == "gain margin of 6 dB and phase margin of 45 deg"
+    asked = "gain margin of 6 dB, phase margin of 45 deg and delay margin of 0.1 s"
+    assert Requirements(6, 45, 0.1).describe() == asked
 
 
 def test_two_thousand_draws_in_two_seconds() -> None:

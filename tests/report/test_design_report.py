@@ -60,7 +60,7 @@ def figures(report: Report) -> list[Figure]:
 
 def test_the_first_page_answers_in_words(report: Report) -> None:
     """Who keeps the margins and who does not; the numbers are in a table."""
-    asked = "a gain margin of 6 dB, phase margin of 45 deg, delay margin of 0.05 s for at least 95"
+    asked = "a gain margin of 6 dB, phase margin of 45 deg and delay margin of 0.05 s for at least 95"
     assert f" {asked}" in report.verdict
     before, after = report.verdict.split("; ", 1)
     assert before.startswith(HOSTILE) and "hot" not in before
