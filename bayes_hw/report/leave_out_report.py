@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.lines import Line2D
 
+from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.leave_out import LeftOut
+from bayes_hw.gap.blind.score import GOALS
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.blind_report import share_text
 from bayes_hw.report.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
@@ -15,24 +18,31 @@ from bayes_hw.report.palette import BLUE, MUTED, VERMILLION
 from bayes_hw.report.rounding import format_percent
 
 LOWEST = -0.5
+BLOCK = "block right"
 
 
 def leave_out_report(rows: Sequence[LeftOut], provenance: Provenance) -> Report:
     """The report whose first page shows the gap closed without and with each entry."""
     accepted = sum(row.acceptable.hits for row in rows)
     trials = sum(row.acceptable.trials for row in rows)
+    block = Share(sum(row.block.hits for row in rows), sum(row.block.trials for row in rows))
     grows = sum(row.closed_with > row.closed_without for row in rows)
     return Report(
         title="Leave one effect out",
         subtitle=f"{len(rows)} entries of the catalogue struck in turn from data that carry them",
         verdict="With its entry struck, a missing effect is called other, or by a label stated to be"
-        f" confusable with it, in {accepted} of {trials} cases; putting the entry back closes more of the"
-        f" hold-out's gap for {grows} of {len(rows)} effects.",
+        f" confusable with it, in {accepted} of {trials} cases, and its block is right in {block.hits};"
+        f" putting the entry back closes more of the hold-out's gap for {grows} of {len(rows)} effects.",
         badges=(
             Badge(
                 "noticed",
                 "good" if accepted >= 0.9 * trials else "warn",
                 f"{accepted} of {trials} answers without the entry",
+            ),
+            Badge(
+                "block",
+                "good" if block.value >= GOALS[BLOCK] else "warn",
+                f"right in {share_text(block)}; goal {format_percent(GOALS[BLOCK])}",
             ),
             Badge(
                 "gap shrinks",
@@ -76,6 +86,11 @@ def closures(rows: Sequence[LeftOut]) -> Figure:
         axes.set(
             xlim=(LOWEST - 0.03, 1.03), xlabel="fraction of the reducible hold-out error removed (median)"
         )
+        handles = [
+            Line2D([], [], color=color, linestyle="none", marker="o", markersize=4, label=label)
+            for color, label in ((VERMILLION, "entry struck from the catalogue"), (BLUE, "with its entry"))
+        ]
+        canvas.legend(handles=handles, loc="outside upper right", ncols=2)
         axes.invert_yaxis()
         axes.grid(False, axis="y")
         return finished(

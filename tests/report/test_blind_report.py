@@ -106,6 +106,7 @@ def test_leave_out_report_counts() -> None:
     assert "4 of 4" in shown
     assert "other 3, friction 1" in shown
     assert "1 of 1 effects close more" in shown
+    assert "its block is right in 2" in shown and "right in 2 of 4, 50" in shown
 
 
 def test_a_set_without_single_effects_has_its_figure() -> None:
