@@ -1,8 +1,11 @@
 """Is `other` said of faults that nobody had in mind while the diagnosis was made?
 
 Sealed cases of two kinds (easy, hard) whose fault is drawn from a group off the catalogue on which the
-diagnosis was never changed (`bayes_hw.plant.effects.unseen`). Writes report.html, report.pdf and
-results.json, with the answers by fault; a run that was stopped goes on.
+diagnosis had never been changed when the report was made (`bayes_hw.plant.effects.unseen`). Writes
+report.html, report.pdf and results.json, with the answers by fault; a run that was stopped goes on.
+
+The misses of the report led to one change afterwards: mains hum, a sine that a model corrected by every
+sample follows, was taken for chaotic backlash, surely; a line in time is no longer laid to chaos.
 """
 
 from __future__ import annotations

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.leftover import GUSTS, Leftover
+from bayes_hw.gap.leftover import GUSTS, LINE, Leftover
 from bayes_hw.gap.stochastic import ROUNDING
 
 NONE, OTHER = "none", "other"
@@ -40,7 +40,8 @@ class Remains:
     """What the chosen explanation leaves: `gap` of the base and `bent_gusts` in units of the noise.
 
     `loose` where the effect itself cannot be followed sample by sample, `drifts` where slow noise is part of
-    the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause.
+    the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
+    for a line in its spectrum: chaos has none.
     """
 
     leftovers: tuple[Leftover, ...]
@@ -124,7 +125,9 @@ def judge(
     """The answer and the marginal probability of every label, of none and of other."""
     other = min(probability_of_other(remains, calibration), calibration.other_ceiling)
     if remains.excused:
-        other = min(other, 1 - calibration.other_ceiling)
+        lines = tuple(item for item in remains.leftovers if item.kind == LINE)
+        of_line = probability_of_other(replace(remains, leftovers=lines, loose=False), calibration)
+        other = max(min(other, 1 - calibration.other_ceiling), min(of_line, calibration.other_ceiling))
     centre = scores[chosen] - calibration.handicap(chosen)
     weights = {}
     rounded = ROUNDING in chosen

@@ -59,6 +59,7 @@ STATED_LOG_SD = 0.13
 
 UNSTATED_NOISE = "noise above the stated"
 
+LINE = "line in time"
 GUSTS = "gusts"
 """The kind that says when slow noise is strongest begins with it."""
 
@@ -176,7 +177,7 @@ def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple
     for e in residuals:
         columns = np.stack([np.cos(omega * np.arange(len(e))), np.sin(omega * np.arange(len(e)))], axis=1)
         taken += float(np.sum((columns @ np.linalg.lstsq(columns, e, rcond=None)[0]) ** 2))
-    return "line in time", surprise, taken / sum(len(e) for e in residuals)
+    return LINE, surprise, taken / sum(len(e) for e in residuals)
 
 
 def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:

@@ -103,3 +103,11 @@ def test_a_search_that_found_nothing_may_have_missed_it() -> None:
     judgement = judge((), {(): 0.0}, remains, LABELS, constants)
     assert judgement.answer == ("other",)
     assert judgement.probability["other"] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(("kind", "answer"), [("spread", ("backlash",)), ("line in time", ("other",))])
+def test_chaos_far_ahead_excuses_what_it_leaves_but_no_line(kind: str, answer: tuple[str, ...]) -> None:
+    """A sine that lasts is corrected away sample by sample, so that any followed motion seems far ahead."""
+    remains = Remains((Leftover(kind, 1e4, 0.97),), gap=0.5, loose=True, excused=True)
+    judgement = judge(("backlash",), {(): 0.0, ("backlash",): 900.0}, remains, LABELS, CONSTANTS)
+    assert judgement.answer == answer

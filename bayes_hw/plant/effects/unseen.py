@@ -1,5 +1,7 @@
 """Faults off the diagnosis' catalogue that no version of it was changed on.
 
+Mains hum is the exception: its misses showed that a line in time was laid to chaotic motion, mended since.
+
 They measure whether `other` is said of faults that nobody had in mind: keep them out of what constants are
 fitted on, and once misses on them have been read, move them to the groups that the diagnosis has met.
 """
