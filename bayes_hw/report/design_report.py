@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.control.design import Design, LoopReport
+from bayes_hw.control.tuning import lower_bandwidth
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.design_axis_sections import axis_section, controllers_section, crossover_section
 from bayes_hw.report.design_loop_sections import cycles_section, margins_section, tracking_section
 from bayes_hw.report.design_robust_sections import sets_section, tuning_section
-from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, Table
+from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, State, Table
 from bayes_hw.report.figures_control_loop import margin_distributions
 from bayes_hw.report.names import parameter_name
 from bayes_hw.report.plain_text import listed
@@ -67,7 +68,7 @@ def _verdict(design: Design) -> str:
         sentences.append(f"No controller keeps {asked}.")
     found = [tuning for tuning in design.tunings if tuning.robust.feasible]
     if found:
-        breaks = " and ".join(f"{format_percent(t.point.broken, 1)} ({t.structure})" for t in found)
+        breaks = listed([f"{format_percent(t.point.broken, 1)} ({t.structure})" for t in found])
         sentences.append(
             f"Settings tuned on the point estimate alone break them for {breaks} of fresh draws."
         )
@@ -104,7 +105,7 @@ def _answer_section(design: Design) -> Section:
                         format_percent(loop.met(requirements), 1),
                         format_percent(loop.probability_stable, 1),
                         format_percent(_cycling(loop), 1),
-                        format_number(_lower_bandwidth_hz(loop), 3, "Hz"),
+                        format_number(lower_bandwidth(loop.margins), 3, "Hz"),
                         "kept" if loop.nominal_margins.meets(requirements)[0] else "not kept",
                     )
                     for loop in design.loops
@@ -121,11 +122,6 @@ def _answer_section(design: Design) -> Section:
 def _cycling(loop: LoopReport) -> float:
     """Largest share of simulated draws, over the places, that go on oscillating."""
     return max(float(np.mean(check.simulated.sustained)) for check in loop.cycles)
-
-
-def _lower_bandwidth_hz(loop: LoopReport) -> float:
-    """5 % quantile of the bandwidth, unstable draws at zero."""
-    return float(np.quantile(np.nan_to_num(loop.margins.bandwidth_hz, nan=0.0), 0.05))
 
 
 def _badges(design: Design) -> tuple[Badge, ...]:
@@ -148,18 +144,17 @@ def _badges(design: Design) -> tuple[Badge, ...]:
     if posterior.prior_dominated:
         names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
         badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))
-    on_point = [tuning.point.controller for tuning in design.tunings]
     for loop in design.loops:
-        if loop.controller in on_point:
+        if _is_tuned_on_point(design, loop):
             continue
         met = loop.met(requirements)
-        state = "good" if met >= design.settings.share else "warn"
+        state: State = "good" if met >= design.settings.share else "warn"
         if loop.probability_stable < SURE:
             state = "bad"
         badges.append(
             Badge(
                 f"{format_percent(met, 1)} keep the margins",
-                "bad" if state == "bad" else "good" if state == "good" else "warn",
+                state,
                 f"{loop.controller.name}; {format_percent(loop.probability_stable, 1)} of the draws are "
                 "stable",
             )

@@ -70,8 +70,9 @@ def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int 
     buffer = io.StringIO()
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     width = float(canvas.get_figwidth())
-    gaps = gaps_between_rows(canvas) if rows_together else ()
-    breaks = few_of(gaps[rows_together - 1 :: rows_together]) if rows_together else ()
+    breaks: tuple[float, ...] = ()
+    if rows_together:
+        breaks = few_of(gaps_between_rows(canvas)[rows_together - 1 :: rows_together])
     return document.Figure(compact(buffer.getvalue()), caption, alt_text, width, breaks)
 
 
