@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("known", "second", "unseen"),
         default="known",
         help="faults that `other` is drawn from: those the diagnosis was made with, a second group it met "
-        "late, or ones it never met (default known)",
+        "late, or ones it had not met when it was measured on them (default known)",
     )
     add_output(make, "folder for cases/, truth.zip and seal.json; one that was stopped is finished")
     add_common(make)
