@@ -8,14 +8,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.continuous_poles import ContinuousPoles, continuous_poles
-from bayes_hw.gap.drive_train import DriveTrain, TorqueSystem, UnknownTrain, realise
+from bayes_hw.gap.drive_train import DriveTrain, UnknownTrain, realise
 from bayes_hw.gap.nominal_prior import STATIC_SPREAD, base_parameters
+from bayes_hw.gap.path import Path
 from bayes_hw.gap.recent import Recent
 from bayes_hw.gap.resonator import Resonator
-from bayes_hw.gap.turning import turning_together
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -25,9 +25,6 @@ STATIC_COUNT = GAIN = 3
 KEPT = 24
 """Latest results of each kind."""
 
-CommandPath: TypeAlias = tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]
-TorquePath: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, ComplexArray, ComplexArray, ComplexArray]
-
 OfG: TypeAlias = tuple[float, ...]
 """The base parameters that G depends on."""
 
@@ -36,15 +33,11 @@ Asked: TypeAlias = tuple[OfG, Resonator | None, bool]
 
 @dataclass(frozen=True)
 class Chain:
-    """Poles and gains of the linear block, in continuous time.
+    """Poles and gains of the linear block, in continuous time: paths from the command and from torques on
+    motor and load."""
 
-    `command_path` holds real poles (n,) in 1/s, their output gains (4, n), the upper poles of pairs (m,) and
-    their output gains (4, m), outputs w, motor angle, motor speed, load speed; `torque_path` the same with
-    input gains (2, n) and (2, m) by motor and load torque after the poles.
-    """
-
-    command_path: CommandPath
-    torque_path: TorquePath
+    command_path: Path
+    torque_path: Path
     direct: float
     delay_samples: int
     rate: float
@@ -53,13 +46,8 @@ class Chain:
 
     @property
     def structure(self) -> tuple[int, ...]:
-        """Numbers of real poles and pairs in front of w, and of those that torques drive."""
-        return (
-            len(self.command_path[0]),
-            len(self.command_path[2]),
-            len(self.torque_path[0]),
-            len(self.torque_path[3]),
-        )
+        """Numbers of real poles and pairs that the command drives, and of those that torques drive."""
+        return (*self.command_path.shape, *self.torque_path.shape)
 
 
 class ChainBuilder:
@@ -70,7 +58,7 @@ class ChainBuilder:
         self.axis = AxisParameters(model)
         self._linears: Recent[OfG, tuple[ContinuousPoles, float]] = Recent(KEPT)
         self._trains: Recent[OfG, DriveTrain | UnknownTrain] = Recent(KEPT)
-        self._torques: Recent[tuple[OfG, Resonator | None], TorquePath] = Recent(KEPT)
+        self._torques: Recent[tuple[OfG, Resonator | None], Path] = Recent(KEPT)
         self._chains: Recent[Asked, Chain] = Recent(KEPT)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
@@ -130,19 +118,11 @@ class ChainBuilder:
         self, linear: tuple[ContinuousPoles, float], of_g: OfG, resonator: Resonator | None, needs_train: bool
     ) -> Chain:
         system, direct = linear
-        s, r = system.poles, system.residues
         driving = of_g if needs_train else self.nominal_of_g
         train = self._train(driving)
         torque_path = self._torque_path(driving, resonator)
-        if resonator is not None:
-            own = np.concatenate([torque_path[0].astype(np.complex128), torque_path[3]])
-            s, r = train.with_resonator(system, resonator, own)
-        outputs = np.concatenate([r[None], r * train.ratios(s, resonator)])
-        if isinstance(train, DriveTrain):
-            outputs = turning_together(s, outputs)
-        real = s.imag == 0
         return Chain(
-            (s[real].real, outputs[:, real].real, s[~real], outputs[:, ~real]),
+            train.command_path(system, resonator, torque_path),
             torque_path,
             direct,
             self.model.linear.delay_samples,
@@ -160,11 +140,11 @@ class ChainBuilder:
             known = self._trains[of_g] = found or UnknownTrain()
         return known
 
-    def _torque_path(self, of_g: OfG, resonator: Resonator | None) -> TorquePath:
+    def _torque_path(self, of_g: OfG, resonator: Resonator | None) -> Path:
         known = self._torques[of_g, resonator]
         if known is None:
-            system = self._train(of_g).torque_system(self._linear(of_g)[0], resonator)
-            known = self._torques[of_g, resonator] = _torque_path(system)
+            known = self._train(of_g).torque_path(self._linear(of_g)[0], resonator)
+            self._torques[of_g, resonator] = known
         return known
 
     def _linear(self, of_g: OfG) -> tuple[ContinuousPoles, float]:
@@ -185,15 +165,3 @@ class ChainBuilder:
                 )
                 known[of_g] = self._linears[of_g] = system, float(direct[i])
         return {of_g: linear for of_g, linear in known.items() if linear is not None}
-
-
-def _torque_path(torques: TorqueSystem) -> TorquePath:
-    real = torques.poles.imag == 0
-    return (
-        torques.poles[real].real,
-        torques.inputs[:, real].real,
-        torques.outputs[:, real].real,
-        torques.poles[~real],
-        torques.inputs[:, ~real],
-        torques.outputs[:, ~real],
-    )

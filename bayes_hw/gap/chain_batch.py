@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.chain_kernel import simulate_lanes
+from bayes_hw.gap.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
 TORQUE_STEP = 0.005
@@ -51,15 +52,6 @@ class Followed:
     measured: Sequence[FloatArray]
     gains: FloatArray
     spread: float
-
-
-class States(NamedTuple):
-    """First-order states stepped by h: shapes as in `simulate_lanes`, the chain last."""
-
-    real_count: int
-    factors: FloatArray
-    inputs: FloatArray
-    outputs: FloatArray
 
 
 def simulate_chains(
@@ -117,8 +109,8 @@ def _simulate_alike(
     delays = chains[0].delay_samples + whole.astype(np.int64)
     for record, u in enumerate(inputs):
         _fill_delayed(commands[:, record * count : (record + 1) * count], u, delays)
-    command = command_states(chains, h)
-    torque = torque_states(chains, h)
+    command = states([chain.command_path for chain in chains], h, lanes)
+    torque = states([chain.torque_path for chain in chains], h, lanes)
     positions = np.zeros((samples if known is not None else 0, columns))
     for record, position in enumerate(known.positions if known is not None else []):
         positions[: len(position), record * count : (record + 1) * count] = position[:, None]
@@ -133,10 +125,8 @@ def _simulate_alike(
         active,
         _in_lanes(rows, lanes),
         _in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
-        command.real_count,
-        *(_in_lanes(part, lanes) for part in command[1:]),
-        torque.real_count,
-        *(_in_lanes(part, lanes) for part in torque[1:]),
+        *command,
+        *torque,
         positions,
         known.share if known is not None else 0.0,
         targets,
@@ -167,61 +157,11 @@ def _in_lanes(values: FloatArray, lanes: IntArray) -> FloatArray:
 
 def _fill_delayed(commands: FloatArray, u: FloatArray, delays: IntArray) -> None:
     """Write u (samples,) into the columns of `commands`, each late by its number of samples."""
+    first = int(delays[0])
+    if (delays == first).all():
+        late = max(len(u) - first, 0)
+        commands[len(u) - late : len(u)] = u[:late, None]
+        return
     for delay in np.unique(delays):
         late = max(len(u) - int(delay), 0)
-        columns = np.flatnonzero(delays == delay)
-        if len(columns) == len(delays):
-            commands[len(u) - late : len(u)] = u[:late, None]
-        else:
-            commands[len(u) - late : len(u), columns] = u[:late, None]
-
-
-def command_states(chains: Sequence[Chain], h: float) -> States:
-    """The states that v drives, in steps of h."""
-    real, real_out, pairs, pair_out = (
-        np.stack(parts, axis=-1) for parts in zip(*(chain.command_path for chain in chains), strict=True)
-    )
-    ones = np.ones((1, len(real), len(chains))), np.ones((1, len(pairs), len(chains)), dtype=np.complex128)
-    return _states(h, real, ones[0], real_out, pairs, ones[1], pair_out)
-
-
-def torque_states(chains: Sequence[Chain], h: float) -> States:
-    """The states that torques on motor and load drive, in steps of h."""
-    return _states(
-        h, *(np.stack(parts, axis=-1) for parts in zip(*(c.torque_path for c in chains), strict=True))
-    )
-
-
-def _states(
-    h: float,
-    real: FloatArray,
-    real_in: FloatArray,
-    real_out: FloatArray,
-    pairs: ComplexArray,
-    pair_in: ComplexArray,
-    pair_out: ComplexArray,
-) -> States:
-    """States of poles (n, chains) with input gains (inputs, n, chains) and output gains (4, n, chains).
-
-    A pair's state is that of its upper pole, and an output has twice the real part of gain times state.
-    """
-    decay, hold = _step_factors(real, h)
-    turn, pair_hold = _step_factors(pairs, h)
-    return States(
-        len(real),
-        np.concatenate([decay, _parts(turn)]),
-        np.concatenate([real_in * hold, _parts(pair_in * pair_hold)], axis=1),
-        np.concatenate([real_out, 2 * _parts(pair_out.conj())], axis=1),
-    )
-
-
-def _parts(values: ComplexArray) -> FloatArray:
-    """Real and imaginary parts (..., 2 n, chains) in turns of values (..., n, chains)."""
-    both = np.stack([values.real, values.imag], axis=-2)
-    return both.reshape(*values.shape[:-2], 2 * values.shape[-2], values.shape[-1])
-
-
-def _step_factors(poles: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """exp(s h), and the integral over a step that a constant input adds, for real or complex poles."""
-    turn, still = np.exp(poles * h), poles == 0
-    return turn, np.where(still, h, (turn - 1) / np.where(still, 1, poles))
+        commands[len(u) - late : len(u), delays == delay] = u[:late, None]

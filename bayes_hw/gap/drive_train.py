@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgeev
@@ -31,13 +30,17 @@ from bayes_hw.gap.drive_train_kernel import (
     COUNT,
     CS,
     KSS,
-    inner_ratios,
+    command_path,
+    companion,
     matched,
     numerators,
     resonant,
-    torque_gains,
+    response,
+    torque_path,
     torque_polynomials,
+    usual_logs,
 )
+from bayes_hw.gap.path import Path, ordered
 from bayes_hw.gap.resonator import Resonator
 
 FREQUENCIES = 40
@@ -66,14 +69,6 @@ VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
 
 
-class TorqueSystem(NamedTuple):
-    """States that torques drive: poles (n,), input gains (2, n), output gains (4, n); pairs by upper pole."""
-
-    poles: ComplexArray
-    inputs: ComplexArray
-    outputs: ComplexArray
-
-
 @dataclass(frozen=True)
 class UnknownTrain:
     """Torque paths where G is not that of the drive train above: G itself behind a velocity loop.
@@ -85,28 +80,31 @@ class UnknownTrain:
     corner: float = VELOCITY_LOOP_CORNER
     bandwidth: float = 15 * VELOCITY_LOOP_CORNER
 
-    def torque_system(self, system: ContinuousPoles, resonator: Resonator | None = None) -> TorqueSystem:  # noqa: ARG002
+    def torque_path(self, system: ContinuousPoles, resonator: Resonator | None = None) -> Path:  # noqa: ARG002
         """The paths of both torques, from the poles and residues of G; without the resonator, whose host is
         not known."""
         s = np.concatenate([system.poles, [-self.corner + 0j]])
         at_corner = -self.corner * system.response(np.array([-self.corner + 0j]))
         residues = np.concatenate([system.residues * system.poles / (system.poles + self.corner), at_corner])
         ones = np.ones_like(s)
-        return TorqueSystem(
-            s,
-            np.array([ones, ones], dtype=np.complex128) / self.bandwidth,
-            residues * np.array([ones, ones, s, s]),
-        )
+        inputs = np.stack([ones, ones]) / self.bandwidth
+        return Path(*ordered(s, inputs, residues * np.array([ones, ones, s, s])))
 
-    def ratios(self, s: ComplexArray, resonator: Resonator | None = None) -> ComplexArray:  # noqa: ARG002
-        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G."""
-        return np.array([np.ones_like(s), s, s], dtype=np.complex128)
-
-    def with_resonator(
+    def command_path(
         self,
         system: ContinuousPoles,
-        resonator: Resonator,
-        own: ComplexArray,  # noqa: ARG002
+        resonator: Resonator | None = None,
+        torques: Path | None = None,  # noqa: ARG002
+    ) -> Path:
+        """The path from the command, of G or of G with a resonator: motor and load turn as w does."""
+        s, r = system.poles, system.residues
+        if resonator is not None:
+            s, r = self._with_resonator(system, resonator)
+        ones = np.ones_like(s)
+        return Path(*ordered(s, ones[None], r * np.array([ones, ones, s, s])))
+
+    def _with_resonator(
+        self, system: ContinuousPoles, resonator: Resonator
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G / (1 + X H), H from load torque to w, X what the resonator takes."""
         pairs = system.real == 0
@@ -165,39 +163,39 @@ class DriveTrain:
         path = np.polyval(across, s) / np.polyval(whole, s)
         return np.asarray(self.sign * gain * (kp * s + ki) / s * path)
 
-    def torque_system(
-        self,
-        system: ContinuousPoles,  # noqa: ARG002
-        resonator: Resonator | None = None,
-    ) -> TorqueSystem:
+    def torque_path(self, system: ContinuousPoles, resonator: Resonator | None = None) -> Path:  # noqa: ARG002
         """The paths of both torques, from the poles of the drive train itself, a resonator on it if given.
 
         The integrator of the command does not answer to torques.
         """
         polynomials = self._polynomials(resonator)
-        s = _upper_roots(polynomials[0])
-        return TorqueSystem(s, *torque_gains(s, *polynomials))
+        return Path(*torque_path(_upper_roots(polynomials[0]), *polynomials))
 
-    def ratios(self, s: ComplexArray, resonator: Resonator | None = None) -> ComplexArray:
-        """Motor angle, motor speed and load speed over w (3, n) at the poles `s` (n,) of G, or of G with a
-        resonator."""
+    def command_path(
+        self, system: ContinuousPoles, resonator: Resonator | None = None, torques: Path | None = None
+    ) -> Path:
+        """The path from the command, of G or of G with a resonator, given then the path of `torques`."""
+        s, r = system.poles, system.residues
+        if resonator is not None and torques is not None:
+            s, r = self._with_resonator(system, resonator, torques.poles)
         _, hung, _, across = self._polynomials(resonator)
-        return np.asarray(inner_ratios(s, hung, across))
+        return Path(*command_path(s, r, hung, across))
 
-    def with_resonator(
+    def _with_resonator(
         self, system: ContinuousPoles, resonator: Resonator, own: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G times what the resonator does to the drive train's own response.
 
-        `own` are the poles of `torque_system` with the resonator. Where G is not quite that of the drive
+        `own` are the poles of `torque_path` with the resonator. Where G is not quite that of the drive
         train its own poles remain, with residues as small as the misfit: a loop closed around G itself can be
         unstable, for all that nothing in it gives energy.
         """
         whole, _, _, across = self._polynomials(None)
         closed, _, _, host_across = self._polynomials(resonator)
         kss, structural = np.exp(self.logs[[KSS, CS]])
-        free = _upper_roots(np.array([1.0, kss * structural, kss]))
-        hosted = free if resonator.on_structure else free[:0]
+        hosted = own[:0]
+        if resonator.on_structure:
+            hosted = _upper_roots(np.array([1.0, kss * structural, kss]))
         residues = resonant(*system, own, hosted, whole, across, closed, host_across)
         return np.concatenate([system.poles, own, hosted]), np.asarray(residues)
 
@@ -213,9 +211,7 @@ class DriveTrain:
 
 def _upper_roots(polynomial: FloatArray) -> ComplexArray:
     """The real roots of a real polynomial and of every pair the upper one: eigenvalues of its companion."""
-    companion = np.eye(len(polynomial) - 1, k=-1)
-    companion[0] = -polynomial[1:] / polynomial[0]
-    real, imaginary, _, _, failed = dgeev(companion, compute_vl=False, compute_vr=False)
+    real, imaginary, _, _, failed = dgeev(companion(polynomial), compute_vl=False, compute_vr=False)
     if failed or not np.isfinite(real).all():
         raise np.linalg.LinAlgError(f"no roots of a polynomial with the coefficients {polynomial}")
     upper = imaginary >= 0
@@ -235,9 +231,9 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
     s = _matching_points(rate)
-    target = system.response(s)
-    sign = float(np.sign((target * s)[0].real))
-    usual = _usual_logs(system, target, s)
+    target = response(*system, s)
+    sign = float(np.sign((target[0] * s[0]).real))
+    usual = usual_logs(system.poles, system.real, abs(target[0] * s[0]))
     starts = [near.logs] if near is not None else [usual + shift * _STRUCTURE for shift in ANTIRESONANCES]
     matches = (
         matched(
@@ -264,25 +260,3 @@ def _matching_points(rate: float) -> ComplexArray:
     points = np.asarray(1j * np.geomspace(0.1, 0.95 * np.pi * rate, FREQUENCIES), dtype=np.complex128)
     points.setflags(write=False)
     return points
-
-
-def _usual_logs(system: ContinuousPoles, target: ComplexArray, s: ComplexArray) -> FloatArray:
-    """Logs of a drive with usual proportions to its own poles."""
-    pairs = system.poles[system.real == 0]
-    first, second = pairs[np.argsort(np.abs(pairs))]
-    slow, fast = np.sort(np.abs(system.poles[system.real == 1]))[1:]
-    gain = abs(target[0] * s[0])
-    return np.log(
-        [
-            fast,
-            0.9 * fast * slow,
-            0.9 * abs(second) ** 2,
-            1.25 * abs(first) ** 2,
-            0.6 * abs(first) ** 2,
-            0.9 * abs(second) ** 2,
-            -0.6 * first.real / abs(first) ** 2,
-            -1.4 * second.real / abs(second) ** 2,
-            -0.3 * first.real,
-            gain,
-        ]
-    )

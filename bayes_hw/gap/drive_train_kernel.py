@@ -12,6 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from bayes_hw.gap.path import OUTPUTS, ordered
+from bayes_hw.gap.turning import turning_together
+
 KP, KI, KM, KL, KS, KSS, C, CS, BL, GAIN = range(10)
 COUNT = 10
 
@@ -105,6 +108,33 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
 
 
 @njit(cache=True, error_model="numpy")
+def response(poles, residues, real, s):  # type: ignore[no-untyped-def]
+    """sum residue / (s - pole) at every `s`, the conjugates of poles that are not `real` included."""
+    found = np.zeros(len(s), dtype=np.complex128)
+    for k in range(len(s)):
+        for i in range(len(poles)):
+            found[k] += _over(residues[i], s[k] - poles[i])
+            if real[i] == 0:
+                found[k] += _over(np.conj(residues[i]), s[k] - np.conj(poles[i]))
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
+    """Logs (10,) of a drive with usual proportions to its own poles: an integrator, two more that are `real`
+    and the upper ones of two pairs."""
+    magnitudes, pairs = np.sort(np.abs(poles[real == 1])), poles[real == 0]
+    slow, fast = magnitudes[1], magnitudes[2]
+    first, second = pairs[0], pairs[1]
+    if abs(first) > abs(second):
+        first, second = second, first
+    low, high = abs(first) ** 2, abs(second) ** 2
+    stiffnesses = np.array([0.9 * fast * slow, 0.9 * high, 1.25 * low, 0.6 * low, 0.9 * high])
+    damping = np.array([-0.6 * first.real / low, -1.4 * second.real / high, -0.3 * first.real])
+    return np.log(np.concatenate((np.array([fast]), stiffnesses, damping, np.array([gain]))))
+
+
+@njit(cache=True, error_model="numpy")
 def _value(polynomial, s):  # type: ignore[no-untyped-def]
     total = 0.0j
     for coefficient in polynomial:
@@ -125,6 +155,18 @@ def _sum(one, other):  # type: ignore[no-untyped-def]
     total[len(total) - len(one) :] += one
     total[len(total) - len(other) :] += other
     return total
+
+
+@njit(cache=True, error_model="numpy")
+def companion(polynomial):  # type: ignore[no-untyped-def]
+    """The companion matrix (n, n) of a polynomial (n + 1,), highest power first."""
+    n = len(polynomial) - 1
+    matrix = np.zeros((n, n))
+    for i in range(n):
+        matrix[0, i] = -polynomial[i + 1] / polynomial[0]
+        if i > 0:
+            matrix[i, i - 1] = 1.0
+    return matrix
 
 
 @njit(cache=True, error_model="numpy")
@@ -152,19 +194,20 @@ def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-u
 
 
 @njit(cache=True, error_model="numpy")
-def torque_gains(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
-    """Gains at the poles `s` (n,): (2, n) from both torques, (4, n) to w, motor angle and both speeds.
+def torque_path(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
+    """What `Path` holds of the states at the poles `s` (n,) that torques on motor and load drive.
 
     The other arguments are the polynomials of `torque_polynomials`.
     """
-    inputs, outputs = np.ones((2, len(s)), dtype=np.complex128), np.empty((4, len(s)), dtype=np.complex128)
+    inputs = np.ones((2, len(s)), dtype=np.complex128)
+    outputs = np.empty((OUTPUTS, len(s)), dtype=np.complex128)
     slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
     for i in range(len(s)):
         by_motor, steep = _value(across, s[i]), _value(slope, s[i])
         inputs[1, i] = _over(_value(stiff, s[i]), by_motor)
         outputs[0, i], outputs[1, i] = _over(by_motor, steep), _over(_value(hung, s[i]), steep)
         outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
-    return inputs, outputs
+    return ordered(s, inputs, outputs)
 
 
 @njit(cache=True, error_model="numpy")
@@ -178,13 +221,17 @@ def _slope(polynomial, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def inner_ratios(s, hung, across):  # type: ignore[no-untyped-def]
-    """Motor angle, motor speed and load speed over w (3, n) at `s` (n,)."""
-    ratios = np.empty((3, len(s)), dtype=np.complex128)
+def command_path(s, residues, hung, across):  # type: ignore[no-untyped-def]
+    """What `Path` holds of the states at the poles `s` (n,) of G, or of G with a resonator.
+
+    Their `residues` (n,) times the ratios of motor angle, motor speed and load speed to w.
+    """
+    outputs = np.empty((OUTPUTS, len(s)), dtype=np.complex128)
     for i in range(len(s)):
-        angle = _over(_value(hung, s[i]), _value(across, s[i]))
-        ratios[0, i], ratios[1, i], ratios[2, i] = angle, s[i] * angle, s[i]
-    return ratios
+        angle = residues[i] * _over(_value(hung, s[i]), _value(across, s[i]))
+        outputs[0, i], outputs[1, i] = residues[i], angle
+        outputs[2, i], outputs[3, i] = s[i] * angle, s[i] * residues[i]
+    return ordered(s, np.ones((1, len(s)), dtype=np.complex128), turning_together(s, outputs))
 
 
 @njit(cache=True, error_model="numpy")

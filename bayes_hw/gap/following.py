@@ -18,13 +18,14 @@ from scipy.linalg import LinAlgError, block_diag, solve_discrete_are
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain
-from bayes_hw.gap.chain_batch import Followed, torque_states
+from bayes_hw.gap.chain_batch import Followed
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.explanation import CHAOS_MARGIN, Explanation, with_coloured_noise
 from bayes_hw.gap.fit import Fit, evaluated, fit
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.joint_fits import joined
 from bayes_hw.gap.parallel import Each
+from bayes_hw.gap.path import states
 from bayes_hw.gap.screen import Screen, best_forms
 from bayes_hw.gap.whitener import Plain
 
@@ -55,15 +56,15 @@ def observer(
     chain = hypothesis.chain(values)
     if not isinstance(chain, Chain):
         return None
-    states = torque_states([chain], 1 / chain.rate)
-    factors, real = states.factors[:, 0], states.real_count
+    held = states([chain.torque_path], 1 / chain.rate)
+    factors, real = held.factors[:, 0], held.real_count
     turns = [
         np.array([[c, -s], [s, c]]) for c, s in zip(factors[real::2], factors[real + 1 :: 2], strict=True)
     ]
     transition = block_diag(np.diag(factors[:real]), *turns)
     of_motor, of_load = chain.stiffness
-    entering = torque * (of_load * states.inputs[1, :, 0] - of_motor * states.inputs[0, :, 0])
-    shown = states.outputs[0, :, 0]
+    entering = torque * (of_load * held.inputs[1, :, 0] - of_motor * held.inputs[0, :, 0])
+    shown = held.outputs[0, :, 0]
     spread = np.outer(entering, entering)
     spread += SMALLEST_PART * float(np.trace(spread)) * np.eye(len(shown))
     try:

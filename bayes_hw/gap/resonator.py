@@ -10,6 +10,7 @@ The torque per angle that it takes from its host, of whose inertia it has the sh
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,13 +26,13 @@ class Resonator:
     damping_ratio: float
     on_structure: bool = False
 
-    @property
+    @cached_property
     def own(self) -> FloatArray:
         """Its own polynomial (3,), the denominator of X, highest power first."""
         omega = 2 * np.pi * self.frequency_hz
         return np.array([1.0, 2 * self.damping_ratio * omega, omega**2])
 
-    @property
+    @cached_property
     def resisting(self) -> FloatArray:
         """The numerator of X (4,), highest power first."""
         return np.concatenate([self.inertia_ratio * self.own[1:], [0.0, 0.0]])

@@ -18,8 +18,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import Chain, TorquePath
+from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.path import Path
 from bayes_hw.gap.spectra import (
     LARGEST_NOISE_CORRELATION,
     first_order_spectrum,
@@ -224,15 +225,15 @@ def _correlation(p: float) -> float:
     return LARGEST_NOISE_CORRELATION / (1 + float(np.exp(-np.clip(p, -30, 30))))
 
 
-def _load_compliance(path: TorquePath, f: FloatArray) -> FloatArray:
+def _load_compliance(path: Path, f: FloatArray) -> FloatArray:
     """Squared response of w to the load's torque at frequencies f (Hz)."""
-    real, real_in, real_out, pairs, pair_in, pair_out = path
     s = 2j * np.pi * f
     total = np.zeros_like(s)
-    for pole, gain in zip(real, real_in[1] * real_out[0], strict=True):
+    gains = path.inputs[1] * path.outputs[0]
+    for i, (pole, gain) in enumerate(zip(path.poles, gains, strict=True)):
         total = total + gain / (s - pole)
-    for pole, gain in zip(pairs, pair_in[1] * pair_out[0], strict=True):
-        total = total + gain / (s - pole) + np.conj(gain) / (s - np.conj(pole))
+        if i >= path.real_count:
+            total = total + np.conj(gain) / (s - np.conj(pole))
     return np.abs(total) ** 2
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain
-from bayes_hw.gap.chain_batch import command_states, torque_states
 from bayes_hw.gap.chain_kernel import filter_lanes
 from bayes_hw.gap.effects.effect import Door
+from bayes_hw.gap.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
 
@@ -20,9 +20,8 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
         by_motor, by_load = chain.stiffness
         on_motor = small_responses(chain, "motor_torque", signals)
         return small_responses(chain, "load_torque", signals) - by_motor / by_load * on_motor
-    states = command_states([chain], 1 / chain.rate)
-    if door in ("motor_torque", "load_torque"):
-        states = torque_states([chain], 1 / chain.rate)
+    path = chain.torque_path if door in ("motor_torque", "load_torque") else chain.command_path
+    held = states([path], 1 / chain.rate)
     samples, count = signals.shape
     padded = np.ascontiguousarray(signals)
     if count != padded_to_lanes(count):
@@ -31,10 +30,10 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
     responses = np.empty_like(padded)
     row, w = int(door == "load_torque"), 0
     filter_lanes(
-        states.real_count,
-        np.ascontiguousarray(states.factors[:, 0]),
-        np.ascontiguousarray(states.inputs[row, :, 0]),
-        np.ascontiguousarray(states.outputs[w, :, 0]),
+        held.real_count,
+        np.ascontiguousarray(held.factors[:, 0]),
+        np.ascontiguousarray(held.inputs[row, :, 0]),
+        np.ascontiguousarray(held.outputs[w, :, 0]),
         padded,
         responses,
     )

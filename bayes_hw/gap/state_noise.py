@@ -14,8 +14,8 @@ import numpy as np
 from scipy.linalg import expm
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import TorquePath
 from bayes_hw.gap.noise_kernel import state_filter
+from bayes_hw.gap.path import Path
 from bayes_hw.gap.whitener import LOG_2PI
 from bayes_hw.model.lanes import padded_to_lanes
 
@@ -157,7 +157,7 @@ def torque_noise(
     correlation: float,
     torque_sd: float,
     corners_hz: tuple[float, float],
-    path: TorquePath,
+    path: Path,
     rate: float,
 ) -> StateNoise:
     """Encoder noise beside a load torque through the drive train, which starts at rest.
@@ -165,8 +165,7 @@ def torque_noise(
     The torque is first-order noise of `torque_sd` (units of the load's acceleration) with the first of
     `corners_hz`, smoothed by a first-order low-pass with the second.
     """
-    real, real_in, real_out, pairs, pair_in, pair_out = path
-    n, m = len(real), len(pairs)
+    n, m = path.shape
     states = 2 + n + 2 * m
     slow, fast = (2 * np.pi * corner for corner in corners_hz)
     motion = np.zeros((states, states))
@@ -174,12 +173,12 @@ def torque_noise(
     motion[1, :2] = fast, -fast
     output = np.zeros(states)
     for i in range(n):
-        motion[2 + i, 2 + i] = real[i]
-        motion[2 + i, 1] = real_in[1, i]
-        output[2 + i] = real_out[0, i]
+        motion[2 + i, 2 + i] = path.poles[i].real
+        motion[2 + i, 1] = path.inputs[1, i].real
+        output[2 + i] = path.outputs[0, i].real
     for i in range(m):
         at = 2 + n + 2 * i
-        s, gain = pairs[i], 2 * pair_in[1, i] * pair_out[0, i]
+        s, gain = path.poles[n + i], 2 * path.inputs[1, n + i] * path.outputs[0, n + i]
         motion[at : at + 2, at : at + 2] = [[s.real, -s.imag], [s.imag, s.real]]
         motion[at : at + 2, 1] = [gain.real, gain.imag]
         output[at] = 1.0

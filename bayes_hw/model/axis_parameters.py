@@ -13,7 +13,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
 from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form, moved_apart
-from bayes_hw.model.mode_poles import mode_poles
+from bayes_hw.model.mode_poles import mode_poles, squared_distances
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
     HalfNormal,
@@ -191,12 +191,10 @@ class AxisParameters:
         if self.free == "all":
             batch = self.linear_batch(values)
             return batch.separated().residues()[0][self._integrator] * rate
-        angle = 2 * np.pi / rate * values[self._frequency_rows]
+        frequencies = values[self._frequency_rows]
         damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
-        radius, turn = np.exp(-angle * damping), angle * np.sqrt(1 - damping * damping)
-        pole = self._real_poles[self._integrator]
-        distances = (pole - radius * np.cos(turn)) ** 2 + (radius * np.sin(turn)) ** 2
-        return np.asarray(values[self._row["gain"]] * self._fixed_velocity_gain / np.prod(distances, axis=0))
+        distances = squared_distances(frequencies, damping, rate, self._real_poles[self._integrator])
+        return np.asarray(values[self._row["gain"]] * self._fixed_velocity_gain / distances)
 
     @cached_property
     def _fixed_velocity_gain(self) -> float:

@@ -31,3 +31,17 @@ def _mode_poles(given, turn, parts):  # type: ignore[no-untyped-def]
         turned = angle * square_root(broadcast(1.0) - damping * damping)
         store(parts, row, radius * cosine(turned))
         store(parts, rows + row, radius * sine(turned))
+
+
+@njit(cache=True, error_model="numpy")
+def squared_distances(frequency_hz, damping_ratio, sample_rate_hz, point):  # type: ignore[no-untyped-def]
+    """Product (walkers,) of |point - pole|^2 over the poles of modes (modes, walkers), of each pair the upper
+    one, `point` real."""
+    modes, walkers = frequency_hz.shape
+    product = np.ones(walkers)
+    for i in range(modes):
+        for k in range(walkers):
+            angle, damping = 2 * np.pi / sample_rate_hz * frequency_hz[i, k], damping_ratio[i, k]
+            radius, turn = np.exp(-angle * damping), angle * np.sqrt(1 - damping * damping)
+            product[k] *= (point - radius * np.cos(turn)) ** 2 + (radius * np.sin(turn)) ** 2
+    return product

@@ -6,16 +6,18 @@ import numpy as np
 from drive_axis import TRAIN
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.chain_kernel import MOTOR_ANGLE, MOTOR_SPEED, W
 from bayes_hw.gap.drive_train import SMALLEST_MISFIT, USUAL_LOG_SD, DriveTrain
 from bayes_hw.gap.drive_train_kernel import (
     COUNT,
     _log_ratio,
     _numbers,
-    inner_ratios,
+    command_path,
+    companion,
     matched,
     numerators,
     resonant,
-    torque_gains,
+    torque_path,
 )
 
 S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
@@ -49,9 +51,10 @@ def test_a_response_that_is_not_finite_pulls_nowhere() -> None:
 def test_a_path_through_nothing_is_no_number() -> None:
     """Where polynomials vanish at a pole: a far-off trial is then dropped for its response, not a crash."""
     s, ones, zero = np.array([-2.0 + 1j]), np.ones(3), np.zeros(3)
-    inputs, outputs = torque_gains(s, zero, ones, ones, zero)
+    _, _, inputs, outputs = torque_path(s, zero, ones, ones, zero)
     assert np.isnan(inputs[1]).all() and np.isnan(outputs).all()
-    assert np.isnan(inner_ratios(s, ones, zero)[:2]).all()
+    _, _, _, outputs = command_path(s, np.ones(1) + 0j, ones, zero)
+    assert np.isnan(outputs[[MOTOR_ANGLE, MOTOR_SPEED]]).all() and (outputs[W] == 1).all()
     residues = resonant(s, s, np.zeros(1), s, s[:0], ones, zero, zero, ones)
     assert np.isnan(residues).all()
 
@@ -76,3 +79,9 @@ def test_numerators_are_those_of_partial_fractions() -> None:
     for row, own in zip(rows, residues, strict=True):
         expected = sum(c * np.poly(np.delete(poles, i)) for i, c in enumerate(own))
         np.testing.assert_allclose(row, np.real(expected), atol=1e-12)
+
+
+def test_the_eigenvalues_of_the_companion_are_the_roots() -> None:
+    polynomial = np.array([2.0, -3.0, 5.0, 0.7, -1.1])
+    found = np.sort_complex(np.linalg.eigvals(companion(polynomial)))
+    np.testing.assert_allclose(found, np.sort_complex(np.roots(polynomial)), rtol=1e-12)

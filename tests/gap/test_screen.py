@@ -105,12 +105,11 @@ def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
     """The answer to a torque held at the motor is that of the path's partial fractions."""
     builder = ChainBuilder(AXIS)
     chain = builder.chain(builder.axis.nominal)
-    real, real_in, real_out, pairs, pair_in, pair_out = chain.torque_path
+    path = chain.torque_path
     t = np.arange(400) / chain.rate
     expected = np.zeros(400)
-    for pole, gain in zip(real, real_in[0] * real_out[0], strict=True):
-        expected += gain * (np.exp(pole * t) - 1) / pole
-    for pole, gain in zip(pairs, pair_in[0] * pair_out[0], strict=True):
-        expected += 2 * np.real(gain * (np.exp(pole * t) - 1) / pole)
+    for i, (pole, gain) in enumerate(zip(path.poles, path.inputs[0] * path.outputs[0], strict=True)):
+        times = 1 if i < path.real_count else 2
+        expected += times * np.real(gain * (np.exp(pole * t) - 1) / pole)
     found = small_responses(chain, "motor_torque", np.ones((400, 1)))[:, 0]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -11,6 +11,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.stats import multivariate_normal
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.path import Path, ordered
 from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 
 N = 60
@@ -140,14 +141,7 @@ def test_a_torque_through_the_drive_train() -> None:
     gains = np.linalg.inv(right) @ b[:, [MOTOR_TORQUE, LOAD_TORQUE]]
     outputs = (c[[W]] @ right).repeat(4, axis=0)
     real, upper = np.abs(poles.imag) < 1e-9, poles.imag > 1e-9
-    path = (
-        poles[real].real,
-        gains[real].T.real,
-        outputs[:, real].real,
-        poles[upper],
-        gains[upper].T,
-        outputs[:, upper],
-    )
+    path = Path(*ordered(poles[real | upper], gains[real | upper].T, outputs[:, real | upper]))
     check(
         torque_noise(SIGMA, CORRELATION, sd, (0.3, 1.1), path, RATE),
         covariance + encoder_covariance(),
