@@ -157,17 +157,34 @@ def shapes_of_the_drive_input(found: Sequence[Motion]) -> dict[str, tuple[Door, 
     }
 
 
-def free_functions(
+def responses_of_blocks(
     found: Sequence[Motion],
     chain: SignalChain,
+    more: Mapping[str, tuple[Door, list[FloatArray]]] = NO_MORE,
+) -> dict[str, list[FloatArray]]:
+    """What the encoder shows (samples, n), a record each, of the shapes of every block that has a door.
+
+    `more` are doors and shapes as `shapes_of_blocks` gives them, by other names.
+    """
+    shown = {}
+    for block, (door, shapes) in {**shapes_of_blocks(found), **more}.items():
+        if has_door(chain, door):
+            responses = [door_responses(chain, door, s) for s in shapes]
+            if door != "output":
+                responses = [m.shown(r) for m, r in zip(found, responses, strict=True)]
+            shown[block] = responses
+    return shown
+
+
+def free_functions(
+    shown: Mapping[str, Sequence[FloatArray]],
     residuals: Sequence[FloatArray],
     tangents: Sequence[FloatArray],
     whitener: Whitener,
-    more: Mapping[str, tuple[Door, list[FloatArray]]] = NO_MORE,
 ) -> list[FreeFunction]:
     """What the free function of every block takes of `residuals` (samples,), a record each.
 
-    `more` are doors and shapes as `shapes_of_blocks` gives them, by other names.
+    `shown` is what the encoder shows of the shapes, as `responses_of_blocks` gives it.
     """
     lengths = np.cumsum([len(e) for e in residuals])[:-1]
     plain = np.concatenate(list(tangents))
@@ -175,23 +192,28 @@ def free_functions(
     left = np.concatenate([whitener.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)])
     left = left - basis @ (basis.T @ left)
     results = []
-    for block, (door, shapes) in {**shapes_of_blocks(found), **more}.items():
-        if not has_door(chain, door):
-            continue
-        responses = [door_responses(chain, door, s) for s in shapes]
-        if door != "output":
-            responses = [m.shown(r) for m, r in zip(found, responses, strict=True)]
+    for block, responses in shown.items():
         columns = np.concatenate([whitener.whiten(c, r) for r, c in enumerate(responses)])
         scales = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         columns = columns / scales
         along = basis.T @ columns
         columns -= basis @ along
-        u, s, vt = np.linalg.svd(columns, full_matrices=False)
-        kept = s > SMALLEST_DIRECTION * s[0]
-        amplitude = u[:, kept].T @ left
+        amplitude, s, vt = directions(columns, left)
         gain = 0.5 * float(amplitude @ amplitude)
-        weights = vt[kept].T @ (amplitude * s[kept] / (s[kept] ** 2 + WEAK_DIRECTION**2))
+        weights = vt.T @ (amplitude * s / (s**2 + WEAK_DIRECTION**2))
         refitted = np.linalg.lstsq(triangle, along @ weights, rcond=None)[0]
         taken = np.concatenate(responses) @ (weights / scales) - plain @ refitted
-        results.append(FreeFunction(block, gain, tuple(np.split(taken, lengths)), int(kept.sum())))
+        results.append(FreeFunction(block, gain, tuple(np.split(taken, lengths)), len(s)))
     return results
+
+
+def directions(columns: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of the singular value decomposition of `columns` (samples, n) what `left` (samples,) has along its left
+    vectors (kept,), the values (kept,) and the right vectors (kept, n), those of small values left out.
+
+    The left vectors are never made: a triangle has the same products with `left` as a last column beside it.
+    """
+    triangle = np.asarray(np.linalg.qr(np.concatenate([columns, left[:, None]], axis=1), mode="r"))
+    u, s, vt = np.linalg.svd(triangle[:-1, :-1])
+    kept = s > SMALLEST_DIRECTION * s[0]
+    return u[:, kept].T @ triangle[:-1, -1], s[kept], vt[kept]

@@ -24,9 +24,11 @@ from bayes_hw.gap.explanation import Explanation
 from bayes_hw.gap.free_functions import (
     GAIN,
     Motion,
+    directions,
     free_functions,
     hats,
     motions,
+    responses_of_blocks,
     shapes_of_the_drive_input,
 )
 from bayes_hw.gap.glitches import find_glitches
@@ -99,10 +101,11 @@ def leftovers(
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
     drifts = stochastic is not None and stochastic.size is not None
     more = shapes_of_the_drive_input(moved) | (shapes_of_memories(moved, rate) if drifts else {})
+    shown = responses_of_blocks(moved, chain, more)
     if drifts and isinstance(fit.whitener, StateNoise):
-        functions = free_functions_under_weaker_noise(moved, chain, residuals, fit, fit.whitener, more)
+        functions = free_functions_under_weaker_noise(shown, residuals, fit, fit.whitener)
     else:
-        functions = free_functions(moved, chain, residuals, fit.jacobians, fit.whitener, more)
+        functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
     found += [(_named(f.block), _tail(2 * f.gain, f.shapes), f.size**2) for f in functions]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
@@ -237,14 +240,12 @@ def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) 
     columns = np.concatenate([np.concatenate(list(shape)) for shape in shapes], axis=1)
     columns = columns - columns.mean(axis=0)
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    u, s, _ = np.linalg.svd(columns, full_matrices=False)
-    u = u[:, s > 1e-5 * s[0]]
-    amplitude = u.T @ square
+    amplitude, _, _ = directions(columns, square)
     statistic = float(amplitude @ amplitude) / max(float(np.var(square)), 1e-300)
     changing = float(
-        np.sqrt(max(float(amplitude @ amplitude) - u.shape[1] * np.var(square), 0.0) / len(square))
+        np.sqrt(max(float(amplitude @ amplitude) - len(amplitude) * np.var(square), 0.0) / len(square))
     )
-    return "spread", _tail(statistic, u.shape[1]), changing * sigma**2
+    return "spread", _tail(statistic, len(amplitude)), changing * sigma**2
 
 
 def _tails(white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:

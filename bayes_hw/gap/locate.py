@@ -16,7 +16,7 @@ from bayes_hw.gap.change_points import ChangePoint, change_points
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.free_functions import free_functions, motions
+from bayes_hw.gap.free_functions import free_functions, motions, responses_of_blocks
 from bayes_hw.gap.leftover import UNSTATED_NOISE, Leftover
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.spectra import mean_spectrum
@@ -112,9 +112,8 @@ def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict
     chain = base.fit.hypothesis.chain(base.fit.values)
     moved = motions(base.fit, inputs)
     memories = shapes_of_memories(moved, base.fit.hypothesis.scale.rate)
-    functions = free_functions(
-        moved, chain, base.fit.residuals, base.fit.jacobians, base.fit.whitener, memories
-    )
+    shown = responses_of_blocks(moved, chain, memories)
+    functions = free_functions(shown, base.fit.residuals, base.fit.jacobians, base.fit.whitener)
     help_: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
     for f in functions:
         beyond = (2 * f.gain - f.shapes) / np.sqrt(2 * max(f.shapes, 1)) - CHANCE

@@ -87,32 +87,21 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_filter(  # type: ignore[no-untyped-def]
-    columns,
-    transition,
-    output,
-    share,
-    doubt,
-    strength,
-    increment,
-    initial,
-    white,
-    expected,
-    variances,
+def state_gains(  # type: ignore[no-untyped-def]
+    transition, output, share, doubt, strength, increment, initial, gains, roots, variances
 ):
-    """Kalman filter of noise with a state; the log-determinant of the innovations' variances.
+    """Gains of the Kalman filter of noise with a state; the log-determinant of the innovations' variances.
 
     x(k+1) = transition x(k) + a(k) with var a = increment (n, n), of all but the last state times `strength`
     (samples,), x(0) of variance `initial`; e(k) = output x(k), of all but its last term the `share`
     (samples,) that shows, and noise of variance `doubt` (samples,), infinite where there is no reading.
-    `columns` (samples, lanes), one or whole groups of LANES, are filtered into `white`,
-    unit innovations where they are such noise, zero without a reading;
-    `expected` (samples, lanes) is what the samples before let expect of output x(k) without its last term,
-    `variances` (samples,) how uncertain that is. The gain is kept once it no longer changes.
+    Fills `gains` (samples, n), `roots` (samples,) with the innovations' standard deviations and `variances`
+    (samples,) with how uncertain output x(k) without its last term is, given the samples before. The gain is
+    kept once it no longer changes.
 
     The rows of matrices are values of LANES numbers, `wide` of them a row.
     """
-    samples, n = len(columns), len(output)
+    samples, n = len(share), len(output)
     wide = (n + LANES - 1) // LANES
     variance, increments, transposed = _rows(initial, wide), _rows(increment, wide), _rows(transition.T, wide)
     carried, following = aligned_rows(n * wide), aligned_rows(n * wide)
@@ -124,9 +113,7 @@ def state_filter(  # type: ignore[no-untyped-def]
         following.reshape(-1),
     )
     across = wide * LANES
-    alone, groups = columns.shape[1] == 1, columns.shape[1] // LANES
-    single, moved, gain = np.zeros(n), np.zeros(n), np.zeros(n)
-    state, corrected = _zeros(n * groups), aligned_rows(n)
+    gain = np.zeros(n)
     first, place, value_of = _non_zero(transition)
     settled, limit = False, SETTLED
     total, root, log_total, uncertain = 1.0, 1.0, 0.0, 0.0
@@ -158,9 +145,8 @@ def state_filter(  # type: ignore[no-untyped-def]
             for i in range(n):
                 for c in range(wide):
                     value = broadcast(0.0)
-                    for a in range(n):
-                        if transition[i, a] != 0.0:
-                            value = value + broadcast(transition[i, a]) * load(carried, a * wide + c)
+                    for p in range(first[i], first[i + 1]):
+                        value = value + broadcast(value_of[p]) * load(carried, place[p] * wide + c)
                     store(row, c, value)
                 times = strength[k] if i < n - 1 else 1.0
                 for c in range(wide):
@@ -182,16 +168,35 @@ def state_filter(  # type: ignore[no-untyped-def]
                     flat_variance[j * across + i] = flat_variance[i * across + j]
             settled = flat_row.max() < limit and k > n
         log_determinant += log_total
-        variances[k] = uncertain
+        variances[k], roots[k] = uncertain, root
+        for i in range(n):
+            gains[k, i] = gain[i]
+    return log_determinant
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def state_filter(columns, transition, output, share, gains, roots, white, expected):  # type: ignore[no-untyped-def]
+    """Kalman filter of noise with a state, by the `gains` and `roots` that `state_gains` finds.
+
+    `columns` (samples, lanes), one or whole groups of LANES, are filtered into `white`,
+    unit innovations where they are such noise, zero without a reading;
+    `expected` (samples, lanes) is what the samples before let expect of output x(k) without its last term.
+    """
+    samples, n = len(columns), len(output)
+    alone, groups = columns.shape[1] == 1, columns.shape[1] // LANES
+    single, moved = np.zeros(n), np.zeros(n)
+    state, corrected = _zeros(n * groups), aligned_rows(n)
+    first, place, value_of = _non_zero(transition)
+    for k in range(samples):
         if alone:
             disturbance = 0.0
             for i in range(n - 1):
                 disturbance += output[i] * single[i]
             expected[k, 0] = disturbance
             innovation = columns[k, 0] - output[n - 1] * single[n - 1] - share[k] * disturbance
-            white[k, 0] = innovation / root
+            white[k, 0] = innovation / roots[k]
             for i in range(n):
-                moved[i] = single[i] + gain[i] * innovation
+                moved[i] = single[i] + gains[k, i] * innovation
             for i in range(n):
                 single[i] = 0.0
                 for p in range(first[i], first[i + 1]):
@@ -204,15 +209,14 @@ def state_filter(  # type: ignore[no-untyped-def]
             store(expected, at, disturbance)
             own = broadcast(output[n - 1]) * load(state, (n - 1) * groups + group)
             innovation = load(columns, at) - own - broadcast(share[k]) * disturbance
-            store(white, at, innovation * broadcast(1 / root))
+            store(white, at, innovation * broadcast(1 / roots[k]))
             for i in range(n):
-                store(corrected, i, load(state, i * groups + group) + broadcast(gain[i]) * innovation)
+                store(corrected, i, load(state, i * groups + group) + broadcast(gains[k, i]) * innovation)
             for i in range(n):
                 value = broadcast(0.0)
                 for p in range(first[i], first[i + 1]):
                     value = value + broadcast(value_of[p]) * load(corrected, place[p])
                 store(state, i * groups + group, value)
-    return log_determinant
 
 
 @njit(cache=True)

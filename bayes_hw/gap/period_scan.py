@@ -12,17 +12,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import fftconvolve
 
-from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.effects.effect import PeriodicEffect
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.builder import SignalChain
+from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.effects.effect import Door, PeriodicEffect
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.small_signals import NO_STATES, DoorStates, door_states
+from bayes_hw.gap.wave_kernel import add_products, turns_of, wave_responses
 from bayes_hw.gap.whitener import Whitener
+from bayes_hw.model.lanes import LANES, filled_up
 
-CHUNK = 48
-"""Periods at once: their waves stay in the cache."""
+CHUNK = 3 * LANES
+"""Periods between which the mean of a wave over a sample is interpolated."""
 
 NODES = 4
 """Frequencies of a chunk at which the mean of a wave over a sample is computed."""
@@ -59,83 +66,165 @@ def scan_periods(
     `tangents` (samples, k) have unit length and are orthogonal, `residual` (samples,) is orthogonal to them;
     `positions` (samples,), a record each, are those of the waves, the simulated ones if not given.
     """
-    hypothesis, values = base.hypothesis, base.values
-    chain = hypothesis.chain(values)
-    simulated, dead_zone = hypothesis.motion(values)
-    if positions is None:
-        positions = simulated
-    spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
-    moves = [np.diff(w, append=w[-1]) * (effect.door != "output") for w in positions]
-    middles = [w + 0.5 * move for w, move in zip(positions, moves, strict=True)]
-    rotations = [_powers(2 * np.pi * spacing * w, min(CHUNK, len(frequencies))) for w in middles]
-    bounds = np.cumsum([0, *(len(w) for w in positions)])
+    waves = _waves(base, effect, frequencies, positions)
+    bounds = np.cumsum([len(e) for e in base.residuals])[:-1]
+    held_against = np.split(np.concatenate([tangents, residual[:, None]], axis=1), bounds)
     parts = []
-    for start in range(0, len(frequencies), CHUNK):
-        count = min(CHUNK, len(frequencies) - start)
-        sums = _Sums(count, tangents.shape[1])
-        chunk = frequencies[start : start + count]
-        for record, (middle, rotation) in enumerate(zip(middles, rotations, strict=True)):
-            first = np.exp(2j * np.pi * chunk[0] * middle)
-            if effect.only_saturated:
-                first = first * _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)
-            added = first[:, None] * rotation[:, :count] * _means(moves[record], chunk)
-            if effect.door != "command":
-                added -= np.exp(2j * np.pi * chunk * positions[record][0])
-            waves = np.concatenate([added.imag, added.real], axis=1)
-            response = door_responses(chain, effect.door, waves)
-            response *= (np.abs(simulated[record]) > dead_zone)[:, None]
-            rows = slice(bounds[record], bounds[record + 1])
-            sums.add(whitener.whiten(response, record), tangents[rows], residual[rows])
+    for group in _groups(frequencies):
+        sums = _Sums(held_against[0].shape[1])
+        for record, (own, fixed) in enumerate(zip(waves, held_against, strict=True)):
+            sums.add(whitener.whiten(own.responses(group), record), fixed)
         parts.append(sums.reduced())
     reductions, amplitudes = zip(*parts, strict=True)
-    return PeriodScan(np.concatenate(reductions), np.concatenate(amplitudes, axis=1))
+    count = len(frequencies)
+    return PeriodScan(np.concatenate(reductions)[:count], np.concatenate(amplitudes, axis=1)[:, :count])
 
 
-class _Sums:
-    """Inner products of `count` sines and as many cosines, with each other, the residual and k tangents."""
+class _Group(NamedTuple):
+    """Equally spaced `frequencies` (LANES,), and how the mean of a wave over a sample is that of waves of
+    the frequencies `nodes` weighed by `weights` (nodes, LANES)."""
 
-    def __init__(self, count: int, k: int) -> None:
-        self.count = count
-        self.squares, self.across = np.zeros(2 * count), np.zeros(count)
-        self.towards, self.along = np.zeros(2 * count), np.zeros((k, 2 * count))
-
-    def add(self, white: FloatArray, tangents: FloatArray, residual: FloatArray) -> None:
-        """Those of one record: `white` (samples, 2 count), the sines first."""
-        self.squares += np.einsum("ij,ij->j", white, white)
-        self.across += np.einsum("ij,ij->j", white[:, : self.count], white[:, self.count :])
-        self.towards += residual @ white
-        self.along += tangents.T @ white
-
-    def reduced(self) -> tuple[FloatArray, FloatArray]:
-        """Reductions (count,) and amplitudes (2, count) of every sine with its cosine."""
-        outside = self.squares - np.sum(self.along**2, axis=0) + WITHIN_TANGENTS * self.squares + 1e-300
-        ss, cc = outside[: self.count], outside[self.count :]
-        sc = self.across - np.sum(self.along[:, : self.count] * self.along[:, self.count :], axis=0)
-        se, ce = self.towards[: self.count], self.towards[self.count :]
-        determinant = np.maximum(ss * cc - sc**2, 1e-300)
-        amplitudes = np.array([(cc * se - sc * ce) / determinant, (ss * ce - sc * se) / determinant])
-        return amplitudes[0] * se + amplitudes[1] * ce, amplitudes
+    frequencies: FloatArray
+    nodes: FloatArray
+    weights: FloatArray
 
 
-def _means(moves: FloatArray, frequencies: FloatArray) -> FloatArray:
-    """sinc(move f) (samples, frequencies): the mean over a sample, relative to the middle, of a wave of
-    frequency f past which the axis moves by `moves` (samples,). Between four of the frequencies, which lie
-    close together, it is a cubic."""
+def _groups(frequencies: FloatArray) -> list[_Group]:
+    """The frequencies in groups of LANES, the last one filled up with its last frequency."""
+    found = []
+    for start in range(0, len(frequencies), CHUNK):
+        chunk = frequencies[start : start + CHUNK]
+        nodes, weights = _means_between(chunk)
+        filled, weights = filled_up(chunk), filled_up(weights)
+        for first in range(0, len(filled), LANES):
+            lanes = slice(first, first + LANES)
+            found.append(_Group(filled[lanes], nodes, np.ascontiguousarray(weights[:, lanes])))
+    return found
+
+
+def _means_between(frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Nodes (nodes,) and weights (nodes, n) by which sinc(move f) at n `frequencies` is that at the nodes.
+
+    Between four of the frequencies, which lie close together, it is a cubic.
+    """
     if len(frequencies) <= NODES:
-        return np.asarray(np.sinc(moves[:, None] * frequencies))
+        return frequencies, np.eye(len(frequencies))
     nodes = np.linspace(frequencies[0], frequencies[-1], NODES)
     centre, span = nodes.mean(), np.ptp(nodes)
     powers, at_nodes = (np.vander((f - centre) / span, NODES) for f in (frequencies, nodes))
-    return np.asarray(np.sinc(moves[:, None] * nodes) @ np.linalg.solve(at_nodes.T, powers.T))
+    return nodes, np.asarray(np.linalg.solve(at_nodes.T, powers.T))
 
 
-def _powers(angles: FloatArray, count: int) -> ComplexArray:
-    """exp(i j angle) for j below `count`, (samples, count)."""
-    turns = np.empty((len(angles), count), dtype=np.complex128)
-    turns[:, 0], turn = 1.0, np.exp(1j * angles)
-    for j in range(1, count):
-        turns[:, j] = turns[:, j - 1] * turn
-    return turns
+@dataclass(frozen=True)
+class _Waves:
+    """The waves of one record on their way to its output.
+
+    `places`, `moves` and `scale`, in rows of LANES samples, are the middle of every sample's way, the way and
+    what the wave is multiplied by there; `turns` (samples, 2 LANES) lead from one frequency to the next,
+    `seen` (samples,) is zero where the encoder sees no motion. The wave at `rest`, a position, is taken off
+    where there is one. They drive `states`, or are convolved with the answer `to_pulse` (samples,) to one.
+    """
+
+    places: FloatArray
+    moves: FloatArray
+    scale: FloatArray
+    turns: FloatArray
+    seen: FloatArray
+    rest: float | None
+    states: DoorStates
+    to_pulse: FloatArray | None
+
+    def responses(self, group: _Group) -> FloatArray:
+        """What is seen (samples, 2 LANES) of the sines of `group`, then of the cosines."""
+        responses, start = np.empty_like(self.turns), np.zeros((2, LANES))
+        if self.rest is not None:
+            angles = 2 * np.pi * group.frequencies * self.rest
+            start = np.array([np.sin(angles), np.cos(angles)])
+        wave_responses(
+            group.frequencies[0],
+            self.places,
+            self.moves,
+            self.scale,
+            self.turns,
+            group.nodes,
+            group.weights,
+            start,
+            self.seen if self.to_pulse is None else np.ones_like(self.seen),
+            *self.states,
+            responses,
+        )
+        if self.to_pulse is None:
+            return responses
+        answers = fftconvolve(responses, self.to_pulse[:, None], axes=0)[: len(responses)]
+        return np.asarray(answers * self.seen[:, None])
+
+
+def _waves(
+    base: Fit, effect: PeriodicEffect, frequencies: FloatArray, positions: Sequence[FloatArray] | None
+) -> list[_Waves]:
+    """Those of every record at its `positions` (samples,), the simulated ones if not given."""
+    hypothesis, values = base.hypothesis, base.values
+    chain = hypothesis.chain(values)
+    simulated, dead_zone = hypothesis.motion(values)
+    spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
+    states = door_states(chain, effect.door) if isinstance(chain, Chain) else NO_STATES
+    found = []
+    for record, w in enumerate(simulated if positions is None else positions):
+        move = np.diff(w, append=w[-1]) * (effect.door != "output")
+        middle = w + 0.5 * move
+        scale, turns = np.ones_like(w), np.empty((len(w), 2 * LANES))
+        if effect.only_saturated:
+            scale = _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)
+        turns_of(2 * np.pi * spacing * middle, turns)
+        found.append(
+            _Waves(
+                _in_rows(middle),
+                _in_rows(move),
+                _in_rows(scale),
+                turns,
+                (np.abs(simulated[record]) > dead_zone).astype(np.float64),
+                None if effect.door == "command" else float(w[0]),
+                states,
+                None if isinstance(chain, Chain) else _answer_to_pulse(chain, effect.door, len(w)),
+            )
+        )
+    return found
+
+
+def _in_rows(values: FloatArray) -> FloatArray:
+    """Values (samples,) in rows of LANES, the last one repeated to fill them."""
+    return np.asarray(filled_up(values).reshape(-1, LANES))
+
+
+def _answer_to_pulse(chain: SignalChain, door: Door, samples: int) -> FloatArray:
+    """Change of w (samples,) for a one at `door` in the first sample."""
+    return door_responses(chain, door, np.eye(samples, 1))[:, 0]
+
+
+class _Sums:
+    """Inner products of LANES sines and as many cosines, with each other and with k + 1 fixed columns: the
+    tangents and the residual."""
+
+    def __init__(self, columns: int) -> None:
+        self.products = np.zeros((3, LANES))
+        self.along = np.zeros((columns, 2 * LANES))
+
+    def add(self, white: FloatArray, fixed: FloatArray) -> None:
+        """Those of one record: `white` (samples, 2 LANES), the sines first, and `fixed` (samples, k + 1)."""
+        add_products(np.ascontiguousarray(white), self.products)
+        self.along += fixed.T @ white
+
+    def reduced(self) -> tuple[FloatArray, FloatArray]:
+        """Reductions (LANES,) and amplitudes (2, LANES) of every sine with its cosine."""
+        along = self.along[:-1]
+        squares, across = self.products[:2], self.products[2]
+        within = np.sum(along**2, axis=0).reshape(2, LANES)
+        ss, cc = squares - within + WITHIN_TANGENTS * squares + 1e-300
+        sc = across - np.sum(along[:, :LANES] * along[:, LANES:], axis=0)
+        se, ce = np.split(self.along[-1], 2)
+        determinant = np.maximum(ss * cc - sc**2, 1e-300)
+        amplitudes = np.array([(cc * se - sc * ce) / determinant, (ss * ce - sc * se) / determinant])
+        return amplitudes[0] * se + amplitudes[1] * ce, amplitudes
 
 
 def _limit_reached(u: FloatArray, delay: int, values: FloatArray) -> FloatArray:

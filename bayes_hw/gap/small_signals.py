@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
@@ -12,29 +14,48 @@ from bayes_hw.gap.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
 
+class DoorStates(NamedTuple):
+    """The states (n,) between one door and w, stepped by a sample, as `filter_lanes` takes them."""
+
+    real_count: int
+    factors: FloatArray
+    inputs: FloatArray
+    outputs: FloatArray
+
+
+NO_STATES = DoorStates(0, np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def door_states(chain: Chain, door: Door) -> DoorStates:
+    """What small signals at `door` drive; no states where they are added to w itself."""
+    if door == "output":
+        return NO_STATES
+    held = states([chain.command_path if door == "command" else chain.torque_path], 1 / chain.rate)
+    inputs = held.inputs[:, :, 0]
+    by_motor, by_load = chain.stiffness
+    weights = {
+        "command": (1.0,),
+        "motor_torque": (1.0, 0.0),
+        "load_torque": (0.0, 1.0),
+        "gear_torque": (-by_motor / by_load, 1.0),
+    }[door]
+    return DoorStates(
+        held.real_count,
+        np.ascontiguousarray(held.factors[:, 0]),
+        np.array(weights) @ inputs,
+        np.ascontiguousarray(held.outputs[0, :, 0]),
+    )
+
+
 def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray:
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals
-    if door == "gear_torque":
-        by_motor, by_load = chain.stiffness
-        on_motor = small_responses(chain, "motor_torque", signals)
-        return small_responses(chain, "load_torque", signals) - by_motor / by_load * on_motor
-    path = chain.torque_path if door in ("motor_torque", "load_torque") else chain.command_path
-    held = states([path], 1 / chain.rate)
     samples, count = signals.shape
     padded = np.ascontiguousarray(signals)
     if count != padded_to_lanes(count):
         padded = np.zeros((samples, padded_to_lanes(count)))
         padded[:, :count] = signals
     responses = np.empty_like(padded)
-    row, w = int(door == "load_torque"), 0
-    filter_lanes(
-        held.real_count,
-        np.ascontiguousarray(held.factors[:, 0]),
-        np.ascontiguousarray(held.inputs[row, :, 0]),
-        np.ascontiguousarray(held.outputs[w, :, 0]),
-        padded,
-        responses,
-    )
+    filter_lanes(*door_states(chain, door), padded, responses)
     return responses[:, :count]

@@ -7,14 +7,14 @@ Analysis by State Space Methods, section 7.2), where a long autoregression has n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.noise_kernel import state_filter
+from bayes_hw.gap.noise_kernel import state_filter, state_gains
 from bayes_hw.gap.path import Path
 from bayes_hw.gap.whitener import LOG_2PI
 from bayes_hw.model.lanes import padded_to_lanes
@@ -40,6 +40,20 @@ class View(NamedTuple):
         return cls(np.ones(samples), np.zeros(samples))
 
 
+class Gains(NamedTuple):
+    """What the filter of one record needs, whatever it filters, as `state_gains` fills it.
+
+    The `share` (samples,) that shows, `gains` (samples, n), the innovations' standard deviations `roots` and
+    the disturbance's `variances` (samples,), the log-determinant of the innovations' variances.
+    """
+
+    share: FloatArray
+    gains: FloatArray
+    roots: FloatArray
+    variances: FloatArray
+    log_determinant: float
+
+
 @dataclass(frozen=True)
 class StateNoise:
     """x(k+1) = transition x(k) + a(k), noise(k) = output x(k); x(0) of variance `initial`; n states.
@@ -56,6 +70,9 @@ class StateNoise:
     log_likelihood: float = float("nan")
     parameter_count: int = ENCODER_PARAMETERS
     views: tuple[View, ...] | None = None
+    _known_gains: dict[tuple[int, int], Gains] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def correlation(self) -> float:
@@ -82,36 +99,55 @@ class StateNoise:
 
     def expected(self, residual: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
         """Mean and variance (samples,) of the disturbance, given the residuals before each sample."""
-        _, _, mean, variance = self._filtered(residual[:, None], record)
-        return mean[:, 0], variance
+        _, mean = self._filtered(residual[:, None], record)
+        return mean[:, 0], self._gains(record, len(residual)).variances
 
-    def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, float, FloatArray, FloatArray]:
-        count = columns.shape[1]
-        padded = np.zeros((len(columns), 1 if count == 1 else padded_to_lanes(count)))
-        padded[:, :count] = columns
+    def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
+        """White columns and the disturbance expected in each, both (samples, n)."""
+        samples, count = columns.shape
+        padded = columns
+        if count > 1 and count != padded_to_lanes(count):
+            padded = np.zeros((samples, padded_to_lanes(count)))
+            padded[:, :count] = columns
+        padded = np.ascontiguousarray(padded)
         white, expected = np.empty_like(padded), np.empty_like(padded)
-        variances = np.empty(len(columns))
-        view = View.everywhere(len(columns)) if self.views is None else self.views[record]
-        log_determinant = state_filter(
-            padded,
+        found = self._gains(record, samples)
+        state_filter(
+            padded, self.transition, self.output, found.share, found.gains, found.roots, white, expected
+        )
+        return white[:, :count], expected[:, :count]
+
+    def _gains(self, record: int, samples: int) -> Gains:
+        """Those of one record, worked out when they are first asked for."""
+        key = (0 if self.views is None else record, samples)
+        if key not in self._known_gains:
+            self._known_gains[key] = self._new_gains(*key)
+        return self._known_gains[key]
+
+    def _new_gains(self, record: int, samples: int) -> Gains:
+        view = View.everywhere(samples) if self.views is None else self.views[record]
+        gains, roots = np.empty((samples, len(self.output))), np.empty(samples)
+        variances = np.empty(samples)
+        log_determinant = state_gains(
             self.transition,
             self.output,
             view.share,
             view.doubt,
-            np.ones(len(columns)) if view.strength is None else view.strength,
+            np.ones(samples) if view.strength is None else view.strength,
             self.increment,
             self.initial,
-            white,
-            expected,
+            gains,
+            roots,
             variances,
         )
-        return white[:, :count], float(log_determinant), expected[:, :count], variances
+        return Gains(view.share, gains, roots, variances, float(log_determinant))
 
     def fitted_to(self, residuals: Sequence[FloatArray]) -> StateNoise:
         """The same with its log-likelihood of `residuals`, an array (samples,) a record."""
         total = 0.0
         for record, e in enumerate(residuals):
-            white, log_determinant, _, _ = self._filtered(e[:, None], record)
+            white, _ = self._filtered(e[:, None], record)
+            log_determinant = self._gains(record, len(e)).log_determinant
             readings = len(e)
             if self.views is not None:
                 readings = int(np.sum(np.isfinite(self.views[record].doubt)))

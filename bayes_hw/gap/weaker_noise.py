@@ -12,10 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.builder import SignalChain
-from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.free_functions import FreeFunction, Motion, free_functions
+from bayes_hw.gap.free_functions import FreeFunction, free_functions
 from bayes_hw.gap.state_noise import StateNoise
 
 STRENGTHS = (1.0, 0.1, 0.01)
@@ -26,12 +24,10 @@ AS_NOISE = "disturbance"
 
 
 def free_functions_under_weaker_noise(
-    found: Sequence[Motion],
-    chain: SignalChain,
+    shown: Mapping[str, Sequence[FloatArray]],
     residuals: Sequence[FloatArray],
     fit: Fit,
     noise: StateNoise,
-    more: Mapping[str, tuple[Door, list[FloatArray]]],
 ) -> list[FreeFunction]:
     """Every free function under the strength of the slow `noise` at which it and the noise explain
     `residuals` (samples,), a record each, best; its gain is that over the base at the strength that suits it.
@@ -42,7 +38,7 @@ def free_functions_under_weaker_noise(
         weaker = noise.weaker(strength)
         base = weaker.fitted_to(residuals).log_likelihood + _gain_of_base(residuals, fit.jacobians, weaker)
         alone = max(alone, base)
-        for function in free_functions(found, chain, residuals, fit.jacobians, weaker, more):
+        for function in free_functions(shown, residuals, fit.jacobians, weaker):
             total = base + function.gain
             known = best.get(function.block)
             if known is None or (total > known[0] and function.block != AS_NOISE):

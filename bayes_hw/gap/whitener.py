@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.noise import estimate_noise
@@ -93,10 +92,10 @@ class Autoregression:
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         bridged = bridge(columns, self.glitches[record])
-        white = (
-            lfilter(np.concatenate([[1.0], -self.coefficients]), [1.0], bridged, axis=0)
-            / self.innovation_sigma
-        )
+        white = bridged.copy()
+        for lag, coefficient in enumerate(self.coefficients, start=1):
+            white[lag:] -= coefficient * bridged[:-lag]
+        white /= self.innovation_sigma
         order = len(self.coefficients)
         white[:order] = bridged[:order] / self.sigma
         white[self.glitches[record]] = 0.0

@@ -14,9 +14,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import (
     FreeFunction,
+    directions,
     free_functions,
     hats,
     motions,
+    responses_of_blocks,
     shapes_of_blocks,
     shapes_of_the_drive_input,
 )
@@ -34,9 +36,8 @@ def noise(seed: int) -> list[FloatArray]:
 def found(fit: Fit) -> dict[str, FreeFunction]:
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
-    functions = free_functions(
-        moved, chain, fit.residuals, fit.jacobians, Plain(SIGMA), shapes_of_the_drive_input(moved)
-    )
+    shown = responses_of_blocks(moved, chain, shapes_of_the_drive_input(moved))
+    functions = free_functions(shown, fit.residuals, fit.jacobians, Plain(SIGMA))
     return {function.block: function for function in functions}
 
 
@@ -108,3 +109,15 @@ def test_hats_sum_to_one() -> None:
     for columns in shapes:
         np.testing.assert_allclose(columns.sum(axis=1), 1)
     assert hats([np.zeros(5)])[0].shape == (5, 0)
+
+
+def test_directions_are_those_of_the_singular_value_decomposition() -> None:
+    """That of a column twice is left out; signs of the vectors may differ."""
+    rng = np.random.default_rng(5)
+    columns = rng.normal(size=(80, 4)) * [1.0, 0.5, 3.0, 1e-3]
+    columns, left = np.concatenate([columns, columns[:, :1]], axis=1), rng.normal(size=80)
+    u, s, vt = np.linalg.svd(columns, full_matrices=False)
+    amplitude, values, right = directions(columns, left)
+    assert len(amplitude) == len(values) == len(right) == 4
+    np.testing.assert_allclose(values, s[:4])
+    np.testing.assert_allclose(amplitude @ right, (u.T @ left)[:4] @ vt[:4], atol=1e-9)

@@ -101,6 +101,17 @@ def test_small_responses_are_those_of_the_chain() -> None:
     np.testing.assert_allclose(small_responses(chain, "command", signals), expected, atol=1e-12)
 
 
+def test_a_torque_between_motor_and_load_is_in_one_path() -> None:
+    """That of the load less that of the motor in the ratio of the stiffnesses."""
+    builder = ChainBuilder(AXIS)
+    chain = builder.chain(builder.axis.nominal)
+    signals = np.random.default_rng(1).normal(size=(200, 3))
+    on_motor, on_load = (small_responses(chain, door, signals) for door in ("motor_torque", "load_torque"))
+    expected = on_load - chain.stiffness[0] / chain.stiffness[1] * on_motor
+    found = small_responses(chain, "gear_torque", signals)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
 def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
     """The answer to a torque held at the motor is that of the path's partial fractions."""
     builder = ChainBuilder(AXIS)

@@ -59,6 +59,16 @@ def test_whitening_is_linear_and_drops_glitches() -> None:
     np.testing.assert_array_equal(model.whiten(spoilt, 0), model.whiten(a, 0))
 
 
+def test_samples_are_whitened_by_those_before() -> None:
+    """Less their weighed sum; the first ones by sigma."""
+    coefficients = np.array([0.5, 0.2, -0.1])
+    columns = np.stack([white(40, 1, seed) for seed in range(3)], axis=1)
+    found = Autoregression(coefficients, 0.8, 1.5, 0.0, [NONE[:40]]).whiten(columns, 0)
+    np.testing.assert_allclose(found[:3], columns[:3] / 1.5)
+    for k in range(3, 40):
+        np.testing.assert_allclose(found[k], (columns[k] - coefficients @ columns[k - 3 : k][::-1]) / 0.8)
+
+
 def test_bridges_stand_between_their_neighbours() -> None:
     columns = np.array([[0.0], [9.0], [4.0], [6.0]])
     gaps = np.array([False, True, False, False])
