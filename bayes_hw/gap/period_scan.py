@@ -168,6 +168,7 @@ def _waves(
     simulated, dead_zone = hypothesis.motion(values)
     spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
     states = door_states(chain, effect.door) if isinstance(chain, Chain) else NO_STATES
+    convolved = not isinstance(chain, Chain) and effect.door != "output"
     found = []
     for record, w in enumerate(simulated if positions is None else positions):
         move = np.diff(w, append=w[-1]) * (effect.door != "output")
@@ -185,7 +186,7 @@ def _waves(
                 (np.abs(simulated[record]) > dead_zone).astype(np.float64),
                 None if effect.door == "command" else float(w[0]),
                 states,
-                None if isinstance(chain, Chain) else _answer_to_pulse(chain, effect.door, len(w)),
+                _answer_to_pulse(chain, effect.door, len(w)) if convolved else None,
             )
         )
     return found

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, simulated_with
+from own_simulators import AXIS_RATE, rigid_axis, sweep
+from own_simulators import record as named_record
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
@@ -15,9 +17,11 @@ from bayes_hw.gap.effects.catalogue import EncoderEccentricity, TorqueRipple
 from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.effects.input import SaturationDrift
 from bayes_hw.gap.fit import Fit, fit
+from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.period_scan import CHUNK, PeriodScan, scan_periods
 from bayes_hw.gap.screen import Screen
 from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
 from bayes_hw.gap.state_noise import walking_noise
 from bayes_hw.gap.whitener import Plain, Whitener
 
@@ -94,6 +98,31 @@ def test_waves_can_be_at_positions_of_their_own(base: Fit) -> None:
     columns = screen.project(waves(base, effect, FREQUENCIES[7], positions))
     solution, *_ = np.linalg.lstsq(columns, screen.residual, rcond=None)
     assert scan.reductions[7] == pytest.approx(float(np.sum((columns @ solution) ** 2)), rel=1e-4)
+
+
+@pytest.mark.parametrize("effect", [TorqueRipple(), EncoderEccentricity()], ids=lambda effect: effect.name)
+def test_waves_through_a_simulator_are_those_of_its_doors(effect: PeriodicEffect) -> None:
+    """Of a user's axis in its loop: as the responses of its doors to the same waves, on the same residual."""
+    inputs = [sweep(300, seed) for seed in (3, 4)]
+    axis = rigid_axis()
+    records = [named_record(str(i), u, u, AXIS_RATE) for i, u in enumerate(inputs)]
+    found = Hypothesis(SimulatorBuilder(axis), simulator_scale(axis, records, 1e-3), inputs)
+    values = found.to_values(found.prior_means)
+    measured = [y + white(300, 1e-3, 9 + i) for i, y in enumerate(found.simulate(values))]
+    base, plain = fit(found, measured, found.prior_means, Plain(1e-3)), Plain(1e-3)
+    screen, frequencies = Screen(base, plain), np.linspace(2.0, 30.0, 5)
+    scan = scan_periods(base, plain, screen.tangents, screen.residual, effect, frequencies)
+    chain = found.chain(base.values)
+    for i, frequency in enumerate(frequencies):
+        responses = []
+        for w in found.motion(base.values)[0]:
+            start = 2 * np.pi * frequency * w[0]
+            added = wave(effect, frequency, w) - [np.sin(start), np.cos(start)]
+            responses.append(door_responses(chain, effect.door, added))
+        columns = screen.project(responses)
+        solution, *_ = np.linalg.lstsq(columns, screen.residual, rcond=None)
+        explained = float(np.sum((columns @ solution) ** 2))
+        assert scan.reductions[i] == pytest.approx(explained, rel=1e-2, abs=1e-6)
 
 
 def test_peaks_are_local_maxima_the_largest_first() -> None:

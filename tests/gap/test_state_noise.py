@@ -166,3 +166,22 @@ def test_weaker_noise_keeps_the_encoder() -> None:
     np.testing.assert_allclose(weaker.increment, expected.increment)
     np.testing.assert_allclose(weaker.initial, expected.initial)
     np.testing.assert_array_equal(noise.weaker(1.0).increment, noise.increment)
+
+
+def test_gains_that_are_kept_are_those_of_the_record_and_the_noise() -> None:
+    """After other records, lengths and a weaker copy of the same noise, every answer is that of a new one."""
+
+    def new() -> StateNoise:
+        shares = np.ones(N), (np.arange(N) > 20).astype(np.float64)
+        views = tuple(View(share, np.zeros(N)) for share in shares)
+        return replace(walking_noise(SIGMA, CORRELATION, 0.3), views=views)
+
+    columns = np.random.default_rng(8).normal(size=(N, 3))
+    noise = new()
+    for record in (0, 1, 0, 1):
+        np.testing.assert_array_equal(noise.whiten(columns, record), new().whiten(columns, record))
+    weaker = noise.weaker(0.1).whiten(columns, 1)
+    np.testing.assert_array_equal(weaker, new().weaker(0.1).whiten(columns, 1))
+    plain = walking_noise(SIGMA, CORRELATION, 0.3)
+    whole = plain.whiten(columns, 0)
+    np.testing.assert_array_equal(plain.whiten(columns[:40], 1), whole[:40])
