@@ -43,6 +43,9 @@ STARTS = 3
 ITERATIONS = 14
 ITERATIONS_NEAR = 10
 
+FINISHED = 3
+"""Starts beside a stochastic effect, which costs more, that are not given up after a few iterations."""
+
 
 def drawn_about(centre: FloatArray, spreads: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """Coordinates (count, parameters): `centre` (parameters,), its first ones spread by `spreads`."""
@@ -114,7 +117,7 @@ class Restarts:
             start, positions = host.coordinates, measured_positions(host)
             starts.append(led(host.hypothesis, start, positions, self.measured, self.plain).coordinates)
         if noise is not None:
-            return self.each(lambda start: self.stochastic.moved(best, host.hypothesis, start), starts)
+            return self.stochastic.moved_from(best, [(host.hypothesis, start) for start in starts], FINISHED)
         plain = fitted_on(host, self.measured, self.plain, ITERATIONS_NEAR)
         starts += self._without_a_record(host)
         failed = 0

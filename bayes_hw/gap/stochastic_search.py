@@ -183,14 +183,22 @@ class StochasticSearch:
         forms = best_forms(self.each(screen.candidates, effects))
         ranked = [c[0] for c in forms if c[0].effect.label not in explanation.labels]
 
-        def begun(rank: int) -> Fit:
-            hypothesis, start = joined(host, [ranked[rank]])
-            return fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_AT_FIRST)
+        starts = [joined(host, [candidate]) for candidate in ranked[:SCREENED_UNDER_NOISE]]
+        return self.moved_from(explanation, starts, FINISHED_UNDER_NOISE)
 
-        first = sorted(self.each(begun, range(min(SCREENED_UNDER_NOISE, len(ranked)))), key=lambda f: f.cost)
-        return self.each(
-            lambda f: self.moved(explanation, f.hypothesis, f.coordinates), first[:FINISHED_UNDER_NOISE]
-        )
+    def moved_from(
+        self, explanation: Explanation, starts: Sequence[tuple[Hypothesis, FloatArray]], finished: int
+    ) -> list[Explanation]:
+        """`moved` from the `finished` of `starts` that fit best after a few iterations."""
+        stochastic = explanation.stochastic
+        if stochastic is None:
+            raise ValueError(f"{explanation.name} has no stochastic effect")
+
+        def begun(start: tuple[Hypothesis, FloatArray]) -> Fit:
+            return fit(start[0], self.measured, start[1], stochastic.whitener, ITERATIONS_AT_FIRST)
+
+        first = sorted(self.each(begun, starts), key=lambda f: f.cost)
+        return self.each(lambda f: self.moved(explanation, f.hypothesis, f.coordinates), first[:finished])
 
     def moved(self, explanation: Explanation, hypothesis: Hypothesis, start: FloatArray) -> Explanation:
         """`hypothesis` from `start` under the stochastic effect of `explanation`, both refitted."""
