@@ -20,9 +20,7 @@ GOOD_ENOUGH = 1e-5
 """Relative decrease of the cost at which the iteration ends."""
 
 TRIES = (1, 3, 4)
-"""Steps of growing damping that are simulated at once: mostly the first is good, or many fail.
-
-Where derivatives were only updated, the first that fails has them made anew."""
+"""Steps of growing damping that are simulated at once: mostly the first is good, or many fail."""
 
 FARTHEST = 8.0
 """Prior standard deviations that a coordinate may move from the prior mean."""
@@ -255,8 +253,8 @@ def _descended(
             gradient = np.where(free, gradient, 0.0)
             precision = np.where(np.outer(free, free), precision, np.diag(np.diag(precision)))
         improved = False
-        before, damping_before = at, damping
-        for tries in TRIES if exact else TRIES[:1]:
+        before = at
+        for tries in TRIES:
             dampings, steps = [], []
             for _ in range(tries):
                 step = _damped_step(precision, gradient, damping)
@@ -280,7 +278,6 @@ def _descended(
         if not improved or before.cost - at.cost < GOOD_ENOUGH * max(at.cost, 1.0):
             if exact:
                 break
-            damping = damping if improved else damping_before
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
         elif exact:
             step = at.coordinates - before.coordinates
