@@ -37,7 +37,7 @@ def blind_report(
         badges=tuple(
             Badge(
                 name,
-                _state(score.headline[name], goal),
+                share_state(score.headline[name], goal),
                 f"{share_text(score.headline[name])}; goal {format_percent(goal)}",
             )
             for name, goal in GOALS.items()
@@ -86,7 +86,8 @@ def _verdict(score: Score) -> str:
     return f"{sentence[:1].upper()}{sentence[1:]}.{failed}"
 
 
-def _state(entry: Share, goal: float) -> State:
+def share_state(entry: Share, goal: float) -> State:
+    """Good where the goal is met, bad where it lies above the interval."""
     if entry.value >= goal:
         return "good"
     return "warn" if entry.interval[1] >= goal else "bad"

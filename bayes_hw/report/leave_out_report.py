@@ -11,7 +11,7 @@ from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.leave_out import LeftOut
 from bayes_hw.gap.blind.score import GOALS
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.blind_report import share_text
+from bayes_hw.report.blind_report import share_state, share_text
 from bayes_hw.report.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.drawing import drawable, drawing_settings, finished, new_canvas
 from bayes_hw.report.palette import BLUE, MUTED, VERMILLION
@@ -19,29 +19,31 @@ from bayes_hw.report.rounding import format_percent
 
 LOWEST = -0.5
 BLOCK = "block right"
+NOTICED = 0.9
+"""Share of the answers that are to be `other` or confusable with what was struck."""
 
 
 def leave_out_report(rows: Sequence[LeftOut], provenance: Provenance) -> Report:
     """The report whose first page shows the gap closed without and with each entry."""
-    accepted = sum(row.acceptable.hits for row in rows)
-    trials = sum(row.acceptable.trials for row in rows)
+    accepted = Share(sum(row.acceptable.hits for row in rows), sum(row.acceptable.trials for row in rows))
     block = Share(sum(row.block.hits for row in rows), sum(row.block.trials for row in rows))
     grows = sum(row.closed_with > row.closed_without for row in rows)
     return Report(
         title="Leave one effect out",
         subtitle=f"{len(rows)} entries of the catalogue struck in turn from data that carry them",
         verdict="With its entry struck, a missing effect is called other, or by a label stated to be"
-        f" confusable with it, in {accepted} of {trials} cases, and its block is right in {block.hits};"
-        f" putting the entry back closes more of the hold-out's gap for {grows} of {len(rows)} effects.",
+        f" confusable with it, in {accepted.hits} of {accepted.trials} cases, and its block is right in"
+        f" {block.hits}; putting the entry back closes more of the hold-out's gap for {grows} of"
+        f" {len(rows)} effects.",
         badges=(
             Badge(
                 "noticed",
-                "good" if accepted >= 0.9 * trials else "warn",
-                f"{accepted} of {trials} answers without the entry",
+                share_state(accepted, NOTICED),
+                f"{accepted.hits} of {accepted.trials} answers without the entry",
             ),
             Badge(
                 "block",
-                "good" if block.value >= GOALS[BLOCK] else "warn",
+                share_state(block, GOALS[BLOCK]),
                 f"right in {share_text(block)}; goal {format_percent(GOALS[BLOCK])}",
             ),
             Badge(

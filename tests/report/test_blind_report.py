@@ -102,7 +102,9 @@ def test_leave_out_report_counts() -> None:
         0.9,
         (("other", 3), ("friction", 1)),
     )
-    shown = texts(leave_out_report([row], ORIGIN))
+    report = leave_out_report([row], ORIGIN)
+    assert [badge.state for badge in report.badges] == ["good", "bad", "good"]
+    shown = texts(report)
     assert "4 of 4" in shown
     assert "other 3, friction 1" in shown
     assert "1 of 1 effects close more" in shown
