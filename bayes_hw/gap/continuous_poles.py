@@ -27,11 +27,8 @@ class ContinuousPoles(NamedTuple):
     real: FloatArray
 
     def response(self, s: ComplexArray) -> ComplexArray:
-        """G(s), shape of `s`."""
-        paired = self.real == 0
-        poles = np.concatenate([self.poles, self.poles[paired].conj()])
-        residues = np.concatenate([self.residues, self.residues[paired].conj()])
-        return np.asarray((residues / (s[..., None] - poles)).sum(axis=-1))
+        """G(s) at every `s` (points,)."""
+        return np.asarray(_response(self.poles, self.residues, self.real, s))
 
 
 def continuous_poles(
@@ -78,3 +75,21 @@ def _continuous(real_poles, pair_poles, real_residues, pair_residues, rate):  # 
             poles[i] = np.log(p) * rate
             residues[i] = residues[i] * (poles[i] / (p - 1))
     return poles, residues, real
+
+
+@njit(cache=True, error_model="numpy")
+def divided(one, other):  # type: ignore[no-untyped-def]
+    """one / other, not a number where `other` is zero: complex division raises there in compiled code."""
+    return one / other if other != 0 else complex(np.nan, np.nan)
+
+
+@njit(cache=True, error_model="numpy")
+def _response(poles, residues, real, s):  # type: ignore[no-untyped-def]
+    """sum residue / (s - pole) at every `s`, the conjugates of poles that are not `real` included."""
+    found = np.zeros(len(s), dtype=np.complex128)
+    for k in range(len(s)):
+        for i in range(len(poles)):
+            found[k] += divided(residues[i], s[k] - poles[i])
+            if real[i] == 0:
+                found[k] += divided(np.conj(residues[i]), s[k] - np.conj(poles[i]))
+    return found

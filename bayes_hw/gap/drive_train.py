@@ -35,7 +35,6 @@ from bayes_hw.gap.drive_train_kernel import (
     matched,
     numerators,
     resonant,
-    response,
     torque_path,
     torque_polynomials,
     usual_logs,
@@ -93,8 +92,8 @@ class UnknownTrain:
     def command_path(
         self,
         system: ContinuousPoles,
-        resonator: Resonator | None = None,
-        torques: Path | None = None,  # noqa: ARG002
+        resonator: Resonator | None,
+        torques: Path,  # noqa: ARG002
     ) -> Path:
         """The path from the command, of G or of G with a resonator: motor and load turn as w does."""
         s, r = system.poles, system.residues
@@ -171,27 +170,29 @@ class DriveTrain:
         polynomials = self._polynomials(resonator)
         return Path(*torque_path(_upper_roots(polynomials[0]), *polynomials))
 
-    def command_path(
-        self, system: ContinuousPoles, resonator: Resonator | None = None, torques: Path | None = None
-    ) -> Path:
-        """The path from the command, of G or of G with a resonator, given then the path of `torques`."""
+    def command_path(self, system: ContinuousPoles, resonator: Resonator | None, torques: Path) -> Path:
+        """The path from the command, of G or of G with a resonator, given that of `torques` likewise."""
         s, r = system.poles, system.residues
-        if resonator is not None and torques is not None:
-            s, r = self._with_resonator(system, resonator, torques.poles)
-        _, hung, _, across = self._polynomials(resonator)
+        closed, hung, _, across = self._polynomials(resonator)
+        if resonator is not None:
+            s, r = self._with_resonator(system, resonator, torques.poles, closed, across)
         return Path(*command_path(s, r, hung, across))
 
     def _with_resonator(
-        self, system: ContinuousPoles, resonator: Resonator, own: ComplexArray
+        self,
+        system: ContinuousPoles,
+        resonator: Resonator,
+        own: ComplexArray,
+        closed: FloatArray,
+        host_across: FloatArray,
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G times what the resonator does to the drive train's own response.
 
-        `own` are the poles of `torque_path` with the resonator. Where G is not quite that of the drive
-        train its own poles remain, with residues as small as the misfit: a loop closed around G itself can be
-        unstable, for all that nothing in it gives energy.
+        `own` are the poles of `torque_path` with the resonator, `closed` and `host_across` its D and
+        kl C S. Where G is not quite that of the drive train its own poles remain, with residues as small as
+        the misfit: a loop closed around G itself can be unstable, for all that nothing in it gives energy.
         """
         whole, _, _, across = self._polynomials(None)
-        closed, _, _, host_across = self._polynomials(resonator)
         kss, structural = np.exp(self.logs[[KSS, CS]])
         hosted = own[:0]
         if resonator.on_structure:
@@ -231,7 +232,7 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
     if len(system.poles) != 5 or np.count_nonzero(system.real) != 3 or not np.any(system.poles == 0):
         return None
     s = _matching_points(rate)
-    target = response(*system, s)
+    target = system.response(s)
     sign = float(np.sign((target[0] * s[0]).real))
     usual = usual_logs(system.poles, system.real, abs(target[0] * s[0]))
     starts = [near.logs] if near is not None else [usual + shift * _STRUCTURE for shift in ANTIRESONANCES]

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from bayes_hw.gap.continuous_poles import divided
 from bayes_hw.gap.path import OUTPUTS, ordered
 from bayes_hw.gap.turning import turning_together
 
@@ -108,18 +109,6 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, 
 
 
 @njit(cache=True, error_model="numpy")
-def response(poles, residues, real, s):  # type: ignore[no-untyped-def]
-    """sum residue / (s - pole) at every `s`, the conjugates of poles that are not `real` included."""
-    found = np.zeros(len(s), dtype=np.complex128)
-    for k in range(len(s)):
-        for i in range(len(poles)):
-            found[k] += _over(residues[i], s[k] - poles[i])
-            if real[i] == 0:
-                found[k] += _over(np.conj(residues[i]), s[k] - np.conj(poles[i]))
-    return found
-
-
-@njit(cache=True, error_model="numpy")
 def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
     """Logs (10,) of a drive with usual proportions to its own poles: an integrator, two more that are `real`
     and the upper ones of two pairs."""
@@ -140,12 +129,6 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
     for coefficient in polynomial:
         total = total * s + coefficient
     return total
-
-
-@njit(cache=True, error_model="numpy")
-def _over(one, other):  # type: ignore[no-untyped-def]
-    """one / other, not a number where `other` is zero: complex division raises there in compiled code."""
-    return one / other if other != 0 else complex(np.nan, np.nan)
 
 
 @njit(cache=True, error_model="numpy")
@@ -204,8 +187,8 @@ def torque_path(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
     for i in range(len(s)):
         by_motor, steep = _value(across, s[i]), _value(slope, s[i])
-        inputs[1, i] = _over(_value(stiff, s[i]), by_motor)
-        outputs[0, i], outputs[1, i] = _over(by_motor, steep), _over(_value(hung, s[i]), steep)
+        inputs[1, i] = divided(_value(stiff, s[i]), by_motor)
+        outputs[0, i], outputs[1, i] = divided(by_motor, steep), divided(_value(hung, s[i]), steep)
         outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
     return ordered(s, inputs, outputs)
 
@@ -228,7 +211,7 @@ def command_path(s, residues, hung, across):  # type: ignore[no-untyped-def]
     """
     outputs = np.empty((OUTPUTS, len(s)), dtype=np.complex128)
     for i in range(len(s)):
-        angle = residues[i] * _over(_value(hung, s[i]), _value(across, s[i]))
+        angle = residues[i] * divided(_value(hung, s[i]), _value(across, s[i]))
         outputs[0, i], outputs[1, i] = residues[i], angle
         outputs[2, i], outputs[3, i] = s[i] * angle, s[i] * residues[i]
     return ordered(s, np.ones((1, len(s)), dtype=np.complex128), turning_together(s, outputs))
@@ -254,10 +237,10 @@ def resonant(poles, residues, real, own, hosted, whole, across, closed, host_acr
             entering = residues[i]
         else:
             for j in range(at_g):
-                entering += _over(residues[j], s - poles[j])
+                entering += divided(residues[j], s - poles[j])
                 if real[j] == 0:
-                    entering += _over(np.conj(residues[j]), s - np.conj(poles[j]))
-        found[i] = _over(entering * passed, over)
+                    entering += divided(np.conj(residues[j]), s - np.conj(poles[j]))
+        found[i] = divided(entering * passed, over)
     return found
 
 

@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain
+from bayes_hw.gap.continuous_poles import ContinuousPoles
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.path import Path
 from bayes_hw.gap.spectra import (
@@ -227,14 +228,10 @@ def _correlation(p: float) -> float:
 
 def _load_compliance(path: Path, f: FloatArray) -> FloatArray:
     """Squared response of w to the load's torque at frequencies f (Hz)."""
-    s = 2j * np.pi * f
-    total = np.zeros_like(s)
-    gains = path.inputs[1] * path.outputs[0]
-    for i, (pole, gain) in enumerate(zip(path.poles, gains, strict=True)):
-        total = total + gain / (s - pole)
-        if i >= path.real_count:
-            total = total + np.conj(gain) / (s - np.conj(pole))
-    return np.abs(total) ** 2
+    real = np.arange(len(path.poles)) < path.real_count
+    by_load = ContinuousPoles(path.poles, path.inputs[1] * path.outputs[0], real.astype(np.float64))
+    s = np.asarray(2j * np.pi * f, dtype=np.complex128)
+    return np.asarray(np.abs(by_load.response(s)) ** 2)
 
 
 def _fitted(

@@ -190,12 +190,9 @@ class StochasticSearch:
         self, explanation: Explanation, starts: Sequence[tuple[Hypothesis, FloatArray]], finished: int
     ) -> list[Explanation]:
         """`moved` from the `finished` of `starts` that fit best after a few iterations."""
-        stochastic = explanation.stochastic
-        if stochastic is None:
-            raise ValueError(f"{explanation.name} has no stochastic effect")
 
         def begun(start: tuple[Hypothesis, FloatArray]) -> Fit:
-            return fit(start[0], self.measured, start[1], stochastic.whitener, ITERATIONS_AT_FIRST)
+            return fit(start[0], self.measured, start[1], explanation.fit.whitener, ITERATIONS_AT_FIRST)
 
         first = sorted(self.each(begun, starts), key=lambda f: f.cost)
         return self.each(lambda f: self.moved(explanation, f.hypothesis, f.coordinates), first[:finished])

@@ -138,7 +138,8 @@ def test_inner_motion_answers_to_the_command_as_in_the_state_space() -> None:
     """Motor angle, motor speed and load speed per v: the residues of G times the ratios at its poles."""
     a, b, c = TRAIN.state_space()
     system = continuous(drive_axis())
-    found = DriveTrain(TRAIN.logs, 1.0, 0.0).command_path(system)
+    train = DriveTrain(TRAIN.logs, 1.0, 0.0)
+    found = train.command_path(system, None, train.torque_path(system))
     expected = frequency_response(a, b, c, S_AXIS)[:, :, V]
     for kind in (MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED):
         np.testing.assert_allclose(path(found, kind, 0, S_AXIS), expected[:, kind], rtol=1e-5)
