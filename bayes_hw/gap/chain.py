@@ -82,7 +82,7 @@ class ChainBuilder:
 
     def write_base(self, values: FloatArray, settings: FloatArray) -> None:
         """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
-        settings[[S.LOWER, S.UPPER, S.DEAD_ZONE]] = values[:STATIC_COUNT]
+        settings[S.LOWER], settings[S.UPPER], settings[S.DEAD_ZONE] = values[:STATIC_COUNT]
 
     def train(self, values: FloatArray) -> DriveTrain | UnknownTrain:
         """The drive train behind G at base parameters `values` (parameters,).

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.batch_kernel import delay, in_lanes, lanes_of, silence
 from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.chain_kernel import simulate_lanes
+from bayes_hw.gap.columns import part
 from bayes_hw.gap.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
@@ -68,17 +70,17 @@ def simulate_chains(
     `known` says where ripple acts if not at the simulated position.
     """
     active = settings != S.NEUTRAL
-    switches = active[:, S.SWITCHES]
+    switches = active & S.IS_SWITCH
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, chain in enumerate(chains):
         groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
     done = []
+    if len(groups) == 1:
+        return _simulate_alike(chains, settings, active[0], inputs, keep_w, known, followed)
     for group in groups.values():
         some = np.array(group)
         alike = [chains[i] for i in group]
         done.append(_simulate_alike(alike, settings[some], active[some[0]], inputs, keep_w, known, followed))
-    if len(done) == 1:
-        return done[0]
     order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
     return [
         ChainSignals(*(np.concatenate(parts, axis=1)[:, order] for parts in zip(*record, strict=True)))
@@ -100,15 +102,15 @@ def _simulate_alike(
     substeps = substeps_of(active, rate)
     h = 1 / (rate * substeps)
     columns = padded_to_lanes(count * len(inputs))
-    lanes = np.minimum(np.arange(columns), count * len(inputs) - 1) % count
+    lanes = lanes_of(count, len(inputs), columns)
     whole = np.floor(settings[:, S.EXTRA_DELAY])
     rows = settings.T.copy()
     rows[S.EXTRA_DELAY] -= whole
     samples = max(len(u) for u in inputs)
-    commands = np.zeros((samples, columns))
+    commands = silence(samples, columns)
     delays = chains[0].delay_samples + whole.astype(np.int64)
     for record, u in enumerate(inputs):
-        _fill_delayed(commands[:, record * count : (record + 1) * count], u, delays)
+        delay(commands, record * count, u, delays)
     command = states([chain.command_path for chain in chains], h, lanes)
     torque = states([chain.torque_path for chain in chains], h, lanes)
     positions = np.zeros((samples if known is not None else 0, columns))
@@ -123,8 +125,8 @@ def _simulate_alike(
         rate,
         substeps,
         active,
-        _in_lanes(rows, lanes),
-        _in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
+        in_lanes(rows, lanes),
+        in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
         *command,
         *torque,
         positions,
@@ -134,34 +136,17 @@ def _simulate_alike(
         w,
         y,
     )
-    own = [slice(record * count, (record + 1) * count) for record in range(len(inputs))]
     return [
-        ChainSignals(np.ascontiguousarray(w[: len(u), columns]), np.ascontiguousarray(y[: len(u), columns]))
-        for u, columns in zip(inputs, own, strict=True)
+        ChainSignals(*(part(signal[: len(u)], record * count, count) for signal in (w, y)))
+        for record, u in enumerate(inputs)
     ]
 
 
 def substeps_of(active: BoolArray, rate: float) -> int:
     """Steps a sample for the settings that are `active` (COUNT,), at `rate` samples per second."""
-    torques = bool(np.any(active[list(S.TORQUES)]))
+    torques = any(active[setting] for setting in S.TORQUES)
     substeps = max(1, int(np.ceil(1 / (rate * TORQUE_STEP)))) if torques else 1
-    if np.any(active[list(S.WITHIN_SAMPLE)]):
+    if any(active[setting] for setting in S.WITHIN_SAMPLE):
         within = int(np.ceil(1 / (rate * WITHIN_SAMPLE_STEP)))
         return max(substeps, LEAST_WITHIN_SAMPLE, min(within, MOST_WITHIN_SAMPLE))
     return substeps
-
-
-def _in_lanes(values: FloatArray, lanes: IntArray) -> FloatArray:
-    return np.ascontiguousarray(values[..., lanes])
-
-
-def _fill_delayed(commands: FloatArray, u: FloatArray, delays: IntArray) -> None:
-    """Write u (samples,) into the columns of `commands`, each late by its number of samples."""
-    first = int(delays[0])
-    if (delays == first).all():
-        late = max(len(u) - first, 0)
-        commands[len(u) - late : len(u)] = u[:late, None]
-        return
-    for delay in np.unique(delays):
-        late = max(len(u) - int(delay), 0)
-        commands[len(u) - late : len(u), delays == delay] = u[:late, None]

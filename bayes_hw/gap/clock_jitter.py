@@ -14,8 +14,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.columns import square_sums
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.noise_kernel import jitter_filter
+from bayes_hw.gap.noise_kernel import jitter_filter, untimely_variance
 from bayes_hw.gap.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.stochastic import StochasticFit
 from bayes_hw.gap.whitener import LOG_2PI, fit_autoregression, no_glitches
@@ -88,7 +89,7 @@ class Untimely:
     def variances(self, square: float) -> tuple[FloatArray, ...]:
         """Of the error (samples,), a record each, for tau^2 = `square` in s^2."""
         return tuple(
-            np.maximum(square * speed + square**2 * bend, LEAST_OF_SPEED * square * speed)
+            untimely_variance(square, speed, bend, LEAST_OF_SPEED)
             for speed, bend in zip(self.speeds, self.bends, strict=True)
         )
 
@@ -108,8 +109,8 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
         total = 0.0
         for e, r in zip(fit.residuals, extra, strict=True):
             white = np.empty((len(e), 1))
-            log_determinant = jitter_filter(np.ascontiguousarray(e[:, None]), coefficient, variance, r, white)
-            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
+            log_determinant = jitter_filter(e[:, None], coefficient, variance, r, white)
+            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(square_sums(white)[0]))
         return JitterWhitener(float(coefficient), float(variance), extra, total)
 
     first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))

@@ -37,6 +37,7 @@ from bayes_hw.gap.drive_train_kernel import (
     resonant,
     torque_path,
     torque_polynomials,
+    upper_ones,
     usual_logs,
 )
 from bayes_hw.gap.path import Path, ordered
@@ -193,7 +194,7 @@ class DriveTrain:
         the misfit: a loop closed around G itself can be unstable, for all that nothing in it gives energy.
         """
         whole, _, _, across = self._polynomials(None)
-        kss, structural = np.exp(self.logs[[KSS, CS]])
+        kss, structural = np.exp(self.logs[KSS]), np.exp(self.logs[CS])
         hosted = own[:0]
         if resonator.on_structure:
             hosted = _upper_roots(np.array([1.0, kss * structural, kss]))
@@ -215,8 +216,7 @@ def _upper_roots(polynomial: FloatArray) -> ComplexArray:
     real, imaginary, _, _, failed = dgeev(companion(polynomial), compute_vl=False, compute_vr=False)
     if failed or not np.isfinite(real).all():
         raise np.linalg.LinAlgError(f"no roots of a polynomial with the coefficients {polynomial}")
-    upper = imaginary >= 0
-    return np.asarray(real[upper] + 1j * imaginary[upper])
+    return np.asarray(upper_ones(real, imaginary))
 
 
 def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None) -> DriveTrain | None:

@@ -153,6 +153,17 @@ def companion(polynomial):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def upper_ones(real, imaginary):  # type: ignore[no-untyped-def]
+    """The complex numbers with these parts (n,) whose imaginary part is not negative."""
+    found, count = np.empty(len(real), np.complex128), 0
+    for i in range(len(real)):
+        if imaginary[i] >= 0:
+            found[count] = complex(real[i], imaginary[i])
+            count += 1
+    return found[:count].copy()
+
+
+@njit(cache=True, error_model="numpy")
 def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-untyped-def]
     """D, H, M S and kl C S as polynomials in s, the highest power first.
 

@@ -8,9 +8,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg.lapack import dposv
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.columns import column, misses, only_where, square_sums
+from bayes_hw.gap.fit_kernel import agreeing, forward_differences, normal_equations
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.trimming import best_stretches
 from bayes_hw.gap.whitener import Whitener
@@ -121,10 +123,7 @@ def jacobians(
     """Derivatives (samples, parameters) of every record's output by forward differences."""
     steps = hypothesis.derivative_steps
     moved = hypothesis.simulate_batch(hypothesis.to_values(coordinates + np.diag(steps)))
-    return [
-        np.nan_to_num((y - at[:, None]) / steps, nan=0.0, posinf=0.0, neginf=0.0)
-        for y, at in zip(moved, simulated, strict=True)
-    ]
+    return [forward_differences(y, at, steps) for y, at in zip(moved, simulated, strict=True)]
 
 
 def fit(
@@ -142,7 +141,7 @@ def fit(
     stretches, those that fit worst, does not count, nor in the cost.
     """
     task = _Task(hypothesis, measured, whitener, left_out)
-    (at,) = task.simulated(start[None])
+    at = task.simulated(start[None]).point(0)
     return _descended(task, at, jacobians(hypothesis, at.coordinates, at.simulated), max_iterations, free)
 
 
@@ -155,7 +154,7 @@ def fitted_on(
 ) -> Fit:
     """`fit` from where another ended, whose simulation and derivatives are not made again."""
     task = _Task(begun.hypothesis, measured, whitener, left_out)
-    (at,) = task.judged(begun.coordinates[None], [s[:, None] for s in begun.simulated])
+    at = task.judged(begun.coordinates[None], [s[:, None] for s in begun.simulated]).point(0)
     return _descended(task, at, begun.jacobians, max_iterations)
 
 
@@ -170,6 +169,26 @@ class _Point(NamedTuple):
     kept: list[BoolArray] | None
 
 
+class _Trials(NamedTuple):
+    """The same for points (n, parameters): costs (n,), infinite where not finite, and columns of records."""
+
+    points: FloatArray
+    costs: FloatArray
+    simulated: Sequence[FloatArray]
+    white: Sequence[FloatArray]
+    kept: Sequence[BoolArray] | None
+
+    def point(self, i: int) -> _Point:
+        """The i-th of the points."""
+        return _Point(
+            self.points[i],
+            float(self.costs[i]),
+            [column(s, i) for s in self.simulated],
+            [column(e, i) for e in self.white],
+            None if self.kept is None else [column(k, i) for k in self.kept],
+        )
+
+
 @dataclass(frozen=True)
 class _Task:
     """What is fitted to which records under what noise; the share `left_out` of their stretches not."""
@@ -179,33 +198,24 @@ class _Task:
     whitener: Whitener
     left_out: float = 0.0
 
-    def simulated(self, points: FloatArray) -> list[_Point]:
+    def simulated(self, points: FloatArray) -> _Trials:
         """Every one of `points` (n, parameters) simulated."""
         return self.judged(points, self.hypothesis.simulate_batch(self.hypothesis.to_values(points)))
 
-    def judged(self, points: FloatArray, simulated: Sequence[FloatArray]) -> list[_Point]:
+    def judged(self, points: FloatArray, simulated: Sequence[FloatArray]) -> _Trials:
         """`points` (n, parameters) with their outputs `simulated` (samples, n), a record each."""
         pulls = -self.hypothesis.log_prior(points)
         white = [
-            self.whitener.whiten(y[:, None] - s, record)
+            self.whitener.whiten(misses(y, s), record)
             for record, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
         ]
-        costs = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
+        costs = pulls + 0.5 * sum(square_sums(e) for e in white)
         kept = best_stretches(white, self.left_out) if self.left_out else None
         if kept is not None:
-            white = [np.where(k, e, 0.0) for k, e in zip(kept, white, strict=True)]
-            trimmed = pulls + 0.5 * sum(np.sum(e**2, axis=0) for e in white)
+            white = [only_where(e, k) for k, e in zip(kept, white, strict=True)]
+            trimmed = pulls + 0.5 * sum(square_sums(e) for e in white)
             costs = np.where(np.isfinite(costs), trimmed, np.inf)
-        return [
-            _Point(
-                point,
-                float(cost) if np.isfinite(cost) else np.inf,
-                [np.ascontiguousarray(s[:, i]) for s in simulated],
-                [np.ascontiguousarray(e[:, i]) for e in white],
-                None if kept is None else [k[:, i] for k in kept],
-            )
-            for i, (point, cost) in enumerate(zip(points, costs, strict=True))
-        ]
+        return _Trials(points, np.where(np.isfinite(costs), costs, np.inf), simulated, white, kept)
 
     def quadratic(self, at: _Point, derivatives: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
         """The cost about a point; see `_quadratic`."""
@@ -230,9 +240,10 @@ def _quadratic(
     for record, jacobian in enumerate(derivatives):
         filtered = whitener.whiten(jacobian, record)
         if kept is not None:
-            filtered = np.where(kept[record][:, None], filtered, 0.0)
-        precision = precision + filtered.T @ filtered
-        gradient = gradient + filtered.T @ white[record]
+            filtered = only_where(filtered, kept[record][:, None])
+        curvature, slope = normal_equations(filtered, white[record])
+        precision = precision + curvature
+        gradient = gradient + slope
     return precision, gradient
 
 
@@ -268,9 +279,9 @@ def _descended(
                 continue
             trials = np.clip(at.coordinates + np.array(steps), means - FARTHEST * sds, means + FARTHEST * sds)
             found = task.simulated(trials)
-            better = [i for i, trial in enumerate(found) if trial.cost < at.cost]
+            better = np.flatnonzero(found.costs < at.cost).tolist()
             if better:
-                at, damping = found[better[0]], max(dampings[better[0]] / 5, 1e-9)
+                at, damping = found.point(better[0]), max(dampings[better[0]] / 5, 1e-9)
                 improved = True
                 break
         if not improved and exact:
@@ -281,33 +292,21 @@ def _descended(
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
         elif exact:
             step = at.coordinates - before.coordinates
-            derivatives, exact = _updated(derivatives, step, at.simulated, before.simulated), False
+            outputs = zip(derivatives, at.simulated, before.simulated, strict=True)
+            derivatives, exact = [agreeing(slopes, step, *moved) for slopes, *moved in outputs], False
         else:
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     if not exact:
         derivatives = jacobians(hypothesis, at.coordinates, at.simulated)
-    residuals = [y - s for y, s in zip(task.measured, at.simulated, strict=True)]
+    residuals = [misses(y, s[:, None])[:, 0] for y, s in zip(task.measured, at.simulated, strict=True)]
     return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, task.whitener, at.cost)
 
 
 def _damped_step(precision: FloatArray, gradient: FloatArray, damping: float) -> FloatArray | None:
     """The step of Levenberg and Marquardt, or None where the damped precision is not positive definite."""
-    try:
-        factor = cho_factor(precision + damping * np.diag(np.diag(precision)))
-        return np.asarray(cho_solve(factor, gradient))
-    except (LinAlgError, ValueError):
+    damped = precision.copy()
+    damped.ravel()[:: len(damped) + 1] *= 1 + damping
+    if not (np.isfinite(damped).all() and np.isfinite(gradient).all()):
         return None
-
-
-def _updated(
-    derivatives: Sequence[FloatArray],
-    step: FloatArray,
-    after: Sequence[FloatArray],
-    before: Sequence[FloatArray],
-) -> list[FloatArray]:
-    """Broyden's update (doi 10.1090/S0025-5718-1965-0198670-6): derivatives that agree with the last step."""
-    length = float(step @ step)
-    return [
-        jacobian + np.outer(y - earlier - jacobian @ step, step) / length
-        for jacobian, y, earlier in zip(derivatives, after, before, strict=True)
-    ]
+    _, step, failed = dposv(damped, gradient)
+    return None if failed else np.asarray(step)

@@ -17,6 +17,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.builder import SignalChain
+from bayes_hw.gap.columns import hats_over
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.signals import door_responses, has_door
@@ -102,8 +103,7 @@ def hats(signals: Sequence[FloatArray], count: int = HATS) -> list[FloatArray]:
     knots = np.unique(np.quantile(every, np.linspace(0.01, 0.99, count)))
     if len(knots) < 2 or knots[-1] - knots[0] <= 0:
         return [np.zeros((len(s), 0)) for s in signals]
-    eye = np.eye(len(knots))
-    return [np.stack([np.interp(s, knots, row) for row in eye], axis=1) for s in signals]
+    return [np.asarray(hats_over(s, knots)) for s in signals]
 
 
 def _signs(signals: Sequence[FloatArray]) -> list[FloatArray]:
@@ -121,9 +121,8 @@ def _knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
     found = []
     for record, length in enumerate(lengths):
         columns = np.zeros((length, TIME_KNOTS * len(lengths)))
-        places = np.linspace(0, length - 1, TIME_KNOTS)
-        for i in range(TIME_KNOTS):
-            columns[:, record * TIME_KNOTS + i] = np.interp(np.arange(length), places, np.eye(TIME_KNOTS)[i])
+        own = slice(record * TIME_KNOTS, (record + 1) * TIME_KNOTS)
+        columns[:, own] = hats_over(np.arange(float(length)), np.linspace(0, length - 1, TIME_KNOTS))
         found.append(columns)
     return found
 

@@ -168,12 +168,18 @@ class Hypothesis:
         return values
 
     @cached_property
-    def _transforms(self) -> list[tuple[Transform, list[int]]]:
-        """Every transform with the rows of the parameters that have it."""
-        rows: dict[Transform, list[int]] = {}
+    def _transforms(self) -> list[tuple[Transform, slice]]:
+        """Transforms with the rows of neighbouring parameters that have them.
+
+        Slices: to index by a list lets go of the interpreter, and threads side by side wait for it.
+        """
+        runs: list[tuple[Transform, slice]] = []
         for row, parameter in enumerate(self.parameters):
-            rows.setdefault(parameter.transform, []).append(row)
-        return list(rows.items())
+            start = row
+            if runs and runs[-1][0] == parameter.transform:
+                start = runs.pop()[1].start
+            runs.append((parameter.transform, slice(start, row + 1)))
+        return runs
 
     def _speed_per_gain(self, values: FloatArray) -> FloatArray:
         base = values[..., : self.base_count]

@@ -252,3 +252,85 @@ def _rows(matrix, wide):  # type: ignore[no-untyped-def]
         for j in range(n):
             rows[i * wide + j // LANES, j % LANES] = matrix[i, j]
     return rows
+
+
+@njit(cache=True, error_model="numpy")
+def innovations(columns, coefficients, innovation_sigma, sigma):  # type: ignore[no-untyped-def]
+    """`columns` (samples, n) of autoregressive noise of `coefficients` (order,), white and of unit variance.
+
+    The first samples, of which too little of the past is known, are taken for independent.
+    """
+    order = len(coefficients)
+    white = np.empty(columns.shape)
+    for k in range(columns.shape[0]):
+        for i in range(columns.shape[1]):
+            if k < order:
+                white[k, i] = columns[k, i] / sigma
+            else:
+                left = columns[k, i]
+                for lag in range(order):
+                    left -= coefficients[lag] * columns[k - lag - 1, i]
+                white[k, i] = left / innovation_sigma
+    return white
+
+
+@njit(cache=True, error_model="numpy")
+def untimely_variance(square, speed, bend, least):  # type: ignore[no-untyped-def]
+    """`square` speed + square^2 bend (samples,), at `least` that share of its first term."""
+    found = np.empty(len(speed))
+    for k in range(len(speed)):
+        first = square * speed[k]
+        found[k] = max(first + square * square * bend[k], least * first)
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def seen_part(w, sway, variance, dead_zone, smallest, nodes, weights):  # type: ignore[no-untyped-def]
+    """The share (samples,) of a disturbance of mean `sway` and `variance` added to w that shows behind a dead
+    zone, nearest in the mean square, and the mean square of what is then missing.
+
+    Means are those of Gauss and Hermite's `nodes` and `weights`. A missing part whose square is less than
+    `smallest` is none, and the share then a whole number.
+    """
+    shares, doubts = np.empty(len(w)), np.empty(len(w))
+    for k in range(len(w)):
+        root = np.sqrt(variance[k])
+        at_rest = max(w[k] - dead_zone, 0.0) + min(w[k] + dead_zone, 0.0)
+        squares, products, parts = 0.0, 0.0, 0.0
+        for i in range(len(nodes)):
+            added = sway[k] + nodes[i] * root
+            moved = w[k] + added
+            part = max(moved - dead_zone, 0.0) + min(moved + dead_zone, 0.0) - at_rest
+            squares += weights[i] * added * added
+            products += weights[i] * part * added
+            parts += weights[i] * part * part
+        share = 1.0 if abs(w[k]) > dead_zone else 0.0
+        if squares > 0:
+            share = products / max(squares, 1e-300)
+        doubt = max(parts - share * products, 0.0)
+        whole = np.round(share)
+        if doubt + (share - whole) ** 2 * squares < smallest:
+            share, doubt = whole, 0.0
+        shares[k], doubts[k] = share, doubt
+    return shares, doubts
+
+
+@njit(cache=True, error_model="numpy")
+def bridged_over(columns, gaps):  # type: ignore[no-untyped-def]
+    """`columns` (samples, n) with the samples in `gaps` (samples,) half way between the last one before that
+    is in none and the next one, or between the last two where there is no next one."""
+    samples, n = columns.shape
+    found, before, last = columns.copy(), -1, -1
+    for k in range(samples):
+        if not gaps[k]:
+            before, last = last, k
+            continue
+        after = k + 1
+        while after < samples and gaps[after]:
+            after += 1
+        lower, upper = last if last >= 0 else after, after
+        if after == samples:
+            lower, upper = before if before >= 0 else last, last
+        for i in range(n):
+            found[k, i] = 0.5 * (columns[lower, i] + columns[upper, i])
+    return found

@@ -55,7 +55,7 @@ def states(paths: Sequence[Path], h: float, lanes: IntArray | None = None) -> St
     return States(real_count, *_stepped(real_count, *parts, h, own))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _stepped(real_count, poles, inputs, outputs, h, lanes):  # type: ignore[no-untyped-def]
     """The arrays of `States` of paths (paths, n), (paths, doors, n) and (paths, 4, n)."""
     paths, n = poles.shape

@@ -15,7 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.columns import largest_sizes, misses, only_where, square_sums
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.period_scan import scan_periods
@@ -40,6 +41,9 @@ NEARBY = 1.6
 
 LARGEST_RESPONSE = 1e6
 """Output units; a start whose simulation runs away is left out."""
+
+SMALL, TINY = 1e-10, 1e-300
+"""Added to the squares of responses, as a share and as it is: those of nothing stay apart from zero."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +119,7 @@ class Screen:
     def reduction(self, projected: FloatArray) -> float:
         """Twice the log-likelihood that the columns (samples, n) could gain together."""
         gram = projected.T @ projected
-        gram = gram + 1e-10 * np.trace(gram) * np.eye(len(gram)) + 1e-300 * np.eye(len(gram))
+        gram = gram + (SMALL * np.trace(gram) + TINY) * np.eye(len(gram))
         correlation = projected.T @ self.residual
         return float(correlation @ np.linalg.solve(gram, correlation))
 
@@ -148,11 +152,16 @@ class Screen:
         runs away."""
         hypothesis = self.base.hypothesis.with_effect(candidates[0].effect)
         values = np.array([np.concatenate([self.base.values, c.values]) for c in candidates])
-        simulated = hypothesis.simulate_batch(values)
-        changes = [s - b[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)]
-        largest = np.max([np.max(np.abs(change), axis=0) for change in changes], axis=0)
-        tame = largest < LARGEST_RESPONSE
-        return self.project([np.where(tame, change, 0.0) for change in changes])
+        return self._changes(hypothesis.simulate_batch(values))[0]
+
+    def _changes(self, simulated: Sequence[FloatArray]) -> tuple[FloatArray, BoolArray]:
+        """The projected changes (samples, n) to what is `simulated`, zero where it runs away, and whether it
+        does not (n,)."""
+        changes = [misses(b, s) for s, b in zip(simulated, self.base.simulated, strict=True)]
+        tame = np.max([largest_sizes(change) for change in changes], axis=0) < LARGEST_RESPONSE
+        if not tame.all():
+            changes = [only_where(change, np.repeat(tame[None], len(change), axis=0)) for change in changes]
+        return -self.project(changes), tame
 
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:
         """The given starts of `effect` with what each promises."""
@@ -160,20 +169,14 @@ class Screen:
             return []
         hypothesis = self.base.hypothesis.with_effect(effect)
         values = np.array([np.concatenate([self.base.values, start]) for start in starts])
-        simulated = hypothesis.simulate_batch(values)
-        found = []
-        for column, start in enumerate(starts):
-            change = [
-                (s[:, column] - b)[:, None] for s, b in zip(simulated, self.base.simulated, strict=True)
-            ]
-            if not all(np.isfinite(c).all() and np.abs(c).max() < LARGEST_RESPONSE for c in change):
-                continue
-            response = self.project(change)
-            as_it_is = self.residual - response[:, 0]
-            promised = float(self.residual @ self.residual - as_it_is @ as_it_is)
-            promised = max(promised, self.reduction(response))
-            found.append(Candidate(effect, tuple(start), promised))
-        return found
+        responses, tame = self._changes(hypothesis.simulate_batch(values))
+        power, along = square_sums(responses), responses.T @ self.residual
+        promised = np.maximum(2 * along - power, along**2 / (power * (1 + SMALL) + TINY))
+        return [
+            Candidate(effect, tuple(start), float(most))
+            for start, most, kept in zip(starts, promised, tame, strict=True)
+            if kept
+        ]
 
     def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
         scale = self.base.hypothesis.scale

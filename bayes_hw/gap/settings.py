@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 
 (
     LOWER,
@@ -133,6 +133,9 @@ SWITCHES = (
     DRIFT_SETTLING,
 )
 """Settings that leave out a part of the simulation where they are neutral."""
+
+IS_SWITCH: BoolArray = np.isin(np.arange(COUNT), SWITCHES)
+IS_SWITCH.setflags(write=False)
 
 COMMAND_SIDE = frozenset(
     {

@@ -21,6 +21,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.continuous_poles import ContinuousPoles
 from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.noise_kernel import seen_part
 from bayes_hw.gap.path import Path
 from bayes_hw.gap.spectra import (
     LARGEST_NOISE_CORRELATION,
@@ -30,7 +31,6 @@ from bayes_hw.gap.spectra import (
 )
 from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
-from bayes_hw.model.blocks import DeadZone
 
 STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
@@ -138,20 +138,8 @@ def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: floa
     nearest in the mean square (statistical linearisation: Gelb and Vander Velde, Multiple-Input Describing
     Functions, 1968), and the mean square of what is then missing. All but the last two are (samples,).
     """
-    shown = DeadZone(dead_zone)
-    squares, products, parts = np.zeros_like(w), np.zeros_like(w), np.zeros_like(w)
-    for node, weight in zip(*_NORMAL_NODES, strict=True):
-        added = sway + node * np.sqrt(variance)
-        part = shown(w + added) - shown(w)
-        squares += weight * added**2
-        products += weight * part * added
-        parts += weight * part**2
-    outside = (np.abs(w) > dead_zone).astype(np.float64)
-    share = np.where(squares > 0, products / np.maximum(squares, 1e-300), outside)
-    doubt = np.maximum(parts - share * products, 0.0)
-    whole = np.round(share)
-    clear = doubt + (share - whole) ** 2 * squares < (SMALLEST_DOUBT * sigma) ** 2
-    return View(np.where(clear, whole, share), np.where(clear, 0.0, doubt))
+    smallest = (SMALLEST_DOUBT * sigma) ** 2
+    return View(*seen_part(w, sway, variance, dead_zone, smallest, *_NORMAL_NODES))
 
 
 def random_walk(

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.columns import count_finite, filled_out, part, square_sums
 from bayes_hw.gap.noise_kernel import state_filter, state_gains
 from bayes_hw.gap.path import Path
 from bayes_hw.gap.whitener import LOG_2PI
@@ -105,17 +106,16 @@ class StateNoise:
     def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
         """White columns and the disturbance expected in each, both (samples, n)."""
         samples, count = columns.shape
-        padded = columns
-        if count > 1 and count != padded_to_lanes(count):
-            padded = np.zeros((samples, padded_to_lanes(count)))
-            padded[:, :count] = columns
-        padded = np.ascontiguousarray(padded)
+        wide = padded_to_lanes(count) if count > 1 else count
+        padded = columns if count == wide else filled_out(columns, wide)
         white, expected = np.empty_like(padded), np.empty_like(padded)
         found = self._gains(record, samples)
         state_filter(
             padded, self.transition, self.output, found.share, found.gains, found.roots, white, expected
         )
-        return white[:, :count], expected[:, :count]
+        if count == wide:
+            return white, expected
+        return part(white, 0, count), part(expected, 0, count)
 
     def _gains(self, record: int, samples: int) -> Gains:
         """Those of one record, worked out when they are first asked for."""
@@ -150,8 +150,8 @@ class StateNoise:
             log_determinant = self._gains(record, len(e)).log_determinant
             readings = len(e)
             if self.views is not None:
-                readings = int(np.sum(np.isfinite(self.views[record].doubt)))
-            total -= 0.5 * (readings * LOG_2PI + log_determinant + float(white[:, 0] @ white[:, 0]))
+                readings = count_finite(self.views[record].doubt)
+            total -= 0.5 * (readings * LOG_2PI + log_determinant + float(square_sums(white)[0]))
         return replace(self, log_likelihood=total)
 
 

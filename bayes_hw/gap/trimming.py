@@ -8,10 +8,12 @@ best it is not (least trimmed squares: Rousseeuw, doi 10.1080/01621459.1984.1047
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.gap.columns import mean_squares
 
 STRETCHES = 24
 """Of every record."""
@@ -22,10 +24,7 @@ def best_stretches(white: Sequence[FloatArray], left_out: float) -> list[BoolArr
     have the largest mean squares, each column's own. All true in a column of which no share is finite."""
     bounds = [_bounds(len(e)) for e in white]
     sizes = [np.diff([*starts, len(e)]) for e, starts in zip(white, bounds, strict=True)]
-    squares = [
-        np.add.reduceat(e**2, starts, axis=0) / size[:, None]
-        for e, starts, size in zip(white, bounds, sizes, strict=True)
-    ]
+    squares = [mean_squares(e, starts) for e, starts in zip(white, bounds, strict=True)]
     every = np.nan_to_num(np.concatenate(squares), nan=np.inf, posinf=np.inf)
     kept = max(round((1 - left_out) * len(every)), 1)
     largest = np.partition(every, kept - 1, axis=0)[kept - 1]
@@ -36,6 +35,9 @@ def best_stretches(white: Sequence[FloatArray], left_out: float) -> list[BoolArr
     ]
 
 
-def _bounds(samples: int) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+@lru_cache(maxsize=64)
+def _bounds(samples: int) -> IntArray:
     """Where each stretch of a record begins."""
-    return np.unique(np.linspace(0, samples, min(STRETCHES, samples) + 1)[:-1].astype(np.int64))
+    bounds = np.unique(np.linspace(0, samples, min(STRETCHES, samples) + 1)[:-1].astype(np.int64))
+    bounds.setflags(write=False)
+    return bounds

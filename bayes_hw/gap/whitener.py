@@ -13,6 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.columns import blank, count_true, scaled, square_sums
+from bayes_hw.gap.noise_kernel import bridged_over, innovations
 from bayes_hw.identify.noise import estimate_noise
 
 LOG_2PI = float(np.log(2 * np.pi))
@@ -69,9 +71,9 @@ class Plain:
         return replace(self, masked=tuple(one | other for one, other in zip(own, masks, strict=True)))
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
-        white = columns / self.sigma
+        white: FloatArray = scaled(columns, 1 / self.sigma)
         if self.masked:
-            white[self.masked[record]] = 0.0
+            blank(white, self.masked[record])
         return white
 
 
@@ -91,14 +93,10 @@ class Autoregression:
         return float(self.coefficients[0]) if len(self.coefficients) == 1 else 0.0
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
-        bridged = bridge(columns, self.glitches[record])
-        white = bridged.copy()
-        for lag, coefficient in enumerate(self.coefficients, start=1):
-            white[lag:] -= coefficient * bridged[:-lag]
-        white /= self.innovation_sigma
-        order = len(self.coefficients)
-        white[:order] = bridged[:order] / self.sigma
-        white[self.glitches[record]] = 0.0
+        glitches = self.glitches[record]
+        bridged = bridge(columns, glitches)
+        white: FloatArray = innovations(bridged, self.coefficients, self.innovation_sigma, self.sigma)
+        blank(white, glitches)
         return white
 
 
@@ -109,14 +107,7 @@ def no_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
 
 def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
     """`columns` (samples, n) with the samples in `gaps` interpolated from their neighbours."""
-    if not gaps.any():
-        return columns
-    bridged, kept = columns.copy(), np.flatnonzero(~gaps)
-    missing = np.flatnonzero(gaps)
-    after = np.clip(np.searchsorted(kept, missing), 0, len(kept) - 1)
-    before = np.clip(after - 1, 0, len(kept) - 1)
-    bridged[missing] = 0.5 * (columns[kept[before]] + columns[kept[after]])
-    return bridged
+    return np.asarray(bridged_over(columns, gaps)) if count_true(gaps) else columns
 
 
 def bridged_records(records: Sequence[FloatArray], gaps: Sequence[BoolArray]) -> list[FloatArray]:
@@ -135,8 +126,9 @@ def fit_autoregression(
     )
     total = 0.0
     for record, e in enumerate(residuals):
-        white = model.whiten(e[:, None], record)[~glitches[record], 0]
-        total -= 0.5 * float(white @ white) + len(white) * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
+        squares = square_sums(model.whiten(e[:, None], record))[0]
+        readings = len(e) - count_true(glitches[record])
+        total -= 0.5 * float(squares) + readings * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
     return Autoregression(
         estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches, order + 1
     )

@@ -155,8 +155,8 @@ class AxisParameters:
         real_poles = np.repeat(self._real_poles[:, None], walkers, axis=1)
         pair_poles = np.repeat(self._pair_poles[:, None], walkers, axis=1)
         if self._free_pairs:
-            damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
-            pair_poles[self._free_pairs] = mode_poles(values[self._frequency_rows], damping, rate)
+            for pair, poles in zip(self._free_pairs, mode_poles(*self._modes(values), rate), strict=True):
+                pair_poles[pair] = poles
         if self.free == "dominant":
             zeros = self.model.linear.zeros[:, None]
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
@@ -191,10 +191,20 @@ class AxisParameters:
         if self.free == "all":
             batch = self.linear_batch(values)
             return batch.separated().residues()[0][self._integrator] * rate
-        frequencies = values[self._frequency_rows]
-        damping = np.minimum(values[self._damping_rows], LARGEST_DAMPING)
-        distances = squared_distances(frequencies, damping, rate, self._real_poles[self._integrator])
+        distances = squared_distances(*self._modes(values), rate, self._real_poles[self._integrator])
         return np.asarray(values[self._row["gain"]] * self._fixed_velocity_gain / distances)
+
+    def _modes(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Frequencies and damping ratios (modes, walkers) of the modes that are free, row by row: to index by
+        a list lets go of the interpreter, and threads side by side wait for it."""
+        shape = (len(self._free_pairs), values.shape[1])
+        frequencies, damping = np.empty(shape), np.empty(shape)
+        for i, (frequency_row, damping_row) in enumerate(
+            zip(self._frequency_rows, self._damping_rows, strict=True)
+        ):
+            frequencies[i] = values[frequency_row]
+            np.minimum(values[damping_row], LARGEST_DAMPING, out=damping[i])
+        return frequencies, damping
 
     @cached_property
     def _fixed_velocity_gain(self) -> float:
