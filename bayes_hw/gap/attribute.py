@@ -110,6 +110,7 @@ class Attributor:
         self.coloured: list[Explanation] = []
         self.singles: list[Fit] = []
         self.refined: list[Explanation] = []
+        self._structured: dict[Explanation, bool] = {}
         self._short_periods_known = False
 
     def run(self) -> Attribution:
@@ -282,10 +283,16 @@ class Attributor:
         """Whether the best explanation leaves structure, or only base parameters far off make up for it, or
         the one leaves structure that would be chosen, since the best has not earned its place."""
         best = best_of(self.found)
-        if best.strained or leaves_structure(best, self.base.inputs):
+        if best.strained or self._leaves_structure(best):
             return True
         chosen = self.chosen(self.found)
-        return chosen is not best and leaves_structure(chosen, self.base.inputs)
+        return chosen is not best and self._leaves_structure(chosen)
+
+    def _leaves_structure(self, explanation: Explanation) -> bool:
+        """Whether `explanation` does, worked out when it is first asked for."""
+        if explanation not in self._structured:
+            self._structured[explanation] = leaves_structure(explanation, self.base.inputs)
+        return self._structured[explanation]
 
     @property
     def _goes_on(self) -> bool:

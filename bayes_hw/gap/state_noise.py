@@ -107,7 +107,7 @@ class StateNoise:
         """White columns and the disturbance expected in each, both (samples, n)."""
         samples, count = columns.shape
         wide = padded_to_lanes(count) if count > 1 else count
-        padded = columns if count == wide else filled_out(columns, wide)
+        padded = np.ascontiguousarray(columns) if count == wide else filled_out(columns, wide)
         white, expected = np.empty_like(padded), np.empty_like(padded)
         found = self._gains(record, samples)
         state_filter(
