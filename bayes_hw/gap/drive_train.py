@@ -27,12 +27,8 @@ from scipy.linalg.lapack import dgeev
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.continuous_poles import ContinuousPoles
 from bayes_hw.gap.drive_train_kernel import (
-    COUNT,
-    CS,
-    KSS,
     command_path,
     companion,
-    matched,
     numerators,
     resonant,
     torque_path,
@@ -40,6 +36,7 @@ from bayes_hw.gap.drive_train_kernel import (
     upper_ones,
     usual_logs,
 )
+from bayes_hw.gap.match_kernel import COUNT, CS, KSS, matched
 from bayes_hw.gap.path import Path, ordered
 from bayes_hw.gap.resonator import Resonator
 
@@ -246,7 +243,7 @@ def realise(system: ContinuousPoles, rate: float, near: DriveTrain | None = None
             MISFIT_ROUNDS if near is None else ROUNDS_FROM_NEAR,
             STEPS_PER_ROUND,
             LARGEST_STEP,
-            s,
+            np.ascontiguousarray(s.imag),
             target,
             sign,
         )

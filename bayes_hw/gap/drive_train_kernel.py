@@ -1,10 +1,6 @@
-"""Compiled mathematics of a drive train: its response matched to a given one, and its torque paths.
+"""Compiled mathematics of a drive train: its usual proportions, its torque paths, and a resonator on it.
 
-The response of the drive train of `bayes_hw.gap.drive_train` is, with M, L, S the dynamic stiffnesses of
-motor, load and structure and C, Cs the couplings 1 + c s, 1 + cs s,
-
-    R = gain (kp s + ki) kl C S / (s D),   D = M H - km kl C^2 S,   H = L S - ks kss Cs^2
-    M = s^2 + kp s + ki + km C,   L = s^2 + bl s + kl C + ks Cs,   S = s^2 + kss Cs
+D, H, M, L, S and the couplings are those of `bayes_hw.gap.match_kernel`.
 """
 
 from __future__ import annotations
@@ -15,97 +11,6 @@ from numba import njit
 from bayes_hw.gap.continuous_poles import divided
 from bayes_hw.gap.path import OUTPUTS, ordered
 from bayes_hw.gap.turning import turning_together
-
-KP, KI, KM, KL, KS, KSS, C, CS, BL, GAIN = range(10)
-COUNT = 10
-
-
-@njit(cache=True, error_model="numpy")
-def _numbers(logs):  # type: ignore[no-untyped-def]
-    """The ten numbers of a drive train."""
-    e = np.exp(logs)
-    return e[KP], e[KI], e[KM], e[KL], e[KS], e[KSS], e[C], e[CS], e[BL], e[GAIN]
-
-
-@njit(cache=True, inline="always")
-def _reciprocal(z):  # type: ignore[no-untyped-def]
-    """1 / z without the care that very large and very small numbers take."""
-    return z.conjugate() * (1 / (z.real * z.real + z.imag * z.imag))
-
-
-@njit(cache=True, error_model="numpy")
-def _log_ratio(train, sign, s, target, slope):  # type: ignore[no-untyped-def]
-    """log(R / target) of `train` at one s, and in `slope` (10,) its derivatives by the logarithms.
-
-    Where it is not finite it is 10 with no derivative.
-    """
-    kp, ki, km, kl, ks, kss, c, cs, bl, gain = train
-    coupling, structural = 1 + c * s, 1 + cs * s
-    loop = kp * s + ki
-    motor = s * s + loop + km * coupling
-    load = s * s + bl * s + kl * coupling + ks * structural
-    structure = s * s + kss * structural
-    hung = load * structure - ks * kss * structural * structural
-    coupled = km * kl * coupling * coupling
-    determinant = motor * hung - coupled * structure
-    inverse = _reciprocal(determinant)
-    ratio = sign * gain * kl * loop * coupling * structure * inverse * _reciprocal(s * target)
-    ratio = 0.5 * np.log(ratio.real**2 + ratio.imag**2) + 1j * np.arctan2(ratio.imag, ratio.real)
-    if not (np.isfinite(ratio.real) and np.isfinite(ratio.imag)):
-        slope[:] = 0.0
-        return 10.0 + 0.0j
-    over_loop, over_structure = _reciprocal(loop), _reciprocal(structure)
-    by_load = motor * structure
-    by_structure = motor * load - coupled
-    pull = motor * ks * structural
-    slope[KP] = kp * s * (over_loop - hung * inverse)
-    slope[KI] = ki * (over_loop - hung * inverse)
-    slope[KM] = -km * coupling * (hung - kl * coupling * structure) * inverse
-    slope[KL] = 1 - kl * coupling * (by_load - km * coupling * structure) * inverse
-    slope[KS] = -(ks * structural * by_load - pull * kss * structural) * inverse
-    slope[KSS] = kss * structural * (over_structure - (by_structure - pull) * inverse)
-    both = km * hung + kl * by_load - 2 * km * kl * coupling * structure
-    slope[C] = c * s * (_reciprocal(coupling) - both * inverse)
-    slope[CS] = (
-        cs * s * (kss * over_structure - (ks * by_load + kss * by_structure - 2 * kss * pull) * inverse)
-    )
-    slope[BL] = -bl * s * by_load * inverse
-    slope[GAIN] = 1.0
-    return ratio
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, s, target, sign):  # type: ignore[no-untyped-def]
-    """`rounds` of Gauss-Newton `steps`, each with the misfit left by the last as the noise of the response.
-
-    `logs` (10,) are the start, `usual` and `usual_sd` (10,) the prior; `s` and `target` (frequencies,);
-    `largest` the largest change of a logarithm in a step, `smallest` the least misfit. Returns both.
-    """
-    logs = logs.copy()
-    slope = np.empty(COUNT, dtype=np.complex128)
-    slopes, ratios = np.empty((2 * len(s), COUNT)), np.empty(2 * len(s))
-    for number in range(rounds * steps + 1):
-        train = _numbers(logs)
-        for k in range(len(s)):
-            at = _log_ratio(train, sign, s[k], target[k], slope)
-            ratios[2 * k], ratios[2 * k + 1] = at.real, at.imag
-            for i in range(COUNT):
-                slopes[2 * k, i], slopes[2 * k + 1, i] = slope[i].real, slope[i].imag
-        if number > 0 and number % steps == 0:
-            misfit = np.sqrt(np.mean(ratios * ratios) + smallest**2)
-        if number == rounds * steps:
-            break
-        weight = (1 / (3 * misfit)) ** 2
-        precision, gradient = weight * (slopes.T @ slopes), -weight * (slopes.T @ ratios)
-        for i in range(COUNT):
-            gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
-            precision[i, i] += 1 / usual_sd[i] ** 2
-        if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
-            return logs, np.inf
-        step = np.linalg.solve(precision, gradient)
-        for i in range(COUNT):
-            logs[i] += min(max(step[i], -largest), largest)
-    return logs, misfit
 
 
 @njit(cache=True, error_model="numpy")

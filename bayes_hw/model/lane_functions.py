@@ -1,4 +1,4 @@
-"""Choice, root, sine and exponential of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
+"""Choice, root, sine, exponential, logarithm and angle of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
 
 from __future__ import annotations
 
@@ -29,6 +29,15 @@ COSINE = tuple(float((-1) ** i / np.prod(np.arange(1.0, 2 * i + 1))) for i in ra
 EXPONENTIAL = tuple(float(1 / np.prod(np.arange(1.0, i + 1))) for i in range(14))
 """Taylor coefficients, in ascending order; enough of them for double precision on the reduced argument."""
 
+LOGARITHM = tuple(2 / (2 * i + 1) for i in range(11))
+"""Of 2 artanh(s) / s in powers of s^2, |s| < 0.172."""
+
+ARCTANGENT = tuple((-1) ** i / (2 * i + 1) for i in range(23))
+"""Of arctan(t) / t in powers of t^2, |t| < 0.415."""
+
+EIGHTH_OF_A_TURN = np.sqrt(2.0) - 1
+"""Tangent of half of an eighth of a turn: beyond it an eighth is taken off."""
+
 SMALLEST_EXPONENT, LARGEST_EXPONENT = -708.0, 709.0
 
 
@@ -50,6 +59,29 @@ def _low_bits_as_exponent(typing_context: Any, value: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         shift = ir.Constant(_INTEGERS, [52] * LANES)
         return builder.bitcast(builder.shl(builder.bitcast(arguments[0], _INTEGERS), shift), _VECTOR)
+
+    return LANES_TYPE(LANES_TYPE), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _exponent_and_two_to_52(typing_context: Any, value: Any) -> Any:
+    """2^52 plus the exponent bits of a positive `value` as an integer."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bits = builder.lshr(builder.bitcast(arguments[0], _INTEGERS), ir.Constant(_INTEGERS, [52] * LANES))
+        return builder.bitcast(builder.or_(bits, ir.Constant(_INTEGERS, [0x433 << 52] * LANES)), _VECTOR)
+
+    return LANES_TYPE(LANES_TYPE), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _between_one_and_two(typing_context: Any, value: Any) -> Any:
+    """A positive `value` with the exponent of one."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bits = builder.bitcast(arguments[0], _INTEGERS)
+        fraction = builder.and_(bits, ir.Constant(_INTEGERS, [(1 << 52) - 1] * LANES))
+        return builder.bitcast(builder.or_(fraction, ir.Constant(_INTEGERS, [0x3FF << 52] * LANES)), _VECTOR)
 
     return LANES_TYPE(LANES_TYPE), generate
 
@@ -134,3 +166,35 @@ def exponential(x):  # type: ignore[no-untyped-def]
     high = _cubic(8, r, square) + fourth * (broadcast(EXPONENTIAL[12]) + broadcast(EXPONENTIAL[13]) * r)
     total = low + eighth * high
     return total * _low_bits_as_exponent(doublings + broadcast(2.0**52 + 1023))
+
+
+@njit(cache=True, error_model="numpy")
+def logarithm(x):  # type: ignore[no-untyped-def]
+    """log(x) to 1e-15 for positive normal numbers, not a number for others that are not zero."""
+    doublings = _exponent_and_two_to_52(x) - broadcast(2.0**52 + 1023)
+    m = _between_one_and_two(x)
+    above = broadcast(np.sqrt(2.0))
+    doublings = where_less(above, m, doublings + broadcast(1.0), doublings)
+    m = where_less(above, m, broadcast(0.5) * m, m)
+    s = (m - broadcast(1.0)) / (m + broadcast(1.0))
+    square, series = s * s, broadcast(LOGARITHM[10])
+    for i in range(10):
+        series = series * square + broadcast(LOGARITHM[9 - i])
+    found = doublings * broadcast(LOG_TWO[0]) + (s * series + doublings * broadcast(LOG_TWO[1]))
+    return where_less(x, broadcast(np.inf), found, x)
+
+
+@njit(cache=True, error_model="numpy")
+def angle_of(x, y):  # type: ignore[no-untyped-def]
+    """arctan2(y, x) to 1e-15: by symmetry from arctan between nothing and an eighth of a turn."""
+    along, across = absolute(x), absolute(y)
+    t = minimum(along, across) / maximum(along, across)
+    far = broadcast(EIGHTH_OF_A_TURN)
+    reduced = where_less(far, t, (t - broadcast(1.0)) / (t + broadcast(1.0)), t)
+    square, series = reduced * reduced, broadcast(ARCTANGENT[22])
+    for i in range(22):
+        series = series * square + broadcast(ARCTANGENT[21 - i])
+    angle = reduced * series + where_less(far, t, broadcast(np.pi / 4), broadcast(0.0))
+    angle = where_less(along, across, broadcast(np.pi / 2) - angle, angle)
+    angle = where_less(x, broadcast(0.0), broadcast(np.pi) - angle, angle)
+    return where_less(y, broadcast(0.0), broadcast(0.0) - angle, angle)

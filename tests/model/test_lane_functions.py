@@ -8,8 +8,10 @@ from numba import njit
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.lane_functions import (
     absolute,
+    angle_of,
     cosine,
     exponential,
+    logarithm,
     sine,
     square_root,
     where_less,
@@ -67,3 +69,33 @@ def test_a_sine_stays_bounded_where_an_argument_ran_away() -> None:
 def test_choice_and_absolute_value() -> None:
     x = RNG.normal(size=10 * LANES)
     np.testing.assert_array_equal(of_lanes(x)[2], np.where(x < 0.5, np.abs(x), 7.0))
+
+
+@njit(error_model="numpy")
+def logarithms_and_angles(x, y, logarithms, angles):  # type: ignore[no-untyped-def]
+    for row in range(len(x)):
+        store(logarithms, row, logarithm(load(x, row)))
+        store(angles, row, angle_of(load(x, row), load(y, row)))
+
+
+def test_logarithm_to_rounding() -> None:
+    """Over all normal numbers, and next to one, where most digits cancel."""
+    x = np.concatenate([np.exp(RNG.uniform(-700, 700, 4000)), RNG.uniform(0.5, 2, 4000)]).reshape(-1, LANES)
+    found, angles = np.empty_like(x), np.empty_like(x)
+    logarithms_and_angles(x, x, found, angles)
+    np.testing.assert_allclose(found, np.log(x), rtol=1e-15, atol=3e-16)
+    bad = np.repeat([-1.0, np.nan, np.inf], LANES).reshape(-1, LANES)
+    found, angles = np.empty_like(bad), np.empty_like(bad)
+    logarithms_and_angles(bad, bad, found, angles)
+    assert not np.isfinite(found[1:]).any()
+
+
+def test_angle_to_rounding() -> None:
+    """In all quadrants, along the axes and where one part is far smaller than the other."""
+    x = np.concatenate([RNG.normal(size=4000), [1.0, -1.0, 0.0, 0.0], np.full(12, 1e-9)]).reshape(-1, LANES)
+    y = np.concatenate([RNG.normal(size=4000), [0.0, 0.0, 1.0, -1.0], RNG.normal(size=12)]).reshape(-1, LANES)
+    found, angles = np.empty_like(x), np.empty_like(x)
+    logarithms_and_angles(np.abs(x) + 1, y, found, angles)
+    np.testing.assert_allclose(angles, np.arctan2(y, np.abs(x) + 1), rtol=0, atol=5e-16)
+    logarithms_and_angles(x, y, found, angles)
+    np.testing.assert_allclose(angles, np.arctan2(y, x), rtol=0, atol=1e-15)

@@ -1,0 +1,180 @@
+"""Compiled match of a drive train's response to a given one, LANES frequencies at once.
+
+The response of the drive train of `bayes_hw.gap.drive_train` is, with M, L, S the dynamic stiffnesses of
+motor, load and structure and C, Cs the couplings 1 + c s, 1 + cs s,
+
+    R = gain (kp s + ki) kl C S / (s D),   D = M H - km kl C^2 S,   H = L S - ks kss Cs^2
+    M = s^2 + kp s + ki + km C,   L = s^2 + bl s + kl C + ks Cs,   S = s^2 + kss Cs
+
+Complex numbers are pairs of lanes here: real and imaginary part.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.model.lane_functions import absolute, angle_of, logarithm, where_less
+from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
+
+KP, KI, KM, KL, KS, KSS, C, CS, BL, GAIN = range(10)
+COUNT = 10
+
+WITHOUT_RESPONSE = 10.0
+"""The log ratio where a response is not finite."""
+
+
+@njit(cache=True, inline="always")
+def _times(a, b):  # type: ignore[no-untyped-def]
+    return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
+
+
+@njit(cache=True, inline="always")
+def _less(a, b):  # type: ignore[no-untyped-def]
+    return a[0] - b[0], a[1] - b[1]
+
+
+@njit(cache=True, inline="always")
+def _scaled(a, factor):  # type: ignore[no-untyped-def]
+    return a[0] * factor, a[1] * factor
+
+
+@njit(cache=True, inline="always")
+def _by_s(a, w):  # type: ignore[no-untyped-def]
+    """a times i w."""
+    return broadcast(0.0) - a[1] * w, a[0] * w
+
+
+@njit(cache=True, inline="always")
+def _inverse(a):  # type: ignore[no-untyped-def]
+    """1 / a without the care that very large and very small numbers take."""
+    over = broadcast(1.0) / (a[0] * a[0] + a[1] * a[1])
+    return a[0] * over, broadcast(0.0) - a[1] * over
+
+
+@njit(cache=True, inline="always")
+def _keep(slopes, i, groups, group, slope, known, counted):  # type: ignore[no-untyped-def]
+    """Store a slope by logarithm i, zero where nothing is `known` or it is not `counted`."""
+    for part in range(2):
+        kept = where_less(known, broadcast(np.inf), slope[part], broadcast(0.0))
+        store(slopes, (2 * i + part) * groups + group, kept * counted)
+
+
+@njit(cache=True, error_model="numpy")
+def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ignore[no-untyped-def]
+    """Fill `ratios` (2, frequencies) with log(R / target) of the train `logs` (10,) and `slopes` (10, 2,
+    frequencies) with its derivatives by the logarithms, real and imaginary parts, all in rows of lanes.
+
+    `omega`, `counted` (frequencies,) and `target` (2, frequencies) likewise; what is not `counted`, zero
+    there, is zero. Where a ratio is not finite it is WITHOUT_RESPONSE with no derivative.
+    """
+    e = np.exp(logs)
+    kp, ki, km, kl, ks = (
+        broadcast(e[KP]),
+        broadcast(e[KI]),
+        broadcast(e[KM]),
+        broadcast(e[KL]),
+        broadcast(e[KS]),
+    )
+    kss, c, cs, bl = broadcast(e[KSS]), broadcast(e[C]), broadcast(e[CS]), broadcast(e[BL])
+    gain = broadcast(sign * e[GAIN])
+    zero, one, two = broadcast(0.0), broadcast(1.0), broadcast(2.0)
+    groups = len(omega)
+    for group in range(groups):
+        w, seen = load(omega, group), load(counted, group)
+        square = w * w
+        coupling, structural, loop = (one, c * w), (one, cs * w), (ki, kp * w)
+        motor = ki + km - square, kp * w + km * c * w
+        of_load = kl + ks - square, bl * w + kl * c * w + ks * cs * w
+        structure = kss - square, kss * cs * w
+        hung = _less(_times(of_load, structure), _scaled(_times(structural, structural), ks * kss))
+        coupled = _scaled(_times(coupling, coupling), km * kl)
+        inverse = _inverse(_less(_times(motor, hung), _times(coupled, structure)))
+        asked = _by_s((load(target, group), load(target, groups + group)), w)
+        ratio = _times(_times(_times(loop, coupling), _times(structure, inverse)), _inverse(asked))
+        ratio = _scaled(ratio, gain * kl)
+        size = broadcast(0.5) * logarithm(ratio[0] * ratio[0] + ratio[1] * ratio[1])
+        turn = angle_of(ratio[0], ratio[1])
+        known = absolute(size) + absolute(turn)
+        lost = broadcast(WITHOUT_RESPONSE)
+        store(ratios, group, where_less(known, broadcast(np.inf), size, lost) * seen)
+        store(ratios, groups + group, where_less(known, broadcast(np.inf), turn, zero) * seen)
+
+        over_loop, over_structure, over_coupling = _inverse(loop), _inverse(structure), _inverse(coupling)
+        by_load = _times(motor, structure)
+        by_structure = _less(_times(motor, of_load), coupled)
+        pull = _scaled(_times(motor, structural), ks)
+        stiff = _times(coupling, structure)
+        followed = _less(over_loop, _times(hung, inverse))
+        _keep(slopes, KP, groups, group, _scaled(_by_s(followed, w), kp), known, seen)
+        _keep(slopes, KI, groups, group, _scaled(followed, ki), known, seen)
+        slope = _times(_times(coupling, _less(_scaled(stiff, kl), hung)), inverse)
+        _keep(slopes, KM, groups, group, _scaled(slope, km), known, seen)
+        slope = _times(_times(coupling, _less(_scaled(stiff, km), by_load)), inverse)
+        _keep(slopes, KL, groups, group, (one + kl * slope[0], kl * slope[1]), known, seen)
+        slope = _times(_times(structural, _less(_scaled(pull, kss), _scaled(by_load, ks))), inverse)
+        _keep(slopes, KS, groups, group, slope, known, seen)
+        slope = _times(structural, _less(over_structure, _times(_less(by_structure, pull), inverse)))
+        _keep(slopes, KSS, groups, group, _scaled(slope, kss), known, seen)
+        both = _scaled(stiff, two * km * kl)
+        both = both[0] - km * hung[0] - kl * by_load[0], both[1] - km * hung[1] - kl * by_load[1]
+        slope = _times(both, inverse)
+        slope = _by_s((over_coupling[0] + slope[0], over_coupling[1] + slope[1]), w)
+        _keep(slopes, C, groups, group, _scaled(slope, c), known, seen)
+        both = _scaled(pull, two * kss)
+        both = (
+            both[0] - ks * by_load[0] - kss * by_structure[0],
+            both[1] - ks * by_load[1] - kss * by_structure[1],
+        )
+        slope = _times(both, inverse)
+        slope = _by_s((kss * over_structure[0] + slope[0], kss * over_structure[1] + slope[1]), w)
+        _keep(slopes, CS, groups, group, _scaled(slope, cs), known, seen)
+        slope = _by_s(_times(by_load, inverse), w)
+        _keep(slopes, BL, groups, group, _scaled(slope, zero - bl), known, seen)
+        _keep(slopes, GAIN, groups, group, (one, zero), known, seen)
+
+
+@njit(cache=True)
+def in_rows(values):  # type: ignore[no-untyped-def]
+    """`values` (n,) in rows of LANES, the last one again where they end."""
+    rows = aligned_rows(-(-len(values) // LANES))
+    for i in range(rows.shape[0] * LANES):
+        rows[i // LANES, i % LANES] = values[min(i, len(values) - 1)]
+    return rows
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, omega, target, sign):  # type: ignore[no-untyped-def]
+    """`rounds` of Gauss-Newton `steps`, each with the misfit left by the last as the noise of the response.
+
+    `logs` (10,) are the start, `usual` and `usual_sd` (10,) the prior; `omega` (rad/s) and `target`
+    (frequencies,); `largest` the largest change of a logarithm in a step, `smallest` the least misfit.
+    Returns both.
+    """
+    logs, n = logs.copy(), len(omega)
+    w = in_rows(omega)
+    groups = len(w)
+    asked, counted = aligned_rows(2 * groups), aligned_rows(groups)
+    asked[:groups], asked[groups:] = in_rows(target.real), in_rows(target.imag)
+    for i in range(groups * LANES):
+        counted[i // LANES, i % LANES] = 1.0 if i < n else 0.0
+    ratio_rows, slope_rows = aligned_rows(2 * groups), aligned_rows(2 * COUNT * groups)
+    ratios = ratio_rows.reshape(2 * groups * LANES)
+    slopes = slope_rows.reshape((COUNT, 2 * groups * LANES))
+    for number in range(rounds * steps + 1):
+        log_ratios(logs, sign, w, asked, counted, ratio_rows, slope_rows)
+        if number > 0 and number % steps == 0:
+            misfit = np.sqrt(np.sum(ratios * ratios) / (2 * n) + smallest**2)
+        if number == rounds * steps:
+            break
+        weight = (1 / (3 * misfit)) ** 2
+        precision, gradient = weight * (slopes @ slopes.T), -weight * (slopes @ ratios)
+        for i in range(COUNT):
+            gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
+            precision[i, i] += 1 / usual_sd[i] ** 2
+        if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
+            return logs, np.inf
+        step = np.linalg.solve(precision, gradient)
+        for i in range(COUNT):
+            logs[i] += min(max(step[i], -largest), largest)
+    return logs, misfit

@@ -1,0 +1,60 @@
+"""Derivatives of the matched response, and what a match does with a start that is off or has no answer."""
+
+from __future__ import annotations
+
+import numpy as np
+from drive_axis import TRAIN
+
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.drive_train import SMALLEST_MISFIT, USUAL_LOG_SD, DriveTrain
+from bayes_hw.gap.match_kernel import COUNT, WITHOUT_RESPONSE, in_rows, log_ratios, matched
+
+S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
+OMEGA = np.ascontiguousarray(S_AXIS.imag)
+EXACT = DriveTrain(TRAIN.logs, 1.0, 0.0).response(S_AXIS)
+
+
+def found_ratios(logs: FloatArray, target: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """log(R / target) (frequencies,) and its derivatives (10, frequencies); every fifth is not counted."""
+    w = in_rows(OMEGA)
+    asked = np.concatenate([in_rows(target.real.copy()), in_rows(target.imag.copy())])
+    counted = np.ones_like(w)
+    counted.ravel()[::5] = 0.0
+    ratios, slopes = np.empty((2 * len(w), w.shape[1])), np.empty((20 * len(w), w.shape[1]))
+    log_ratios(logs, 1.0, w, asked, counted, ratios, slopes)
+    real, imaginary = ratios.reshape(2, -1)[:, : len(OMEGA)]
+    of_all = slopes.reshape(COUNT, 2, -1)[:, :, : len(OMEGA)]
+    return real + 1j * imaginary, of_all[:, 0] + 1j * of_all[:, 1]
+
+
+def test_derivatives_are_those_of_central_differences() -> None:
+    """Off the exact train, at every frequency, by each of the ten logarithms; nothing where not counted."""
+    logs = TRAIN.logs + 0.1 * np.random.default_rng(1).normal(size=COUNT)
+    ratios, slopes = found_ratios(logs, EXACT)
+    expected = np.log(DriveTrain(logs, 1.0, 0.0).response(S_AXIS) / EXACT)
+    expected[::5] = 0.0
+    np.testing.assert_allclose(ratios, expected, rtol=1e-12, atol=1e-14)
+    for i in range(COUNT):
+        step = 1e-5 * np.eye(COUNT)[i]
+        up, down = (found_ratios(logs + sign * step, EXACT)[0] for sign in (1, -1))
+        np.testing.assert_allclose(slopes[i], (up - down) / 2e-5, rtol=1e-6, atol=1e-9)
+
+
+def test_a_response_that_is_not_finite_pulls_nowhere() -> None:
+    target = EXACT.copy()
+    target[3] = np.nan
+    ratios, slopes = found_ratios(TRAIN.logs, target)
+    assert ratios[3] == WITHOUT_RESPONSE
+    np.testing.assert_array_equal(slopes[:, 3], 0)
+    np.testing.assert_allclose(ratios[np.arange(40) != 3], 0, atol=1e-12)
+
+
+def test_the_match_finds_the_train_and_says_what_is_left() -> None:
+    """From a tenth off; and where the target is no number, a misfit that no drive train passes with."""
+    start = TRAIN.logs + 0.1
+    arguments = (USUAL_LOG_SD, 0.03, SMALLEST_MISFIT, 7, 3, 0.5, OMEGA)
+    logs, misfit = matched(start, start, *arguments, EXACT, 1.0)
+    np.testing.assert_allclose(logs, TRAIN.logs, atol=1e-4)
+    assert misfit < 1e-4
+    _, misfit = matched(start, start, *arguments, np.full(40, np.nan + 0j), 1.0)
+    assert misfit >= 5
