@@ -1,4 +1,4 @@
-"""Choice, root, sine, exponential, logarithm and angle of `bayes_hw.model.lanes` values, lane by lane, in compiled code."""
+"""Choice, root and transcendental functions of `bayes_hw.model.lanes` values, lane by lane, compiled."""
 
 from __future__ import annotations
 
