@@ -24,35 +24,35 @@ WITHOUT_RESPONSE = 10.0
 """The log ratio where a response is not finite."""
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _times(a, b):  # type: ignore[no-untyped-def]
     return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _less(a, b):  # type: ignore[no-untyped-def]
     return a[0] - b[0], a[1] - b[1]
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _scaled(a, factor):  # type: ignore[no-untyped-def]
     return a[0] * factor, a[1] * factor
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _by_s(a, w):  # type: ignore[no-untyped-def]
     """a times i w."""
     return broadcast(0.0) - a[1] * w, a[0] * w
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _inverse(a):  # type: ignore[no-untyped-def]
     """1 / a without the care that very large and very small numbers take."""
     over = broadcast(1.0) / (a[0] * a[0] + a[1] * a[1])
     return a[0] * over, broadcast(0.0) - a[1] * over
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy")
 def _keep(slopes, i, groups, group, slope, known, counted):  # type: ignore[no-untyped-def]
     """Store a slope by logarithm i, zero where nothing is `known` or it is not `counted`."""
     for part in range(2):
@@ -134,13 +134,44 @@ def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ign
         _keep(slopes, GAIN, groups, group, (one, zero), known, seen)
 
 
-@njit(cache=True)
-def in_rows(values):  # type: ignore[no-untyped-def]
-    """`values` (n,) in rows of LANES, the last one again where they end."""
-    rows = aligned_rows(-(-len(values) // LANES))
-    for i in range(rows.shape[0] * LANES):
-        rows[i // LANES, i % LANES] = values[min(i, len(values) - 1)]
-    return rows
+@njit(cache=True, error_model="numpy")
+def _product(rows, i, others, j, per, spare):  # type: ignore[no-untyped-def]
+    """Sum of the products of `per` rows from i on with as many of `others` from j on; `spare` is one row."""
+    lanes = broadcast(0.0)
+    for k in range(per):
+        lanes = lanes + load(rows, i + k) * load(others, j + k)
+    store(spare, 0, lanes)
+    total = 0.0
+    for k in range(LANES):
+        total += spare[0, k]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def solve_positive(matrix, right):  # type: ignore[no-untyped-def]
+    """Write the solution (n,) of a positive definite `matrix` (n, n) over `right`, Cholesky's factor over the
+    lower half of the matrix; false, and both of no use, where it is not positive definite or not finite."""
+    n = len(right)
+    for i in range(n):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest -= matrix[i, k] * matrix[j, k]
+            if i > j:
+                matrix[i, j] = rest / matrix[j, j]
+            elif 0 < rest < np.inf:
+                matrix[i, i] = np.sqrt(rest)
+            else:
+                return False
+    for i in range(n):
+        for k in range(i):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            right[i] -= matrix[k, i] * right[k]
+        right[i] /= matrix[i, i]
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,29 +183,30 @@ def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, ome
     Returns both.
     """
     logs, n = logs.copy(), len(omega)
-    w = in_rows(omega)
-    groups = len(w)
-    asked, counted = aligned_rows(2 * groups), aligned_rows(groups)
-    asked[:groups], asked[groups:] = in_rows(target.real), in_rows(target.imag)
+    groups = -(-n // LANES)
+    w, counted, asked = aligned_rows(groups), aligned_rows(groups), aligned_rows(2 * groups)
     for i in range(groups * LANES):
-        counted[i // LANES, i % LANES] = 1.0 if i < n else 0.0
-    ratio_rows, slope_rows = aligned_rows(2 * groups), aligned_rows(2 * COUNT * groups)
-    ratios = ratio_rows.reshape(2 * groups * LANES)
-    slopes = slope_rows.reshape((COUNT, 2 * groups * LANES))
+        row, lane, k = i // LANES, i % LANES, min(i, n - 1)
+        w[row, lane], counted[row, lane] = omega[k], 1.0 if i < n else 0.0
+        asked[row, lane], asked[groups + row, lane] = target[k].real, target[k].imag
+    per = 2 * groups
+    ratios, slopes, spare = aligned_rows(per), aligned_rows(COUNT * per), aligned_rows(1)
+    precision, step = np.empty((COUNT, COUNT)), np.empty(COUNT)
     for number in range(rounds * steps + 1):
-        log_ratios(logs, sign, w, asked, counted, ratio_rows, slope_rows)
+        log_ratios(logs, sign, w, asked, counted, ratios, slopes)
         if number > 0 and number % steps == 0:
-            misfit = np.sqrt(np.sum(ratios * ratios) / (2 * n) + smallest**2)
+            misfit = np.sqrt(_product(ratios, 0, ratios, 0, per, spare) / (2 * n) + smallest**2)
         if number == rounds * steps:
             break
         weight = (1 / (3 * misfit)) ** 2
-        precision, gradient = weight * (slopes @ slopes.T), -weight * (slopes @ ratios)
         for i in range(COUNT):
-            gradient[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
+            step[i] = -weight * _product(slopes, i * per, ratios, 0, per, spare)
+            step[i] -= (logs[i] - usual[i]) / usual_sd[i] ** 2
+            for j in range(i + 1):
+                precision[i, j] = weight * _product(slopes, i * per, slopes, j * per, per, spare)
             precision[i, i] += 1 / usual_sd[i] ** 2
-        if not (np.isfinite(precision).all() and np.isfinite(gradient).all()):
+        if not solve_positive(precision, step):
             return logs, np.inf
-        step = np.linalg.solve(precision, gradient)
         for i in range(COUNT):
             logs[i] += min(max(step[i], -largest), largest)
     return logs, misfit

@@ -7,17 +7,23 @@ from drive_axis import TRAIN
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.drive_train import SMALLEST_MISFIT, USUAL_LOG_SD, DriveTrain
-from bayes_hw.gap.match_kernel import COUNT, WITHOUT_RESPONSE, in_rows, log_ratios, matched
+from bayes_hw.gap.match_kernel import COUNT, WITHOUT_RESPONSE, log_ratios, matched, solve_positive
+from bayes_hw.model.lanes import LANES
 
 S_AXIS = 2j * np.pi * np.geomspace(0.05, 9.0, 40)
 OMEGA = np.ascontiguousarray(S_AXIS.imag)
 EXACT = DriveTrain(TRAIN.logs, 1.0, 0.0).response(S_AXIS)
 
 
+def in_rows(values: FloatArray) -> FloatArray:
+    """`values` (n,) in rows of LANES, the last one again where they end."""
+    return np.pad(values, (0, -len(values) % LANES), mode="edge").reshape(-1, LANES)
+
+
 def found_ratios(logs: FloatArray, target: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """log(R / target) (frequencies,) and its derivatives (10, frequencies); every fifth is not counted."""
     w = in_rows(OMEGA)
-    asked = np.concatenate([in_rows(target.real.copy()), in_rows(target.imag.copy())])
+    asked = np.concatenate([in_rows(target.real), in_rows(target.imag)])
     counted = np.ones_like(w)
     counted.ravel()[::5] = 0.0
     ratios, slopes = np.empty((2 * len(w), w.shape[1])), np.empty((20 * len(w), w.shape[1]))
@@ -58,3 +64,17 @@ def test_the_match_finds_the_train_and_says_what_is_left() -> None:
     assert misfit < 1e-4
     _, misfit = matched(start, start, *arguments, np.full(40, np.nan + 0j), 1.0)
     assert misfit >= 5
+
+
+def test_positive_systems_are_solved_and_others_refused() -> None:
+    rng = np.random.default_rng(3)
+    half, right = rng.normal(size=(12, 10)), rng.normal(size=10)
+    matrix = half.T @ half
+    expected = np.linalg.solve(matrix, right)
+    found = right.copy()
+    assert solve_positive(np.tril(matrix), found)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    for spoilt in (-1.0, np.nan, np.inf):
+        bad = matrix.copy()
+        bad[4, 4] = spoilt
+        assert not solve_positive(bad, right.copy())
