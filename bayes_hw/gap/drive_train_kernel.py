@@ -17,15 +17,24 @@ from bayes_hw.gap.turning import turning_together
 def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
     """Logs (10,) of a drive with usual proportions to its own poles: an integrator, two more that are `real`
     and the upper ones of two pairs."""
-    magnitudes, pairs = np.sort(np.abs(poles[real == 1])), poles[real == 0]
-    slow, fast = magnitudes[1], magnitudes[2]
-    first, second = pairs[0], pairs[1]
+    slow, fast, first, second, pairs = 0.0, 0.0, 0j, 0j, 0
+    for i in range(len(poles)):
+        size = abs(poles[i])
+        if real[i] == 1:
+            slow, fast = max(slow, min(fast, size)), max(fast, size)
+        else:
+            first, second = second, poles[i]
+            pairs += 1
     if abs(first) > abs(second):
         first, second = second, first
     low, high = abs(first) ** 2, abs(second) ** 2
-    stiffnesses = np.array([0.9 * fast * slow, 0.9 * high, 1.25 * low, 0.6 * low, 0.9 * high])
-    damping = np.array([-0.6 * first.real / low, -1.4 * second.real / high, -0.3 * first.real])
-    return np.log(np.concatenate((np.array([fast]), stiffnesses, damping, np.array([gain]))))
+    logs = np.empty(10)
+    logs[0], logs[1], logs[2], logs[3] = fast, 0.9 * fast * slow, 0.9 * high, 1.25 * low
+    logs[4], logs[5], logs[6] = 0.6 * low, 0.9 * high, -0.6 * first.real / low
+    logs[7], logs[8], logs[9] = -1.4 * second.real / high, -0.3 * first.real, gain
+    for i in range(10):
+        logs[i] = np.log(logs[i])
+    return logs
 
 
 @njit(cache=True, error_model="numpy")
@@ -37,12 +46,38 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _sum(one, other):  # type: ignore[no-untyped-def]
-    """The sum of two polynomials, highest power first."""
-    total = np.zeros(max(len(one), len(other)))
-    total[len(total) - len(one) :] += one
-    total[len(total) - len(other) :] += other
-    return total
+def _slope(polynomial, s):  # type: ignore[no-untyped-def]
+    """The derivative of a polynomial at `s`."""
+    total, slope = 0.0j, 0.0j
+    for coefficient in polynomial:
+        slope = slope * s + total
+        total = total * s + coefficient
+    return slope
+
+
+@njit(cache=True, error_model="numpy")
+def _product(one, other):  # type: ignore[no-untyped-def]
+    """The product of two polynomials, highest power first."""
+    found = np.zeros(len(one) + len(other) - 1)
+    for i in range(len(one)):
+        for j in range(len(other)):
+            found[i + j] += one[i] * other[j]
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _add(total, other, factor):  # type: ignore[no-untyped-def]
+    """Add a polynomial of no higher degree, times `factor`, to `total`, highest powers first."""
+    first = len(total) - len(other)
+    for i in range(len(other)):
+        total[first + i] += factor * other[i]
+
+
+@njit(cache=True, error_model="numpy")
+def _quadratic(leading, middle, last):  # type: ignore[no-untyped-def]
+    found = np.empty(3)
+    found[0], found[1], found[2] = leading, middle, last
+    return found
 
 
 @njit(cache=True, error_model="numpy")
@@ -75,21 +110,26 @@ def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-u
     A resonator with the polynomial `own` that takes the torque `resisting` / `own` per angle of the load, or
     of the structure, adds that to L, or to S; all four are then times `own`.
     """
-    kp, ki, km, kl, ks, kss, c, cs, bl, _ = np.exp(logs)
-    coupling, structural = np.array([c, 1.0]), np.array([cs, 1.0])
-    motor = np.array([1.0, kp + km * c, ki + km])
-    load = np.array([1.0, bl + kl * c + ks * cs, kl + ks])
-    structure = np.array([1.0, kss * cs, kss])
-    hosting = np.convolve(structure, own)
+    kp, ki, km, kl, ks = np.exp(logs[0]), np.exp(logs[1]), np.exp(logs[2]), np.exp(logs[3]), np.exp(logs[4])
+    kss, c, cs, bl = np.exp(logs[5]), np.exp(logs[6]), np.exp(logs[7]), np.exp(logs[8])
+    motor = _quadratic(1.0, kp + km * c, ki + km)
+    load = _quadratic(1.0, bl + kl * c + ks * cs, kl + ks)
+    structure = _quadratic(1.0, kss * cs, kss)
+    hosting = _product(structure, own)
     if on_structure:
-        hosting = _sum(hosting, resisting)
-        hung = np.convolve(load, hosting)
-    else:
-        hung = _sum(np.convolve(load, hosting), np.convolve(structure, resisting))
-    hung = _sum(hung, -ks * kss * np.convolve(np.convolve(structural, structural), own))
-    across = kl * np.convolve(coupling, hosting)
-    whole = _sum(np.convolve(motor, hung), -km * np.convolve(coupling, across))
-    return whole, hung, np.convolve(motor, hosting), across
+        _add(hosting, resisting, 1.0)
+    hung = _product(load, hosting)
+    if not on_structure:
+        _add(hung, _product(structure, resisting), 1.0)
+    _add(hung, _product(_quadratic(cs * cs, 2 * cs, 1.0), own), -ks * kss)
+    coupling = np.empty(2)
+    coupling[0], coupling[1] = c, 1.0
+    across = _product(coupling, hosting)
+    for i in range(len(across)):
+        across[i] *= kl
+    whole = _product(motor, hung)
+    _add(whole, _product(coupling, across), -km)
+    return whole, hung, _product(motor, hosting), across
 
 
 @njit(cache=True, error_model="numpy")
@@ -100,23 +140,12 @@ def torque_path(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     """
     inputs = np.ones((2, len(s)), dtype=np.complex128)
     outputs = np.empty((OUTPUTS, len(s)), dtype=np.complex128)
-    slope = whole[:-1] * np.arange(len(whole) - 1.0, 0.0, -1.0)
     for i in range(len(s)):
-        by_motor, steep = _value(across, s[i]), _value(slope, s[i])
+        by_motor, steep = _value(across, s[i]), _slope(whole, s[i])
         inputs[1, i] = divided(_value(stiff, s[i]), by_motor)
         outputs[0, i], outputs[1, i] = divided(by_motor, steep), divided(_value(hung, s[i]), steep)
         outputs[2, i], outputs[3, i] = s[i] * outputs[1, i], s[i] * outputs[0, i]
     return ordered(s, inputs, outputs)
-
-
-@njit(cache=True, error_model="numpy")
-def _slope(polynomial, s):  # type: ignore[no-untyped-def]
-    """The derivative of a polynomial at `s`."""
-    total, slope = 0.0j, 0.0j
-    for coefficient in polynomial:
-        slope = slope * s + total
-        total = total * s + coefficient
-    return slope
 
 
 @njit(cache=True, error_model="numpy")

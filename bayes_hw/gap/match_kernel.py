@@ -53,11 +53,13 @@ def _inverse(a):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _keep(slopes, i, groups, group, slope, known, counted):  # type: ignore[no-untyped-def]
-    """Store a slope by logarithm i, zero where nothing is `known` or it is not `counted`."""
-    for part in range(2):
-        kept = where_less(known, broadcast(np.inf), slope[part], broadcast(0.0))
-        store(slopes, (2 * i + part) * groups + group, kept * counted)
+def _keep(slopes, row, groups, slope, known, counted):  # type: ignore[no-untyped-def]
+    """Store the parts of a slope in `row` and that `groups` after, zero where nothing is `known` or it is not
+    `counted`."""
+    kept = where_less(known, broadcast(np.inf), slope[0], broadcast(0.0))
+    store(slopes, row, kept * counted)
+    kept = where_less(known, broadcast(np.inf), slope[1], broadcast(0.0))
+    store(slopes, row + groups, kept * counted)
 
 
 @njit(cache=True, error_model="numpy")
@@ -106,21 +108,21 @@ def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ign
         pull = _scaled(_times(motor, structural), ks)
         stiff = _times(coupling, structure)
         followed = _less(over_loop, _times(hung, inverse))
-        _keep(slopes, KP, groups, group, _scaled(_by_s(followed, w), kp), known, seen)
-        _keep(slopes, KI, groups, group, _scaled(followed, ki), known, seen)
+        _keep(slopes, 2 * KP * groups + group, groups, _scaled(_by_s(followed, w), kp), known, seen)
+        _keep(slopes, 2 * KI * groups + group, groups, _scaled(followed, ki), known, seen)
         slope = _times(_times(coupling, _less(_scaled(stiff, kl), hung)), inverse)
-        _keep(slopes, KM, groups, group, _scaled(slope, km), known, seen)
+        _keep(slopes, 2 * KM * groups + group, groups, _scaled(slope, km), known, seen)
         slope = _times(_times(coupling, _less(_scaled(stiff, km), by_load)), inverse)
-        _keep(slopes, KL, groups, group, (one + kl * slope[0], kl * slope[1]), known, seen)
+        _keep(slopes, 2 * KL * groups + group, groups, (one + kl * slope[0], kl * slope[1]), known, seen)
         slope = _times(_times(structural, _less(_scaled(pull, kss), _scaled(by_load, ks))), inverse)
-        _keep(slopes, KS, groups, group, slope, known, seen)
+        _keep(slopes, 2 * KS * groups + group, groups, slope, known, seen)
         slope = _times(structural, _less(over_structure, _times(_less(by_structure, pull), inverse)))
-        _keep(slopes, KSS, groups, group, _scaled(slope, kss), known, seen)
+        _keep(slopes, 2 * KSS * groups + group, groups, _scaled(slope, kss), known, seen)
         both = _scaled(stiff, two * km * kl)
         both = both[0] - km * hung[0] - kl * by_load[0], both[1] - km * hung[1] - kl * by_load[1]
         slope = _times(both, inverse)
         slope = _by_s((over_coupling[0] + slope[0], over_coupling[1] + slope[1]), w)
-        _keep(slopes, C, groups, group, _scaled(slope, c), known, seen)
+        _keep(slopes, 2 * C * groups + group, groups, _scaled(slope, c), known, seen)
         both = _scaled(pull, two * kss)
         both = (
             both[0] - ks * by_load[0] - kss * by_structure[0],
@@ -128,10 +130,10 @@ def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ign
         )
         slope = _times(both, inverse)
         slope = _by_s((kss * over_structure[0] + slope[0], kss * over_structure[1] + slope[1]), w)
-        _keep(slopes, CS, groups, group, _scaled(slope, cs), known, seen)
+        _keep(slopes, 2 * CS * groups + group, groups, _scaled(slope, cs), known, seen)
         slope = _by_s(_times(by_load, inverse), w)
-        _keep(slopes, BL, groups, group, _scaled(slope, zero - bl), known, seen)
-        _keep(slopes, GAIN, groups, group, (one, zero), known, seen)
+        _keep(slopes, 2 * BL * groups + group, groups, _scaled(slope, zero - bl), known, seen)
+        _keep(slopes, 2 * GAIN * groups + group, groups, (one, zero), known, seen)
 
 
 @njit(cache=True, error_model="numpy")

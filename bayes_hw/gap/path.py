@@ -81,9 +81,12 @@ def _stepped(real_count, poles, inputs, outputs, h, lanes):  # type: ignore[no-u
                     shown[kind, row, i] *= 2
                     shown[kind, row + 1, i] = -2 * outputs[i, kind, k].imag
     for lane in range(paths, len(lanes)):
-        factors[:, lane] = factors[:, lanes[lane]]
-        gains[:, :, lane] = gains[:, :, lanes[lane]]
-        shown[:, :, lane] = shown[:, :, lanes[lane]]
+        for row in range(rows):
+            factors[row, lane] = factors[row, lanes[lane]]
+            for door in range(doors):
+                gains[door, row, lane] = gains[door, row, lanes[lane]]
+            for kind in range(OUTPUTS):
+                shown[kind, row, lane] = shown[kind, row, lanes[lane]]
     return factors, gains, shown
 
 
