@@ -18,12 +18,12 @@ def in_lanes(rows, lanes):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def delay(columns, first, u, delays):  # type: ignore[no-untyped-def]
-    """Write u (samples,) into `columns` (samples, n) from `first` on, each late by its number of samples, and
-    zero before."""
-    for k in range(columns.shape[0]):
+    """Write u (samples,) into silent `columns` (samples, n) from `first` on, each late by its number of
+    samples; what comes too late for a record as long as u is left out."""
+    for k in range(len(u)):
         for i in range(len(delays)):
-            at = k - delays[i]
-            columns[k, first + i] = u[at] if at >= 0 and k < len(u) else 0.0
+            if k >= delays[i]:
+                columns[k, first + i] = u[k - delays[i]]
 
 
 @njit(cache=True)
@@ -37,5 +37,5 @@ def lanes_of(count, records, columns):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def silence(samples, columns):  # type: ignore[no-untyped-def]
-    """Commands (samples, columns) of nothing."""
+    """Commands (samples, columns) of nothing; numpy would let go of the interpreter to make them."""
     return np.zeros((samples, columns))

@@ -74,9 +74,9 @@ def simulate_chains(
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, chain in enumerate(chains):
         groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
-    done = []
     if len(groups) == 1:
         return _simulate_alike(chains, settings, active[0], inputs, keep_w, known, followed)
+    done = []
     for group in groups.values():
         some = np.array(group)
         alike = [chains[i] for i in group]

@@ -122,7 +122,7 @@ def hats_over(signal, knots):  # type: ignore[no-untyped-def]
     `knots`; the first and the last stay one beyond."""
     count = len(knots)
     found = np.zeros((len(signal), count))
-    for k in range(len(signal)):
+    for k in range(len(signal) if count else 0):
         j = np.searchsorted(knots, signal[k])
         if j == 0 or j == count:
             found[k, min(j, count - 1)] = 1.0

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap.continuous_poles import divided
+from bayes_hw.gap.match_kernel import BL, COUNT, CS, GAIN, KI, KL, KM, KP, KS, KSS, C
 from bayes_hw.gap.path import OUTPUTS, ordered
 from bayes_hw.gap.turning import turning_together
 
@@ -17,22 +18,21 @@ from bayes_hw.gap.turning import turning_together
 def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
     """Logs (10,) of a drive with usual proportions to its own poles: an integrator, two more that are `real`
     and the upper ones of two pairs."""
-    slow, fast, first, second, pairs = 0.0, 0.0, 0j, 0j, 0
+    slow, fast, first, second = 0.0, 0.0, 0j, 0j
     for i in range(len(poles)):
         size = abs(poles[i])
         if real[i] == 1:
             slow, fast = max(slow, min(fast, size)), max(fast, size)
         else:
             first, second = second, poles[i]
-            pairs += 1
     if abs(first) > abs(second):
         first, second = second, first
     low, high = abs(first) ** 2, abs(second) ** 2
-    logs = np.empty(10)
-    logs[0], logs[1], logs[2], logs[3] = fast, 0.9 * fast * slow, 0.9 * high, 1.25 * low
-    logs[4], logs[5], logs[6] = 0.6 * low, 0.9 * high, -0.6 * first.real / low
-    logs[7], logs[8], logs[9] = -1.4 * second.real / high, -0.3 * first.real, gain
-    for i in range(10):
+    logs = np.empty(COUNT)
+    logs[KP], logs[KI], logs[KM], logs[KL] = fast, 0.9 * fast * slow, 0.9 * high, 1.25 * low
+    logs[KS], logs[KSS], logs[C] = 0.6 * low, 0.9 * high, -0.6 * first.real / low
+    logs[CS], logs[BL], logs[GAIN] = -1.4 * second.real / high, -0.3 * first.real, gain
+    for i in range(COUNT):
         logs[i] = np.log(logs[i])
     return logs
 
@@ -110,8 +110,9 @@ def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-u
     A resonator with the polynomial `own` that takes the torque `resisting` / `own` per angle of the load, or
     of the structure, adds that to L, or to S; all four are then times `own`.
     """
-    kp, ki, km, kl, ks = np.exp(logs[0]), np.exp(logs[1]), np.exp(logs[2]), np.exp(logs[3]), np.exp(logs[4])
-    kss, c, cs, bl = np.exp(logs[5]), np.exp(logs[6]), np.exp(logs[7]), np.exp(logs[8])
+    kp, ki, km, kl = np.exp(logs[KP]), np.exp(logs[KI]), np.exp(logs[KM]), np.exp(logs[KL])
+    ks, kss, c, cs = np.exp(logs[KS]), np.exp(logs[KSS]), np.exp(logs[C]), np.exp(logs[CS])
+    bl = np.exp(logs[BL])
     motor = _quadratic(1.0, kp + km * c, ki + km)
     load = _quadratic(1.0, bl + kl * c + ks * cs, kl + ks)
     structure = _quadratic(1.0, kss * cs, kss)

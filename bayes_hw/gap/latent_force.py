@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.columns import hats_over
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
@@ -65,7 +66,7 @@ def latent_force(fit: Fit, record: int, noise: Whitener) -> LatentForce:
     door: Door = "motor_torque" if has_door(chain, "motor_torque") else "command"
     most = max(MOST_VALUES // samples, FEWEST_KNOTS)
     places = np.linspace(0, samples - 1, min(KNOTS, samples // SAMPLES_A_KNOT, most))
-    hats = np.stack([np.interp(np.arange(samples), places, row) for row in np.eye(len(places))], axis=1)
+    hats = hats_over(np.arange(float(samples)), places)
     responses = door_responses(chain, door, hats)
     columns = noise.whiten(responses, record)
     white = noise.whiten(residual[:, None], record)[:, 0]

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.columns import hats_over
 from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.free_functions import Motion, lagged
 
@@ -70,5 +71,4 @@ def _since(events: BoolArray, signs: FloatArray, rate: float) -> tuple[FloatArra
 
 def _hats_of_age(age: FloatArray) -> FloatArray:
     """Piecewise linear shapes (samples, knots) over the time since an event, the last zero at its knot."""
-    eye = np.eye(len(AGES_S))
-    return np.stack([np.interp(age, AGES_S, row) for row in eye[:-1]], axis=1)
+    return np.ascontiguousarray(hats_over(age, np.array(AGES_S))[:, :-1])

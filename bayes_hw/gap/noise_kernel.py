@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from bayes_hw.gap.signal_kernel import behind_dead_zone
 from bayes_hw.model.lane_functions import absolute
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, maximum, store
 
@@ -295,12 +296,11 @@ def seen_part(w, sway, variance, dead_zone, smallest, nodes, weights):  # type: 
     shares, doubts = np.empty(len(w)), np.empty(len(w))
     for k in range(len(w)):
         root = np.sqrt(variance[k])
-        at_rest = max(w[k] - dead_zone, 0.0) + min(w[k] + dead_zone, 0.0)
+        at_rest = behind_dead_zone(w[k], dead_zone)
         squares, products, parts = 0.0, 0.0, 0.0
         for i in range(len(nodes)):
             added = sway[k] + nodes[i] * root
-            moved = w[k] + added
-            part = max(moved - dead_zone, 0.0) + min(moved + dead_zone, 0.0) - at_rest
+            part = behind_dead_zone(w[k] + added, dead_zone) - at_rest
             squares += weights[i] * added * added
             products += weights[i] * part * added
             parts += weights[i] * part * part

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.columns import largest_sizes, misses, only_where, square_sums
+from bayes_hw.gap.columns import largest_sizes, misses, square_sums
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.period_scan import scan_periods
@@ -160,7 +160,7 @@ class Screen:
         changes = [misses(b, s) for s, b in zip(simulated, self.base.simulated, strict=True)]
         tame = np.max([largest_sizes(change) for change in changes], axis=0) < LARGEST_RESPONSE
         if not tame.all():
-            changes = [only_where(change, np.repeat(tame[None], len(change), axis=0)) for change in changes]
+            changes = [np.where(tame, change, 0.0) for change in changes]
         return -self.project(changes), tame
 
     def tried(self, effect: Effect, starts: Sequence[tuple[float, ...]]) -> list[Candidate]:

@@ -24,6 +24,12 @@ from bayes_hw.gap import settings as S  # noqa: N812
 TAU = 2 * np.pi
 
 
+@njit(cache=True, error_model="numpy")
+def behind_dead_zone(w, half_width):  # type: ignore[no-untyped-def]
+    """What a dead zone shows of w, both numbers."""
+    return max(w - half_width, 0.0) + min(w + half_width, 0.0)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def command_side(u, rate, s, v):  # type: ignore[no-untyped-def]
     """Fill v (samples,) for the command u (samples,) under the settings s."""
@@ -73,6 +79,6 @@ def output_side(simulated, rate, s, w, y):  # type: ignore[no-untyped-def]
         w[k] = output
         if output > 0:
             output *= s[S.GAIN_RATIO]
-        shown = max(output - s[S.DEAD_ZONE], 0.0) + min(output + s[S.DEAD_ZONE], 0.0)
+        shown = behind_dead_zone(output, s[S.DEAD_ZONE])
         t = k / rate
         y[k] = shown + s[S.DRIFT_RATE] * t + s[S.DRIFT_SETTLING] * (1 - np.exp(-t / s[S.DRIFT_TIME]))
