@@ -261,7 +261,7 @@ def _finished(
     averaged = averaged_base(attribution, decision, within, case.model.noise_sigma, floor, calibration, rng)
     base_names, base_units = [*names[:count], NOISE_SIGMA], [*units[:count], case.model.units.output]
     base_estimates = {name: Estimate.of(averaged[:, i], base_units[i]) for i, name in enumerate(base_names)}
-    where = locate(attribution, decision.answer, decision.leftovers, inputs, sigma)
+    where = locate(attribution, decision, inputs, sigma)
     confusable = confusable_pairs(decision.answer, scores)
     left_out = compare_left_out(best_of_sets(attribution))
     verdict = Verdict(

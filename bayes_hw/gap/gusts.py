@@ -13,11 +13,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.free_functions import Motion
 from bayes_hw.gap.state_noise import StateNoise, View
+from bayes_hw.gap.surprise import chi_squared_surprise
 
 LOG_STRENGTHS = (-1.0, -0.5, 0.5, 1.0)
 """Of the variance in a regime, tried for the largest likelihood."""
@@ -70,7 +70,7 @@ def unevenness(
             changes = [_log_strengths(mask, log_strength) for mask in masks]
             uneven = tuple(v._replace(strength=np.exp(c)) for v, c in zip(views, changes, strict=True))
             gain = replace(noise, views=uneven).fitted_to(residuals).log_likelihood - even
-            surprise = -float(chi2.logsf(max(2 * gain, 0.0), 1))
+            surprise = chi_squared_surprise(2 * gain, 1)
             if surprise > best.surprise:
                 most = max(float(np.ptp(c)) for c in changes)
                 best = Unevenness(name, surprise, 1 - float(np.exp(-most)))

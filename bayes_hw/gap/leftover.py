@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, gamma, norm
+from scipy.stats import gamma, norm
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.clock_jitter import JitterWhitener
@@ -36,6 +36,7 @@ from bayes_hw.gap.gusts import regimes_of, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import ROUNDING
+from bayes_hw.gap.surprise import chi_squared_surprise
 from bayes_hw.gap.weaker_noise import free_functions_under_weaker_noise
 from bayes_hw.gap.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
@@ -106,7 +107,7 @@ def leftovers(
         functions = free_functions_under_weaker_noise(shown, residuals, fit, fit.whitener)
     else:
         functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
-    found += [(_named(f.block), _tail(2 * f.gain, f.shapes), f.size**2) for f in functions]
+    found += [(_named(f.block), chi_squared_surprise(2 * f.gain, f.shapes), f.size**2) for f in functions]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
         if stochastic is None or "outliers" not in stochastic.labels:
@@ -150,11 +151,6 @@ def _named(block: str) -> str:
     return f"function {block}" if block.startswith("after") else f"function at {block}"
 
 
-def _tail(statistic: float, degrees: int) -> float:
-    """Minus the logarithm of the probability that chi-squared of so many degrees exceeds `statistic`."""
-    return -float(chi2.logsf(max(statistic, 0.0), max(degrees, 1)))
-
-
 def _bridged(explanation: Explanation) -> list[FloatArray]:
     """Residuals with the glitches that the explanation knows of bridged, and the display applied."""
     fit, stochastic = explanation.fit, explanation.stochastic
@@ -190,7 +186,7 @@ def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> t
     samples = sum(len(e) for e in residuals)
     statistic = -2 * samples * np.log(max(ratio, 1e-12))
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
-    return "spectrum", _tail(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
+    return "spectrum", chi_squared_surprise(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
 
 
 def _evened(residuals: Sequence[FloatArray], whitener: Whitener) -> list[FloatArray]:
@@ -245,7 +241,7 @@ def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) 
     changing = float(
         np.sqrt(max(float(amplitude @ amplitude) - len(amplitude) * np.var(square), 0.0) / len(square))
     )
-    return "spread", _tail(statistic, len(amplitude)), changing * sigma**2
+    return "spread", chi_squared_surprise(statistic, len(amplitude)), changing * sigma**2
 
 
 def _tails(white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:

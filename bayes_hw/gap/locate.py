@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from scipy.signal import coherence
@@ -12,13 +11,14 @@ from scipy.signal import coherence
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.block_functions import block_probabilities, block_surprises
 from bayes_hw.gap.change_points import ChangePoint, change_points
-from bayes_hw.gap.effects.catalogue import block_of
-from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.decide import Decision
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.effect import Block
 from bayes_hw.gap.fit import Fit
-from bayes_hw.gap.free_functions import free_functions, motions, responses_of_blocks
+from bayes_hw.gap.judgement import OTHER
 from bayes_hw.gap.leftover import UNSTATED_NOISE, Leftover
-from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.spectra import mean_spectrum
 
 EXCESS_SHARE = 0.8
@@ -30,18 +30,12 @@ EVERYWHERE = "all"
 
 THIRDS = ("lower third of the travel", "middle third of the travel", "upper third of the travel")
 
-BLOCK_OF_MEMORY = MappingProxyType({"after a limit": "input", "after a reversal": "drive"})
-"""Where what remembers an event sits."""
-
-CHANCE = 3.0
-"""Standard deviations of chi-squared below which a free function is chance."""
-
 
 @dataclass(frozen=True)
 class Location:
-    """`block` and the share of every block in what helps; the band in Hz; the regime where the error is
-    largest and every regime's mean square over the noise's; coherences of the residual with functions of the
-    command; rms of time segments in units of the noise; when the error's size changes for good."""
+    """`block` and the probability that the cause enters at each; the band in Hz; the regime where the error
+    is largest and every regime's mean square over the noise's; coherences of the residual with functions of
+    the command; rms of time segments in units of the noise; when the error's size changes for good."""
 
     block: str
     share: Mapping[str, float]
@@ -67,22 +61,18 @@ class Location:
 
 
 def locate(
-    attribution: Attribution,
-    answer: Sequence[str],
-    left: Sequence[Leftover],
-    inputs: Sequence[FloatArray],
-    sigma: float,
+    attribution: Attribution, decision: Decision, inputs: Sequence[FloatArray], sigma: float
 ) -> Location:
-    """The gap of the base fit, with `sigma` (output units) of the noise and what is `left` by the best."""
+    """The gap of the base fit that a decision explains, with `sigma` (output units) of the noise."""
     base = attribution.base.fit
-    share = block_shares(attribution, inputs)
-    known = tuple(effect for e in attribution.explanations for effect in e.fit.hypothesis.effects)
-    named = [block_of(label, known) for label in answer if label != "other"]
-    block = max(named, key=lambda b: share.get(b, 0.0)) if named else max(share, key=lambda b: share[b])
-    if answer == ("other",) and (_looks_like_a_reading(left) or not any(share.values())):
-        block = "sensor"
-    if not answer:
-        block = "none"
+    scattered = is_in_the_scatter(decision.leftovers)
+    unnamed = block_probabilities(block_surprises(base, inputs), scattered)
+    effects = [effect for e in attribution.explanations for effect in e.fit.hypothesis.effects]
+    blocks = {**LABEL_BLOCKS, **{effect.label: effect.block for effect in effects}}
+    named = [blocks[label] for label in decision.answer if label != OTHER]
+    block = "none"
+    if decision.answer:
+        block = max(named or unnamed, key=lambda b: unnamed.get(b, 0.0))
     regimes = regime_ratios(base, inputs, sigma)
     rate = base.hypothesis.scale.rate
     lengths = [np.array_split(e, SEGMENTS) for e in base.residuals]
@@ -92,7 +82,7 @@ def locate(
     )
     return Location(
         block,
-        share,
+        block_shares(decision.probability, unnamed, blocks),
         excess_band(base, rate),
         max(regimes, key=lambda r: regimes[r]) if regimes else EVERYWHERE,
         regimes,
@@ -102,39 +92,23 @@ def locate(
     )
 
 
-def block_shares(attribution: Attribution, inputs: Sequence[FloatArray]) -> dict[str, float]:
-    """Share of every block in what helps: its free functions on the base's residual, and its best effect.
+def block_shares(
+    probability: Mapping[str, float], unnamed: Mapping[Block, float], blocks: Mapping[str, Block]
+) -> dict[str, float]:
+    """Probability that the cause enters at each block, two causes counted half each.
 
-    Of the free functions counts how far twice the gain is beyond chance, in standard deviations of
-    chi-squared; of the effects of the response half the share of the base's deficit that they make up.
+    Labels have their `probability` at their own of `blocks`; that of `other` goes to the blocks as `unnamed`
+    says. What is missing to one is that there is no gap.
     """
-    base = attribution.base
-    chain = base.fit.hypothesis.chain(base.fit.values)
-    moved = motions(base.fit, inputs)
-    memories = shapes_of_memories(moved, base.fit.hypothesis.scale.rate)
-    shown = responses_of_blocks(moved, chain, memories)
-    functions = free_functions(shown, base.fit.residuals, base.fit.jacobians, base.fit.whitener)
-    help_: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
-    for f in functions:
-        beyond = (2 * f.gain - f.shapes) / np.sqrt(2 * max(f.shapes, 1)) - CHANCE
-        block = BLOCK_OF_MEMORY.get(f.block, f.block)
-        help_[block] = max(help_[block], beyond)
-    most = max(max(help_.values()), 1.0)
-    found = {block: help_[block] / most for block in BLOCKS}
-    deficit = attribution.best.log_evidence - base.log_evidence
-    for explanation in attribution.explanations:
-        if len(explanation.labels) != 1 or explanation.stochastic is not None or deficit <= 0:
-            continue
-        block = block_of(explanation.labels[0], explanation.fit.hypothesis.effects)
-        gain = explanation.log_evidence - base.log_evidence
-        own = help_.get(block, 0.0) / most + 0.5 * float(np.clip(gain / deficit, 0.0, 1.0))
-        found[block] = max(found[block], own)
-    total = sum(found.values())
-    return {block: value / total if total > 0 else 0.0 for block, value in found.items()}
+    found: dict[str, float] = {block: probability[OTHER] * share for block, share in unnamed.items()}
+    for label, block in blocks.items():
+        found[block] = found.get(block, 0.0) + probability.get(label, 0.0)
+    total = max(sum(found.values()), 1.0)
+    return {block: value / total for block, value in found.items()}
 
 
-def _looks_like_a_reading(left: Sequence[Leftover]) -> bool:
-    """Whether what is left is in the scatter of single samples, not in their mean: the encoder's doing."""
+def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
+    """Whether what is left is in the scatter of single samples more than in their mean."""
     if not left:
         return False
     return max(left, key=lambda item: item.surprise * item.size).kind in (

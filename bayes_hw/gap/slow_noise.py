@@ -144,7 +144,7 @@ def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: floa
 
 def random_walk(
     fit: Fit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
-) -> StochasticFit | None:
+) -> StochasticFit:
     """A measured angle that wanders: increments of constant variance, beside the encoder's noise.
 
     From `start` (3,) where given, else from the spectrum; `doubts` as for `wind`.

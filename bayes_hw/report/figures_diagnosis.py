@@ -107,13 +107,15 @@ def gap_canvas(
 
 
 def block_shares(share: Mapping[str, float], named: str) -> Figure:
-    """Each block's share in what helps; the block `named` stands out."""
+    """Probability of every block that the cause enters there; the block `named` stands out."""
     return _bars(
         {name: 100 * value for name, value in share.items()},
         {named},
-        "share in what helps (%)",
-        "Where by block: what a free function that enters at the block takes of the residual, base tangents "
-        f"projected off, and what the block's best single effect gains. Verdict: {named}.",
+        "probability (%)",
+        "Where by block: probability that the cause enters there, two causes counted half each. An effect "
+        "of the catalogue counts where it acts; a cause that is not in it where free functions take most "
+        "surprisingly much of the residual, beside a random walk. "
+        f"Verdict: {named}.",
         f"Bars of {len(share)} blocks; the verdict is {named}.",
         100.0,
     )

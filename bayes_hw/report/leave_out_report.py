@@ -27,6 +27,7 @@ def leave_out_report(rows: Sequence[LeftOut], provenance: Provenance) -> Report:
     """The report whose first page shows the gap closed without and with each entry."""
     accepted = Share(sum(row.acceptable.hits for row in rows), sum(row.acceptable.trials for row in rows))
     block = Share(sum(row.block.hits for row in rows), sum(row.block.trials for row in rows))
+    stated = float(np.average([row.block_stated for row in rows], weights=[r.block.trials for r in rows]))
     grows = sum(row.closed_with > row.closed_without for row in rows)
     return Report(
         title="Leave one effect out",
@@ -44,7 +45,8 @@ def leave_out_report(rows: Sequence[LeftOut], provenance: Provenance) -> Report:
             Badge(
                 "block",
                 share_state(block, GOALS[BLOCK]),
-                f"right in {share_text(block)}; goal {format_percent(GOALS[BLOCK])}",
+                f"right in {share_text(block)}, where {format_percent(stated)} was stated on average; goal"
+                f" {format_percent(GOALS[BLOCK])}",
             ),
             Badge(
                 "gap shrinks",
@@ -111,6 +113,7 @@ def _table(rows: Sequence[LeftOut]) -> Table:
             "other",
             "other or confusable",
             "block right",
+            "block stated",
             "missing response shown",
             "closed without",
             "closed with",
@@ -121,15 +124,17 @@ def _table(rows: Sequence[LeftOut]) -> Table:
                 f"{row.other.hits} of {row.other.trials}",
                 share_text(row.acceptable),
                 f"{row.block.hits} of {row.block.trials}",
+                format_percent(row.block_stated),
                 _percent(row.shown),
                 _percent(row.closed_without),
                 _percent(row.closed_with),
             )
             for row in rows
         ),
-        "Answers and blocks with the entry struck; share of the missing response that the free residual"
-        " then shows; closed fractions without and with it.",
-        (4, 5, 6),
+        "Answers and blocks with the entry struck, and the mean probability stated for the block that is"
+        " named; share of the missing response that the free residual then shows; closed fractions without"
+        " and with it.",
+        (4, 5, 6, 7),
     )
 
 

@@ -96,6 +96,7 @@ def test_leave_out_report_counts() -> None:
         Share(3, 4),
         Share(4, 4),
         Share(2, 4),
+        0.61,
         Share(4, 4),
         0.1,
         0.8,
@@ -108,7 +109,7 @@ def test_leave_out_report_counts() -> None:
     assert "4 of 4" in shown
     assert "other 3, friction 1" in shown
     assert "1 of 1 effects close more" in shown
-    assert "its block is right in 2" in shown and "right in 2 of 4, 50" in shown
+    assert "its block is right in 2" in shown and "right in 2 of 4, 50" in shown and "61" in shown
 
 
 def test_a_set_without_single_effects_has_its_figure() -> None:

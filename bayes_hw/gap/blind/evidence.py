@@ -64,12 +64,14 @@ class CaseTruth:
 class CaseVerdict:
     """What the diagnosis said of a case.
 
-    `before` and `after` (samples,) are its predictions of the hold-out; `failed` that it gave no verdict.
+    `share` is the probability of every block, `before` and `after` (samples,) are its predictions of the
+    hold-out; `failed` that it gave no verdict.
     """
 
     answer: tuple[str, ...]
     probability: Mapping[str, float]
     block: str = ""
+    share: Mapping[str, float] = field(default_factory=dict)
     confusable: tuple[frozenset[str], ...] = ()
     closed: float = float("nan")
     closed_interval: tuple[float, float] = (float("nan"), float("nan"))
@@ -144,6 +146,7 @@ def read_verdict(folder: Path) -> CaseVerdict:
             answer=tuple(content["answer"]),
             probability={str(k): float(v) for k, v in content["probability"].items()},
             block=str(content["where"]["block"]),
+            share={str(k): float(v) for k, v in content["where"].get("share", {}).items()},
             confusable=tuple(frozenset(pair) for pair in content["confusable"]),
             closed=_number(holdout["closed"]),
             closed_interval=(_number(low), _number(high)),

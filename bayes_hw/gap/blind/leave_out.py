@@ -19,7 +19,8 @@ class LeftOut:
     """What became of the cases of one label without and with its entry.
 
     `other` counts answers `other` without the entry, `acceptable` those and answers that the verdict with the
-    entry calls confusable with the label; `answers` are the answers without it, most frequent first. The
+    entry calls confusable with the label; `answers` are the answers without it, most frequent first;
+    `block_stated` is the mean probability that the verdicts without it state for the block they name. The
     closures are medians of the true closed fraction of the hold-out (NaN without a prediction), `shown` that
     of the share of the missing response that the free residual without the entry shows (NaN where no answer
     was `other`).
@@ -29,6 +30,7 @@ class LeftOut:
     other: Share
     acceptable: Share
     block: Share
+    block_stated: float
     named_with: Share
     closed_without: float
     closed_with: float
@@ -51,6 +53,7 @@ def left_out(label: str, complete: Evidence, struck: Evidence, shown: Sequence[f
         other=share(v.answer == ("other",) for _, _, v in cases),
         acceptable=share(acceptable(label, full, lacking) for _, full, lacking in cases),
         block=share(v.block == BLOCKS[label] for _, _, v in cases),
+        block_stated=float(np.mean([v.share.get(v.block, 0.0) for _, _, v in cases])),
         named_with=share(named_right(t, v) for t, v, _ in cases),
         closed_without=_median_closure([(t, v) for t, _, v in cases]),
         closed_with=_median_closure([(t, v) for t, v, _ in cases]),

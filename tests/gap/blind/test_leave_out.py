@@ -22,14 +22,15 @@ def test_counts_and_closures_by_hand() -> None:
     twin = (frozenset(("backlash", "friction")),)
     full = tuple(verdict("backlash", confusable=twin, before=before, after=quarter) for _ in range(4))
     lacking = (
-        verdict("other", block="drive", before=before, after=before),
-        verdict("friction", block="drive", before=before, after=half),
+        verdict("other", block="drive", share={"drive": 0.7, "linear": 0.2}, before=before, after=before),
+        verdict("friction", block="drive", share={"drive": 0.9}, before=before, after=half),
         verdict("wind", block="disturbance", before=before, after=half),
         verdict(before=before, after=before),
     )
     complete, struck = Evidence(truths, full, "", "", ""), Evidence(truths, lacking, "", "", "")
     found = left_out("backlash", complete, struck, [0.9, 0.5, 0.8])
     assert (found.other.hits, found.acceptable.hits, found.block.hits, found.named_with.hits) == (1, 2, 2, 4)
+    assert found.block_stated == pytest.approx(1.6 / 4)
     assert found.closed_with == pytest.approx(1 - 1 / 16)
     assert found.closed_without == pytest.approx(0.375)
     assert found.shown == 0.8 and np.isnan(left_out("backlash", complete, struck, []).shown)

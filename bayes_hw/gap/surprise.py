@@ -1,0 +1,21 @@
+"""How surprising a statistic is where nothing is left: minus the logarithm of its tail probability."""
+
+from __future__ import annotations
+
+import math
+
+from scipy.stats import chi2
+
+
+def chi_squared_surprise(statistic: float, degrees: int) -> float:
+    """Minus the logarithm of the probability that chi-squared of so many degrees exceeds `statistic`.
+
+    Where that probability is too small for a number, by the leading terms of the incomplete gamma function
+    (Abramowitz and Stegun 6.5.32).
+    """
+    statistic, degrees = max(statistic, 0.0), max(degrees, 1)
+    surprise = -float(chi2.logsf(statistic, degrees))
+    if math.isfinite(surprise):
+        return surprise
+    half, x = 0.5 * degrees, 0.5 * statistic
+    return x - (half - 1) * math.log(x) + math.lgamma(half) + math.log1p(-(half - 1) / x)
