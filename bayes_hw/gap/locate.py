@@ -82,7 +82,7 @@ def locate(
     )
     return Location(
         block,
-        block_shares(decision.probability, unnamed, blocks),
+        block_shares(decision, unnamed, blocks),
         excess_band(base, rate),
         max(regimes, key=lambda r: regimes[r]) if regimes else EVERYWHERE,
         regimes,
@@ -93,13 +93,17 @@ def locate(
 
 
 def block_shares(
-    probability: Mapping[str, float], unnamed: Mapping[Block, float], blocks: Mapping[str, Block]
+    decision: Decision, unnamed: Mapping[Block, float], blocks: Mapping[str, Block]
 ) -> dict[str, float]:
     """Probability that the cause enters at each block, two causes counted half each.
 
-    Labels have their `probability` at their own of `blocks`; that of `other` goes to the blocks as `unnamed`
-    says. What is missing to one is that there is no gap.
+    Where the answer is `other`, that is what `unnamed` says, given that it is right. Else labels have their
+    probability at their own of `blocks`, and that of `other` goes to the blocks as `unnamed` says; what is
+    missing to one is that there is no gap.
     """
+    if decision.answer == (OTHER,):
+        return {str(block): share for block, share in unnamed.items()}
+    probability = decision.probability
     found: dict[str, float] = {block: probability[OTHER] * share for block, share in unnamed.items()}
     for label, block in blocks.items():
         found[block] = found.get(block, 0.0) + probability.get(label, 0.0)

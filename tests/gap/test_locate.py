@@ -52,19 +52,28 @@ def decision(answer: tuple[str, ...], left: Sequence[Leftover] = (), **probabili
 def test_shares_are_those_of_labels_and_of_what_has_no_name() -> None:
     """Worked by hand; two causes count half each; what is missing to one is no gap."""
     unnamed = {**dict.fromkeys(BLOCKS, 0.1), "linear": 0.6}
-    one = block_shares({"none": 0.1, "other": 0.5, "friction": 0.4}, unnamed, LABEL_BLOCKS)
-    assert one == pytest.approx(
-        {"input": 0.05, "linear": 0.3, "drive": 0.45, "disturbance": 0.05, "sensor": 0.05}
+    one = decision(("friction",), none=0.1, other=0.3, friction=0.6)
+    assert block_shares(one, unnamed, LABEL_BLOCKS) == pytest.approx(
+        {"input": 0.03, "linear": 0.18, "drive": 0.63, "disturbance": 0.03, "sensor": 0.03}
     )
-    two = block_shares({"none": 0.0, "other": 0.0, "wind": 0.9, "outliers": 0.9}, unnamed, LABEL_BLOCKS)
-    assert two == pytest.approx({**dict.fromkeys(BLOCKS, 0.0), "disturbance": 0.5, "sensor": 0.5})
-    assert sum(block_shares({"none": 0.97, "other": 0.03}, unnamed, {}).values()) == pytest.approx(0.03)
+    two = decision(("outliers", "wind"), wind=0.9, outliers=0.9)
+    assert block_shares(two, unnamed, LABEL_BLOCKS) == pytest.approx(
+        {**dict.fromkeys(BLOCKS, 0.0), "disturbance": 0.5, "sensor": 0.5}
+    )
+    nothing = block_shares(decision((), none=0.97, other=0.03), unnamed, {})
+    assert sum(nothing.values()) == pytest.approx(0.03)
+
+
+def test_shares_of_a_cause_that_is_in_no_catalogue_are_given_that() -> None:
+    """Whatever is left for labels of the catalogue."""
+    unnamed = {**dict.fromkeys(BLOCKS, 0.1), "linear": 0.6}
+    assert block_shares(decision(("other",), other=0.8, wind=0.2), unnamed, LABEL_BLOCKS) == unnamed
 
 
 def test_a_label_of_another_package_has_its_own_block() -> None:
     unnamed: dict[Any, float] = dict.fromkeys(BLOCKS, 0.2)
     blocks: dict[str, Any] = {"ice": "dish"}
-    assert block_shares({"other": 0.0, "ice": 0.9, "snow": 0.1}, unnamed, blocks)["dish"] == 0.9
+    assert block_shares(decision(("ice",), ice=0.9, snow=0.1), unnamed, blocks)["dish"] == 0.9
 
 
 def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
