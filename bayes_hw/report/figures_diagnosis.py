@@ -113,8 +113,8 @@ def block_shares(share: Mapping[str, float], named: str) -> Figure:
         {named},
         "probability (%)",
         "Where by block: probability that the cause enters there, two causes counted half each. An effect "
-        "of the catalogue counts where it acts; where the answer is other, blocks are held against each other "
-        "by how surprising what free functions take of the residual there is, beside a random walk. "
+        "of the catalogue counts where it acts; where the answer is other, blocks are held against each "
+        "other by how surprising what free functions take of the residual there is, beside a random walk. "
         f"Verdict: {named}.",
         f"Bars of {len(share)} blocks; the verdict is {named}.",
         100.0,
