@@ -4,8 +4,8 @@ They are held against the base's residuals beside a wandering discrepancy of unk
 fitted with them. Autoregressive noise in its place counts what is slow for little, and a block that moves
 the axis slowly is not told from one that bends its modes. How surprising a function's gain is ranks the
 blocks: on 102 simulated cases (seeds for calibration) whose effect was struck from the catalogue the first
-block was right in 88, where the functions of `free_functions` in autoregressive noise, with the best effect
-of every block, had 54. Five of the 14 that are wrong are cubic springs, which pass for the drive's: their
+block was right in 90, where the functions of `free_functions` in autoregressive noise, with the best effect
+of every block, had 54. Five of the 12 that are wrong are cubic springs, which pass for the drive's: their
 motion drifts out of phase with the base model's, and no function of that motion follows.
 """
 
@@ -25,6 +25,7 @@ from bayes_hw.gap.free_functions import (
     Motion,
     free_functions,
     hats,
+    knots_in_time,
     lagged,
     motions,
     shapes_of_blocks,
@@ -54,6 +55,8 @@ BLOCK_OF: Mapping[str, Block] = MappingProxyType(
     {
         "command": "input",
         GAIN: "input",
+        "limits over position": "input",
+        "limits over time": "input",
         "lags": "linear",
         "motion at motor and load": "drive",
         "position at the motor": "drive",
@@ -75,6 +78,8 @@ def shapes_for_any_cause(found: Sequence[Motion], rate: float) -> Shapes:
     return {
         "command": [plain["input"]],
         GAIN: [shapes_of_the_drive_input(found)[GAIN]],
+        "limits over position": [("command", _while_limited(found, hats([m.w for m in found])))],
+        "limits over time": [("command", _while_limited(found, knots_in_time([len(m.w) for m in found])))],
         "lags": [("command", [lagged(m.limited, MANY_LAGS) for m in found])],
         "motion at motor and load": [(door, remembering), ("load_torque", remembering)],
         "position at the motor": [("motor_torque", places)],
@@ -83,6 +88,12 @@ def shapes_for_any_cause(found: Sequence[Motion], rate: float) -> Shapes:
         "reading": [plain["sensor"]],
         "position at the encoder": [("output", places)],
     }
+
+
+def _while_limited(found: Sequence[Motion], shapes: Sequence[FloatArray]) -> list[FloatArray]:
+    """`shapes` (samples, n), a record each, of the sign of the limit where a command is beyond one."""
+    beyond = [np.sign(m.command - m.limited)[:, None] for m in found]
+    return [sign * columns for sign, columns in zip(beyond, shapes, strict=True)]
 
 
 def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[str, list[FloatArray]]:

@@ -116,7 +116,7 @@ def lagged(signal: FloatArray, lags: Sequence[int]) -> FloatArray:
     return np.stack(earlier, axis=1) - signal[:, None]
 
 
-def _knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
+def knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
     """Hats over time, those of every record its own."""
     found = []
     for record, length in enumerate(lengths):
@@ -141,7 +141,7 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
         "linear": ("command", [lagged(c, LAGS) for c in limited]),
         "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
         "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
-        "disturbance": ("load_torque", _knots_in_time([len(m.w) for m in found])),
+        "disturbance": ("load_torque", knots_in_time([len(m.w) for m in found])),
     }
 
 
@@ -149,7 +149,7 @@ def shapes_of_the_drive_input(found: Sequence[Motion]) -> dict[str, tuple[Door, 
     """Door and shapes (samples, n) a record of what is too flexible to say where a gap lies, but tells that
     something is left: the limited command in detail, and a gain that changes over time."""
     limited = [m.limited for m in found]
-    knots = _knots_in_time([len(c) for c in limited])
+    knots = knots_in_time([len(c) for c in limited])
     return {
         DETAIL: ("command", hats(limited, DETAILED_HATS)),
         GAIN: ("command", [c[:, None] * times for c, times in zip(limited, knots, strict=True)]),
