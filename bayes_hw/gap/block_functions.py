@@ -6,13 +6,15 @@ the axis slowly is not told from one that bends its modes. How surprising a func
 blocks: on 102 simulated cases (seeds for calibration) whose effect was struck from the catalogue the first
 block was right in 90, where the functions of `free_functions` in autoregressive noise, with the best effect
 of every block, had 54. Five of the 12 that are wrong are cubic springs, which pass for the drive's: their
-motion drifts out of phase with the base model's, and no function of that motion follows.
+motion drifts out of phase with the base model's, and no function of that motion follows. Verdicts on fresh
+seeds, where another effect may be named in place of the missing one, had 107 of 153 right and stated 119.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,11 +30,12 @@ from bayes_hw.gap.free_functions import (
     knots_in_time,
     lagged,
     motions,
+    responses_of,
     shapes_of_blocks,
     shapes_of_the_drive_input,
 )
 from bayes_hw.gap.memories import shapes_of_memories
-from bayes_hw.gap.signals import door_responses, has_door
+from bayes_hw.gap.signals import has_door
 from bayes_hw.gap.slow_noise import random_walk
 from bayes_hw.gap.surprise import chi_squared_surprise
 
@@ -49,7 +52,7 @@ FLOOR_OF_SCATTER = 40.0
 SHARPNESS = 2.2
 """The power of one plus the surprise that is a block's odds: the most likely one on the cases named above."""
 
-Shapes = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
+Shapes: TypeAlias = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
 
 BLOCK_OF: Mapping[str, Block] = MappingProxyType(
     {
@@ -100,14 +103,7 @@ def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[
     """What the encoder shows (samples, n), a record each, of every function that has a door."""
     shown = {}
     for name, entries in shapes.items():
-        parts = []
-        for door, columns in entries:
-            if not has_door(chain, door):
-                continue
-            responses = [door_responses(chain, door, np.ascontiguousarray(c)) for c in columns]
-            if door != "output":
-                responses = [m.shown(r) for m, r in zip(found, responses, strict=True)]
-            parts.append(responses)
+        parts = [responses_of(found, chain, door, own) for door, own in entries if has_door(chain, door)]
         if parts:
             shown[name] = [np.concatenate(records, axis=1) for records in zip(*parts, strict=True)]
     return shown

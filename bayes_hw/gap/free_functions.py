@@ -165,14 +165,22 @@ def responses_of_blocks(
 
     `more` are doors and shapes as `shapes_of_blocks` gives them, by other names.
     """
-    shown = {}
-    for block, (door, shapes) in {**shapes_of_blocks(found), **more}.items():
-        if has_door(chain, door):
-            responses = [door_responses(chain, door, s) for s in shapes]
-            if door != "output":
-                responses = [m.shown(r) for m, r in zip(found, responses, strict=True)]
-            shown[block] = responses
-    return shown
+    entries = {**shapes_of_blocks(found), **more}
+    return {
+        block: responses_of(found, chain, door, shapes)
+        for block, (door, shapes) in entries.items()
+        if has_door(chain, door)
+    }
+
+
+def responses_of(
+    found: Sequence[Motion], chain: SignalChain, door: Door, shapes: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """What the encoder shows (samples, n), a record each, of `shapes` (samples, n) that enter at a door."""
+    responses = [door_responses(chain, door, s) for s in shapes]
+    if door == "output":
+        return responses
+    return [m.shown(r) for m, r in zip(found, responses, strict=True)]
 
 
 def free_functions(

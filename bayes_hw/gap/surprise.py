@@ -15,7 +15,7 @@ def chi_squared_surprise(statistic: float, degrees: int) -> float:
     """
     statistic, degrees = max(statistic, 0.0), max(degrees, 1)
     surprise = -float(chi2.logsf(statistic, degrees))
-    if math.isfinite(surprise):
+    if math.isfinite(surprise) or not math.isfinite(statistic):
         return surprise
     half, x = 0.5 * degrees, 0.5 * statistic
     return x - (half - 1) * math.log(x) + math.lgamma(half) + math.log1p(-(half - 1) / x)

@@ -30,3 +30,7 @@ def test_it_is_exponential_where_nothing_is_left() -> None:
 
 def test_nothing_surprises_less_than_nothing() -> None:
     assert chi_squared_surprise(-3.0, 4) == chi_squared_surprise(0.0, 0) == 0
+
+
+def test_what_is_no_number_stays_none() -> None:
+    assert np.isnan(chi_squared_surprise(float("nan"), 4)) and np.isinf(chi_squared_surprise(float("inf"), 4))
