@@ -32,11 +32,13 @@ from bayes_hw.gap.free_functions import (
     motions,
     responses_of,
     shapes_of_blocks,
-    shapes_of_the_drive_input,
+    shapes_of_the_gain,
 )
 from bayes_hw.gap.memories import shapes_of_memories
+from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import has_door
 from bayes_hw.gap.slow_noise import random_walk
+from bayes_hw.gap.springs import shapes_of_springs
 from bayes_hw.gap.surprise import chi_squared_surprise
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
@@ -52,6 +54,8 @@ FLOOR_OF_SCATTER = 40.0
 SHARPNESS = 2.2
 """The power of one plus the surprise that is a block's odds: the most likely one on the cases named above."""
 
+SPRING = "spring at every amplitude"
+
 Shapes: TypeAlias = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
 
 BLOCK_OF: Mapping[str, Block] = MappingProxyType(
@@ -61,6 +65,7 @@ BLOCK_OF: Mapping[str, Block] = MappingProxyType(
         "limits over position": "input",
         "limits over time": "input",
         "lags": "linear",
+        SPRING: "linear",
         "motion at motor and load": "drive",
         "position at the motor": "drive",
         "position at the load": "drive",
@@ -71,19 +76,20 @@ BLOCK_OF: Mapping[str, Block] = MappingProxyType(
 )
 
 
-def shapes_for_any_cause(found: Sequence[Motion], rate: float) -> Shapes:
+def shapes_for_any_cause(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> Shapes:
     """For every function of BLOCK_OF the doors it enters at, with its shapes (samples, n) a record."""
     plain = shapes_of_blocks(found)
     door, moving = plain["drive"]
-    _, turned = shapes_of_memories(found, rate)["after a reversal"]
+    _, turned = shapes_of_memories(found, scale.rate)["after a reversal"]
     remembering = [np.concatenate(both, axis=1) for both in zip(moving, turned, strict=True)]
     places = hats([m.w for m in found], MANY_HATS)
     return {
         "command": [plain["input"]],
-        GAIN: [shapes_of_the_drive_input(found)[GAIN]],
+        GAIN: [("command", shapes_of_the_gain(found))],
         "limits over position": [("command", _while_limited(found, hats([m.w for m in found])))],
         "limits over time": [("command", _while_limited(found, knots_in_time([len(m.w) for m in found])))],
         "lags": [("command", [lagged(m.limited, MANY_LAGS) for m in found])],
+        SPRING: [("gear_torque", shapes_of_springs(found, chain, scale))],
         "motion at motor and load": [(door, remembering), ("load_torque", remembering)],
         "position at the motor": [("motor_torque", places)],
         "position at the load": [("load_torque", places)],
@@ -100,32 +106,33 @@ def _while_limited(found: Sequence[Motion], shapes: Sequence[FloatArray]) -> lis
 
 
 def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[str, list[FloatArray]]:
-    """What the encoder shows (samples, n), a record each, of every function that has a door."""
+    """What the encoder shows (samples, n), a record each, of every function that has a door and shapes."""
     shown = {}
     for name, entries in shapes.items():
-        parts = [responses_of(found, chain, door, own) for door, own in entries if has_door(chain, door)]
+        present = [(door, own) for door, own in entries if has_door(chain, door) and own[0].shape[1]]
+        parts = [responses_of(found, chain, door, own) for door, own in present]
         if parts:
             shown[name] = [np.concatenate(records, axis=1) for records in zip(*parts, strict=True)]
     return shown
 
 
-def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[Block, float]:
+def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     """How surprising, in nats, what the best function of every block takes of the residuals of `fit` is.
 
     `inputs` are the commands (samples,), a record each. Zero for a block that has no door.
     """
     moved = motions(fit, inputs)
-    shapes = shapes_for_any_cause(moved, fit.hypothesis.scale.rate)
-    shown = _shown(fit.hypothesis.chain(fit.values), moved, shapes)
+    chain = fit.hypothesis.chain(fit.values)
+    shown = _shown(chain, moved, shapes_for_any_cause(moved, chain, fit.hypothesis.scale))
     noise = random_walk(fit).whitener
-    found = dict.fromkeys(BLOCKS, 0.0)
+    found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
     for function in free_functions(shown, fit.residuals, fit.jacobians, noise):
         block = BLOCK_OF[function.block]
         found[block] = max(found[block], chi_squared_surprise(2 * function.gain, function.shapes))
     return found
 
 
-def block_probabilities(surprises: Mapping[Block, float], scattered: bool) -> dict[Block, float]:
+def block_probabilities(surprises: Mapping[str, float], scattered: bool) -> dict[str, float]:
     """Probability of every block that the cause enters there, given `block_surprises`.
 
     `scattered` says that what is left of the best explanation is in the scatter of single samples.

@@ -21,8 +21,9 @@ class Calibration:
     `left_share` of the gap) are the leftover at which "other" is
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples), `bent_share` of wind through a path that
-    an effect bends; `left_sharpness` how fast the odds
-    change with the logarithm of the surprise; `floor` the least doubt; `pair_ceiling` the largest
+    an effect bends; `named_block` the probability of the named effects' blocks, as functions that name no
+    cause have it, at which "other" is even odds too; `left_sharpness` how fast the odds change with the
+    logarithms of the surprise and of that probability; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
     missed the cause; `sigma_log_sd` how far a nominal noise may be off; `tail_degrees` the degrees of freedom
     of the t distribution that base parameters follow about an explanation, in whose posterior they would be
@@ -41,6 +42,7 @@ class Calibration:
     left_share: float
     loose_share: float
     bent_share: float
+    named_block: float
     left_sharpness: float
     floor: float
     pair_ceiling: float

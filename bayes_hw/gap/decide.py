@@ -12,10 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.block_functions import block_probabilities
 from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.leftover import Leftover, is_in_the_scatter
 from bayes_hw.gap.stochastic import ROUNDING
 
 MOST_LABELS = 2
@@ -26,13 +29,17 @@ LARGEST_PENALTY = 200.0
 
 @dataclass(frozen=True)
 class Decision:
-    """Labels said to be present, the explanation that goes with them, probabilities, what is left."""
+    """Labels said to be present, the explanation that goes with them, probabilities, what is left.
+
+    `blocks` is the probability that a cause nobody named enters at each.
+    """
 
     answer: Labels
     explanation: Explanation
     probability: Mapping[str, float]
     leftovers: tuple[Leftover, ...]
     sets: Mapping[Labels, float]
+    blocks: Mapping[str, float]
 
 
 def best_of_sets(attribution: Attribution) -> dict[Labels, Explanation]:
@@ -136,9 +143,13 @@ def _drifts(explanation: Explanation) -> bool:
 
 
 def remains_of(
-    base: Explanation, explanation: Explanation, left: Sequence[Leftover], far_ahead: bool = False
+    base: Explanation,
+    explanation: Explanation,
+    left: Sequence[Leftover],
+    surprises: Mapping[str, float],
+    far_ahead: bool = False,
 ) -> Remains:
-    """What an explanation leaves, and what may be expected of it.
+    """What an explanation leaves, and what may be expected of it; `surprises` are those of the blocks.
 
     Where a chaotic effect is `far_ahead` (`is_far_ahead`), what it leaves is no sign of another cause.
     """
@@ -150,7 +161,20 @@ def remains_of(
         loose=explanation.display is not None or explanation.chaotic,
         drifts=_drifts(explanation),
         excused=far_ahead and explanation.chaotic,
+        blocks={**block_probabilities(surprises, is_in_the_scatter(left))},
+        named=blocks_to_check(explanation),
     )
+
+
+def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
+    """Blocks of the effects of an explanation, none where functions that name no cause do not tell them.
+
+    Those were tried on Hammerstein-Wiener axes; that readings are rounded is a fact, wherever the rest is.
+    """
+    if explanation.rounded or not isinstance(explanation.fit.hypothesis.builder, ChainBuilder):
+        return ()
+    own = {effect.label: effect.block for effect in explanation.fit.hypothesis.effects}
+    return tuple({**LABEL_BLOCKS, **own}[label] for label in explanation.labels)
 
 
 def decide(
@@ -162,4 +186,6 @@ def decide(
 ) -> Decision:
     """The answer that goes with the chosen explanation."""
     found: Judgement = judge(explanation.labels, scores, remains, labels, calibration)
-    return Decision(found.answer, explanation, found.probability, remains.leftovers, found.sets)
+    return Decision(
+        found.answer, explanation, found.probability, remains.leftovers, found.sets, remains.blocks
+    )

@@ -15,6 +15,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.files import staged
 from bayes_hw.gap.attribute import Attribution, Attributor
 from bayes_hw.gap.base_average import averaged_base, noise_beside
+from bayes_hw.gap.block_functions import block_surprises
 from bayes_hw.gap.builder import Builder
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.case import Case
@@ -125,7 +126,9 @@ def diagnose(
         left = leftovers(best, inputs, nominal)
         if not nominal > 0:
             left = of_the_gap(left, best, attribution.base)
-        remains = remains_of(attribution.base, best, left, is_far_ahead(attribution.explanations))
+        surprises = block_surprises(attribution.base.fit, inputs)
+        ahead = is_far_ahead(attribution.explanations)
+        remains = remains_of(attribution.base, best, left, surprises, ahead)
         decision = decide(best, scores, remains, labels, calibration)
         if not nominal > 0:
             attribution, decision = with_plain_estimates(attribution, decision, measured)

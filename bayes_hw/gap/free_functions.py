@@ -148,12 +148,17 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
 def shapes_of_the_drive_input(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
     """Door and shapes (samples, n) a record of what is too flexible to say where a gap lies, but tells that
     something is left: the limited command in detail, and a gain that changes over time."""
+    return {
+        DETAIL: ("command", hats([m.limited for m in found], DETAILED_HATS)),
+        GAIN: ("command", shapes_of_the_gain(found)),
+    }
+
+
+def shapes_of_the_gain(found: Sequence[Motion]) -> list[FloatArray]:
+    """The limited command times hats over time (samples, n) a record: a gain that changes."""
     limited = [m.limited for m in found]
     knots = knots_in_time([len(c) for c in limited])
-    return {
-        DETAIL: ("command", hats(limited, DETAILED_HATS)),
-        GAIN: ("command", [c[:, None] * times for c, times in zip(limited, knots, strict=True)]),
-    }
+    return [c[:, None] * times for c, times in zip(limited, knots, strict=True)]
 
 
 def responses_of_blocks(

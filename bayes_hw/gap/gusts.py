@@ -4,6 +4,9 @@ Slow noise takes up what no effect of the catalogue explains. What comes of the 
 that are stronger after certain commands or motions. The variance of the disturbance's increments is
 multiplied in one regime and divided elsewhere; the likelihood ratio to the same strength everywhere is, where
 the noise is what it is said to be, that of one parameter (chi-squared of one degree).
+
+A force that never changes passes for a very slow wind. Beside a random walk, what a constant added to the
+command takes of the residuals is held against what a torque that changes in time still takes beside it.
 """
 
 from __future__ import annotations
@@ -15,7 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.free_functions import Motion
+from bayes_hw.gap.fit import Fit
+from bayes_hw.gap.free_functions import Motion, free_functions, knots_in_time, responses_of
+from bayes_hw.gap.slow_noise import random_walk
 from bayes_hw.gap.state_noise import StateNoise, View
 from bayes_hw.gap.surprise import chi_squared_surprise
 
@@ -38,6 +43,29 @@ class Unevenness(NamedTuple):
     regime: str
     surprise: float
     share: float
+
+
+class Steadiness(NamedTuple):
+    """By how many nats a constant surprises more than what changes beside it, and the mean square, output
+    units, of what it takes."""
+
+    surprise: float
+    square: float
+
+
+def steadiness(fit: Fit, found: Sequence[Motion]) -> Steadiness:
+    """Whether the residuals of `fit`, its motion `found`, show a constant command rather than a wind."""
+    chain = fit.hypothesis.chain(fit.values)
+    lengths = [len(m.w) for m in found]
+    constant = responses_of(found, chain, "command", [np.ones((length, 1)) for length in lengths])
+    changing = responses_of(found, chain, "load_torque", knots_in_time(lengths))
+    both = [np.concatenate(columns, axis=1) for columns in zip(constant, changing, strict=True)]
+    noise = random_walk(fit).whitener
+    shown = {"constant": constant, "both": both}
+    alone, together = free_functions(shown, fit.residuals, fit.jacobians, noise)
+    beside = chi_squared_surprise(2 * (together.gain - alone.gain), together.shapes - alone.shapes)
+    surprise = chi_squared_surprise(2 * alone.gain, alone.shapes) - beside
+    return Steadiness(max(surprise, 0.0), alone.size**2)
 
 
 def regimes_of(found: Sequence[Motion], rate: float) -> dict[str, list[BoolArray]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.leftover import GUSTS, LINE, Leftover
@@ -41,7 +41,9 @@ class Remains:
 
     `loose` where the effect itself cannot be followed sample by sample, `drifts` where slow noise is part of
     the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
-    for a line in its spectrum: chaos has none.
+    for a line in its spectrum: chaos has none. `blocks` is the probability that the gap of the base enters at
+    each as functions that name no cause have it, `named` the blocks of the effects that explain it, none
+    where that says nothing of them.
     """
 
     leftovers: tuple[Leftover, ...]
@@ -50,6 +52,13 @@ class Remains:
     loose: bool = False
     drifts: bool = False
     excused: bool = False
+    blocks: Mapping[str, float] = field(default_factory=dict)
+    named: tuple[str, ...] = ()
+
+    @property
+    def probability_of_named(self) -> float:
+        """That of the likeliest block of the effects named."""
+        return max(self.blocks.get(block, 0.0) for block in self.named)
 
     def expected(self, calibration: Calibration) -> float:
         """What even a right explanation may leave, in units of the noise: shares of the gap of the base and
@@ -96,13 +105,17 @@ def choose_labels(
 
 
 def probability_of_other(remains: Remains, calibration: Calibration) -> float:
-    """Odds that what is left is structure, larger than is expected beside the noise.
+    """Odds that what is left is structure, larger than is expected beside the noise, or that the cause is in
+    a block where nothing that is named enters.
 
     Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
     command or motion would explain, or gusts that follow them, less then counts. A free torque in time is
     what slow noise is itself.
     """
     odds = -math.inf
+    if remains.named:
+        unlikely = calibration.named_block / max(remains.probability_of_named, 1e-9)
+        odds = calibration.left_sharpness * math.log(unlikely)
     size = math.hypot(calibration.left_size, remains.expected(calibration))
     for item in remains.leftovers:
         if item.surprise <= 0 or item.size <= 0:

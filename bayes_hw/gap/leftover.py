@@ -32,7 +32,7 @@ from bayes_hw.gap.free_functions import (
     shapes_of_the_drive_input,
 )
 from bayes_hw.gap.glitches import find_glitches
-from bayes_hw.gap.gusts import regimes_of, unevenness
+from bayes_hw.gap.gusts import regimes_of, steadiness, unevenness
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.state_noise import StateNoise
 from bayes_hw.gap.stochastic import ROUNDING
@@ -65,6 +65,8 @@ UNSTATED_NOISE = "noise above the stated"
 LINE = "line in time"
 GUSTS = "gusts"
 """The kind that says when slow noise is strongest begins with it."""
+
+STEADY = "constant command"
 
 SURPRISE_OF_STRUCTURE = 9.0
 SMALLEST_STRUCTURE = 0.12
@@ -117,6 +119,8 @@ def leftovers(
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
         found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
+        if stochastic.label == "wind":
+            found.append((STEADY, *steadiness(fit, moved)))
     return sorted(
         (
             Leftover(
@@ -141,6 +145,17 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
     return any(
         left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
         for left in leftovers(explanation, inputs)
+    )
+
+
+def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
+    """Whether what is left is in the scatter of single samples more than in their mean."""
+    if not left:
+        return False
+    return max(left, key=lambda item: item.surprise * item.size).kind in (
+        "spread",
+        "heavy tails",
+        UNSTATED_NOISE,
     )
 
 

@@ -11,14 +11,12 @@ from scipy.signal import coherence
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.block_functions import block_probabilities, block_surprises
 from bayes_hw.gap.change_points import ChangePoint, change_points
 from bayes_hw.gap.decide import Decision
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.effects.effect import Block
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.judgement import OTHER
-from bayes_hw.gap.leftover import UNSTATED_NOISE, Leftover
 from bayes_hw.gap.spectra import mean_spectrum
 
 EXCESS_SHARE = 0.8
@@ -65,14 +63,12 @@ def locate(
 ) -> Location:
     """The gap of the base fit that a decision explains, with `sigma` (output units) of the noise."""
     base = attribution.base.fit
-    scattered = is_in_the_scatter(decision.leftovers)
-    unnamed = block_probabilities(block_surprises(base, inputs), scattered)
     effects = [effect for e in attribution.explanations for effect in e.fit.hypothesis.effects]
     blocks = {**LABEL_BLOCKS, **{effect.label: effect.block for effect in effects}}
     named = [blocks[label] for label in decision.answer if label != OTHER]
     block = "none"
     if decision.answer:
-        block = max(named or unnamed, key=lambda b: unnamed.get(b, 0.0))
+        block = max(named or decision.blocks, key=lambda b: decision.blocks.get(b, 0.0))
     regimes = regime_ratios(base, inputs, sigma)
     rate = base.hypothesis.scale.rate
     lengths = [np.array_split(e, SEGMENTS) for e in base.residuals]
@@ -82,7 +78,7 @@ def locate(
     )
     return Location(
         block,
-        block_shares(decision, unnamed, blocks),
+        block_shares(decision, blocks),
         excess_band(base, rate),
         max(regimes, key=lambda r: regimes[r]) if regimes else EVERYWHERE,
         regimes,
@@ -92,34 +88,21 @@ def locate(
     )
 
 
-def block_shares(
-    decision: Decision, unnamed: Mapping[Block, float], blocks: Mapping[str, Block]
-) -> dict[str, float]:
+def block_shares(decision: Decision, blocks: Mapping[str, Block]) -> dict[str, float]:
     """Probability that the cause enters at each block, two causes counted half each.
 
-    Where the answer is `other`, that is what `unnamed` says, given that it is right. Else labels have their
-    probability at their own of `blocks`, and that of `other` goes to the blocks as `unnamed` says; what is
-    missing to one is that there is no gap.
+    Where the answer is `other`, that is what functions that name no cause say, given that it is right. Else
+    labels have their probability at their own of `blocks`, and that of `other` goes to the blocks as those
+    functions say; what is missing to one is that there is no gap.
     """
     if decision.answer == (OTHER,):
-        return {str(block): share for block, share in unnamed.items()}
+        return dict(decision.blocks)
     probability = decision.probability
-    found: dict[str, float] = {block: probability[OTHER] * share for block, share in unnamed.items()}
+    found = {block: probability[OTHER] * share for block, share in decision.blocks.items()}
     for label, block in blocks.items():
         found[block] = found.get(block, 0.0) + probability.get(label, 0.0)
     total = max(sum(found.values()), 1.0)
     return {block: value / total for block, value in found.items()}
-
-
-def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
-    """Whether what is left is in the scatter of single samples more than in their mean."""
-    if not left:
-        return False
-    return max(left, key=lambda item: item.surprise * item.size).kind in (
-        "spread",
-        "heavy tails",
-        UNSTATED_NOISE,
-    )
 
 
 def excess_band(base: Fit, rate: float) -> tuple[float, float]:

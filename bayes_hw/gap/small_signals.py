@@ -1,4 +1,4 @@
-"""Linear responses of w to small signals at the doors of an axis."""
+"""Linear responses of w to small signals at the doors of an axis, and the torsion behind its commands."""
 
 from __future__ import annotations
 
@@ -51,11 +51,30 @@ def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals
+    return _driven(door_states(chain, door), signals)
+
+
+def torsions(chain: Chain, commands: FloatArray) -> FloatArray:
+    """Torsion (samples, n) of the gear, motor less load in output units, under limited `commands` (samples,
+    n), each held over its sample; zero where the drive train is not known."""
+    held = states([chain.command_path], 1 / chain.rate)
+    load, motor = held.outputs[:2, :, 0]
+    between = DoorStates(
+        held.real_count,
+        np.ascontiguousarray(held.factors[:, 0]),
+        np.ascontiguousarray(held.inputs[0, :, 0]),
+        motor - load,
+    )
+    return _driven(between, commands)
+
+
+def _driven(between: DoorStates, signals: FloatArray) -> FloatArray:
+    """What the states show (samples, n) of `signals` (samples, n) that drive them."""
     samples, count = signals.shape
     padded = np.ascontiguousarray(signals)
     if count != padded_to_lanes(count):
         padded = np.zeros((samples, padded_to_lanes(count)))
         padded[:, :count] = signals
     responses = np.empty_like(padded)
-    filter_lanes(*door_states(chain, door), padded, responses)
+    filter_lanes(*between, padded, responses)
     return responses[:, :count]

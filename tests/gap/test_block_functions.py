@@ -48,9 +48,9 @@ def test_a_cause_is_found_where_it_enters(name: str) -> None:
     """A shape of every function, of three times the noise beside a random walk."""
     fit = with_residuals(noise(1, 0.1))
     moved = motions(fit, INPUTS)
-    door, shapes = shapes_for_any_cause(moved, fit.hypothesis.scale.rate)[name][0]
-    assert len(shapes) == 2
     chain = fit.hypothesis.chain(fit.values)
+    door, shapes = shapes_for_any_cause(moved, chain, fit.hypothesis.scale)[name][0]
+    assert len(shapes) == 2
     column = shapes[0].shape[1] // 3
     responses = [door_responses(chain, door, np.ascontiguousarray(s[:, column : column + 1])) for s in shapes]
     if door != "output":

@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 from decision_constants import CONSTANTS, LABELS
+from drive_axis import drive_axis
 
+from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.decide import best_of_sets, choose, decide, remains_of, score
 from bayes_hw.gap.explanation import is_far_ahead
 from bayes_hw.gap.leftover import Leftover
+
+SURPRISES = {"input": 2.0, "linear": 60.0, "drive": 4.0, "disturbance": 0.0, "sensor": 1.0}
+AXIS = ChainBuilder(drive_axis())
 
 
 @dataclass
@@ -30,6 +35,8 @@ class Stub:
     display: Any = None
     bent_gusts: float = 0.0
     followed: Any = None
+    builder: Any = None
+    rounded: bool = False
 
     @property
     def cannot_be_predicted(self) -> bool:
@@ -38,7 +45,10 @@ class Stub:
     @property
     def fit(self) -> Any:
         return SimpleNamespace(
-            rmse=self.rmse, residuals=[np.zeros(1000)], whitener=SimpleNamespace(sigma=self.encoder_sigma)
+            rmse=self.rmse,
+            residuals=[np.zeros(1000)],
+            whitener=SimpleNamespace(sigma=self.encoder_sigma),
+            hypothesis=SimpleNamespace(builder=self.builder, effects=()),
         )
 
 
@@ -88,7 +98,7 @@ def test_what_chaos_far_ahead_leaves_is_no_other_cause(
 ) -> None:
     best, left = Stub(("backlash",), 300, chaotic=chaotic), [Leftover("step", 1000.0, 3.0)]
     scores = {(): 0.0, ("backlash",): 300.0}
-    remains = remains_of(Stub((), 0), best, left, far_ahead)  # type: ignore[arg-type]
+    remains = remains_of(Stub((), 0), best, left, SURPRISES, far_ahead)  # type: ignore[arg-type]
     decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]
     assert decision.answer == answer
     assert decision.leftovers == tuple(left)
@@ -170,8 +180,31 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
 
 
+@pytest.mark.parametrize(("labels", "builder", "rounded", "blocks"), [
+    (("backlash", "wind"), AXIS, False, ("drive", "disturbance")), ((), AXIS, False, ()),
+    (("backlash", "encoder_quantization"), AXIS, True, ()), (("backlash",), None, False, ()),
+])  # fmt: skip
+def test_names_are_held_against_blocks_on_axes(
+    labels: tuple[str, ...], builder: Any, rounded: bool, blocks: tuple[str, ...]
+) -> None:
+    """Not where readings are rounded, nor of a user's simulator."""
+    stub = Stub(labels, 9, builder=builder, rounded=rounded)
+    remains = remains_of(Stub((), 0), stub, [], SURPRISES)  # type: ignore[arg-type]
+    assert remains.named == blocks
+    assert max(remains.blocks, key=lambda block: remains.blocks[block]) == "linear"
+
+
+def test_an_effect_elsewhere_than_the_cause_is_not_believed() -> None:
+    """Functions at the linear block take far more than any of the drive, where backlash would enter."""
+    scores = {(): 0.0, ("backlash",): 300.0}
+    stub = Stub(("backlash",), 300, builder=AXIS)
+    for drive, answer in ((4.0, ("other",)), (40.0, ("backlash",))):
+        remains = remains_of(Stub((), 0), stub, [], {**SURPRISES, "drive": drive})  # type: ignore[arg-type]
+        assert decide(stub, scores, remains, LABELS, CONSTANTS).answer == answer  # type: ignore[arg-type]
+
+
 def expected(base: Stub, explanation: Stub) -> float:
-    return remains_of(base, explanation, []).expected(CONSTANTS)  # type: ignore[arg-type]
+    return remains_of(base, explanation, [], SURPRISES).expected(CONSTANTS)  # type: ignore[arg-type]
 
 
 def test_under_slow_noise_the_innovations_tell() -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive_axis import RATE, command
+from drive_axis import SIGMA as AXIS_SIGMA
+from fitted import base, with_residuals
 from simulated_records import coloured_noise
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.free_functions import Motion
-from bayes_hw.gap.gusts import CHANGED_S, FREED_S, regimes_of, unevenness
+from bayes_hw.gap.free_functions import Motion, motions
+from bayes_hw.gap.gusts import CHANGED_S, FREED_S, regimes_of, steadiness, unevenness
+from bayes_hw.gap.signals import door_responses
 from bayes_hw.gap.state_noise import walking_noise
 
 SAMPLES = 1500
@@ -87,3 +90,25 @@ def test_a_windier_record_is_no_regime() -> None:
     strengths = [np.full(SAMPLES, 0.5), np.full(SAMPLES, 2.0)]
     mostly = {"mostly in one": [np.arange(SAMPLES) % 10 < 1, np.arange(SAMPLES) % 10 < 8]}
     assert unevenness(NOISE, wandering(3, strengths), mostly).surprise < 5
+
+
+def steady_or_not(added: FloatArray, seed: int = 3) -> float:
+    """The surprise of a constant command where this is added to the command of an axis, in nats."""
+    rng = np.random.default_rng(seed)
+    inputs = [command(SAMPLES, record) for record in range(2)]
+    found = base(SAMPLES)
+    chain = found.chain(found.builder.axis.nominal)
+    clean = with_residuals([np.zeros(SAMPLES)] * 2, found)
+    moved = motions(clean, inputs)
+    shown = [m.shown(door_responses(chain, "command", added[:, None]))[:, 0] for m in moved]
+    size = 2 * AXIS_SIGMA / np.std(np.concatenate(shown))
+    residuals = [size * own + AXIS_SIGMA * rng.normal(size=SAMPLES) for own in shown]
+    return steadiness(with_residuals(residuals, found), moved).surprise
+
+
+def test_a_constant_force_is_steady_and_gusts_are_not() -> None:
+    """Both of twice the noise."""
+    t = np.arange(SAMPLES) / RATE
+    gusty = np.cumsum(np.random.default_rng(5).normal(size=SAMPLES)) + 20 * np.sin(2 * np.pi * t / 20)
+    assert steady_or_not(np.ones(SAMPLES)) > 20
+    assert steady_or_not(gusty - gusty.mean()) < 5

@@ -89,6 +89,21 @@ def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
     assert probability_of_other(Remains(left), CONSTANTS) < 0.25
 
 
+def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
+    """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
+    blocks = {"drive": CONSTANTS.named_block, "sensor": 0.9}
+
+    def other(*named: str) -> float:
+        return probability_of_other(Remains((), blocks=blocks, named=named), CONSTANTS)
+
+    assert other("drive") == pytest.approx(0.5)
+    assert other("dish") > 0.99
+    assert other("sensor") == other("drive", "sensor") < 0.02
+    assert other() == pytest.approx(0, abs=1e-10)
+    remains = Remains((), blocks={"drive": 0.2 * CONSTANTS.named_block}, named=("drive",))
+    assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
+
+
 def test_other_takes_the_place_of_a_name() -> None:
     remains = Remains((Leftover("line in time", 4000.0, 0.9),))
     judgement = judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,15 @@ from fitted import AXIS, SAMPLES, base, explained, with_residuals
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
+from bayes_hw.gap.block_functions import block_probabilities, block_surprises
 from bayes_hw.gap.decide import Decision
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, CommandBias, KinematicBacklash
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.free_functions import motions
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.leftover import Leftover, is_in_the_scatter
 from bayes_hw.gap.locate import (
     THIRDS,
+    Location,
     block_shares,
     command_coherences,
     excess_band,
@@ -29,6 +31,7 @@ from bayes_hw.gap.locate import (
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.signals import door_responses
 
+EVEN = dict.fromkeys(BLOCKS, 0.2)
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 T = np.arange(SAMPLES) / RATE
 
@@ -43,37 +46,43 @@ def attribution(residuals: list[FloatArray]) -> Attribution:
     return Attribution(base=found, explanations=(found,), base_costs=(1.0,), singles=())
 
 
-def decision(answer: tuple[str, ...], left: Sequence[Leftover] = (), **probability: float) -> Decision:
+def decision(answer: tuple[str, ...], blocks: Mapping[str, float] = EVEN, **probability: float) -> Decision:
     """A decision with these probabilities, none and other at zero unless given."""
     unused: Any = None
-    return Decision(answer, unused, {"none": 0.0, "other": 0.0, **probability}, tuple(left), {})
+    return Decision(answer, unused, {"none": 0.0, "other": 0.0, **probability}, (), {}, blocks)
+
+
+def located(residuals: list[FloatArray], answer: tuple[str, ...], left: Sequence[Leftover] = ()) -> Location:
+    """What is said of `residuals` where these are the leftovers."""
+    found = attribution(residuals)
+    blocks = block_probabilities(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
+    return locate(found, decision(answer, blocks, other=0.9), INPUTS, SIGMA)
 
 
 def test_shares_are_those_of_labels_and_of_what_has_no_name() -> None:
     """Worked by hand; two causes count half each; what is missing to one is no gap."""
     unnamed = {**dict.fromkeys(BLOCKS, 0.1), "linear": 0.6}
-    one = decision(("friction",), none=0.1, other=0.3, friction=0.6)
-    assert block_shares(one, unnamed, LABEL_BLOCKS) == pytest.approx(
+    one = decision(("friction",), unnamed, none=0.1, other=0.3, friction=0.6)
+    assert block_shares(one, LABEL_BLOCKS) == pytest.approx(
         {"input": 0.03, "linear": 0.18, "drive": 0.63, "disturbance": 0.03, "sensor": 0.03}
     )
-    two = decision(("outliers", "wind"), wind=0.9, outliers=0.9)
-    assert block_shares(two, unnamed, LABEL_BLOCKS) == pytest.approx(
+    two = decision(("outliers", "wind"), unnamed, wind=0.9, outliers=0.9)
+    assert block_shares(two, LABEL_BLOCKS) == pytest.approx(
         {**dict.fromkeys(BLOCKS, 0.0), "disturbance": 0.5, "sensor": 0.5}
     )
-    nothing = block_shares(decision((), none=0.97, other=0.03), unnamed, {})
+    nothing = block_shares(decision((), unnamed, none=0.97, other=0.03), {})
     assert sum(nothing.values()) == pytest.approx(0.03)
 
 
 def test_shares_of_a_cause_that_is_in_no_catalogue_are_given_that() -> None:
     """Whatever is left for labels of the catalogue."""
     unnamed = {**dict.fromkeys(BLOCKS, 0.1), "linear": 0.6}
-    assert block_shares(decision(("other",), other=0.8, wind=0.2), unnamed, LABEL_BLOCKS) == unnamed
+    assert block_shares(decision(("other",), unnamed, other=0.8, wind=0.2), LABEL_BLOCKS) == unnamed
 
 
 def test_a_label_of_another_package_has_its_own_block() -> None:
-    unnamed: dict[Any, float] = dict.fromkeys(BLOCKS, 0.2)
     blocks: dict[str, Any] = {"ice": "dish"}
-    assert block_shares(decision(("ice",), ice=0.9, snow=0.1), unnamed, blocks)["dish"] == 0.9
+    assert block_shares(decision(("ice",), ice=0.9, snow=0.1), blocks)["dish"] == 0.9
 
 
 def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
@@ -85,7 +94,7 @@ def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
     responses = [door_responses(chain, door, own)[:, 2] for own in shapes]
     size = 2 * SIGMA / np.sqrt(np.mean(np.concatenate(responses) ** 2))
     residuals = [e + size * r for e, r in zip(noise(), responses, strict=True)]
-    found = locate(attribution(residuals), decision(("other",), other=0.9), INPUTS, SIGMA)
+    found = located(residuals, ("other",))
     assert found.block == "drive" == max(found.share, key=lambda block: found.share[block])
 
 
@@ -95,14 +104,14 @@ def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
 )
 def test_the_block_is_that_of_the_answer(answer: tuple[str, ...], block: str) -> None:
     """Of what has no name and no function takes anything of, the sensor."""
-    assert locate(attribution(noise()), decision(answer), INPUTS, SIGMA).block == block
+    assert located(noise(), answer).block == block
 
 
 def test_the_block_of_two_is_that_which_takes_more() -> None:
     simulated = with_residuals(noise()).simulated
     shapes = [e + 2 * SIGMA * np.cos(6 * y / np.ptp(y)) for e, y in zip(noise(), simulated, strict=True)]
     for answer in (("friction", "gain_asymmetry"), ("gain_asymmetry", "wind")):
-        assert locate(attribution(shapes), decision(answer), INPUTS, SIGMA).block == "sensor"
+        assert located(shapes, answer).block == "sensor"
 
 
 def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
@@ -110,10 +119,7 @@ def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
     simulated = with_residuals(noise()).simulated
     torque = [e + 0.1 * SIGMA * np.sign(np.gradient(y)) for e, y in zip(noise(), simulated, strict=True)]
     left = [Leftover("spread", 90.0, 0.5), Leftover("function at drive", 30.0, 0.1)]
-    plain, scattered = (
-        locate(attribution(torque), decision(("other",), given, other=0.9), INPUTS, SIGMA)
-        for given in ((), left)
-    )
+    plain, scattered = (located(torque, ("other",), given) for given in ((), left))
     assert scattered.block == "sensor" and scattered.share["sensor"] > plain.share["sensor"] + 0.01
 
 

@@ -140,7 +140,7 @@ def test_plain_estimates_stand_wherever_the_explanation_did() -> None:
     )
     moved = good.fit.coordinates + np.array([0.05, 0, 0])
     away = replace(good, fit=evaluated(good.fit.hypothesis, outputs, moved, good.fit.whitener))
-    decision = Decision(away.labels, away, {}, (), {})
+    decision = Decision(away.labels, away, {}, (), {}, {})
     attribution = Attribution(nothing, (away, bias, nothing), (0.0,), (good.fit,))
     found, decided = with_plain_estimates(attribution, decision, outputs)
     assert decided.explanation is found.explanations[0] is not away

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.block_functions import block_surprises
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.decide import best_of_sets, claims_of, remains_of
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose_case
@@ -74,7 +75,7 @@ def _claim(content: Mapping[str, Any]) -> Claim:
 
 def _remains(content: Mapping[str, Any]) -> Remains:
     left = tuple(Leftover(**item) for item in content["leftovers"])
-    return Remains(**{**content, "leftovers": left})
+    return Remains(**{**content, "leftovers": left, "named": tuple(content["named"])})
 
 
 def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibration) -> Ballot:
@@ -90,12 +91,11 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     inputs, stated = [record.u for record in diagnosis.case.train], diagnosis.case.model.noise_sigma
     ahead = is_far_ahead(attribution.explanations)
     with np.errstate(all="ignore"):
-        remains = {
-            labels: remains_of(
-                attribution.base, best[labels], _small(leftovers(best[labels], inputs, stated)), ahead
-            )
-            for labels in dict.fromkeys(foremost)
-        }
+        surprises = block_surprises(attribution.base.fit, inputs)
+        left = {key: _small(leftovers(best[key], inputs, stated)) for key in dict.fromkeys(foremost)}
+    remains = {
+        key: remains_of(attribution.base, best[key], its, surprises, ahead) for key, its in left.items()
+    }
     finite = {labels: claim for labels, claim in claims.items() if np.isfinite(claim.score)}
     return Ballot(finite, remains, tuple(labels))
 

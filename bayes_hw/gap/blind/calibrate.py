@@ -34,6 +34,7 @@ BY_HAND = Calibration(
     left_share=0.06,
     loose_share=0.35,
     bent_share=0.25,
+    named_block=0.08,
     left_sharpness=2.0,
     floor=0.01,
     pair_ceiling=0.9,
