@@ -31,6 +31,7 @@ MEANING = {
     "left_share": "share of the gap that may be left",
     "loose_share": "the same where the effect cannot be followed",
     "bent_share": "share of wind through a bent path that may be left",
+    "named_block": "probability of the named effect's block at even odds of other",
     "left_sharpness": "steepness of the odds of other",
     "floor": "least doubt",
     "pair_ceiling": "largest probability of a label of a pair",
