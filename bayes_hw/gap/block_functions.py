@@ -37,7 +37,7 @@ from bayes_hw.gap.free_functions import (
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import has_door
-from bayes_hw.gap.slow_noise import random_walk
+from bayes_hw.gap.slow_noise import wandering_background
 from bayes_hw.gap.springs import shapes_of_springs
 from bayes_hw.gap.surprise import chi_squared_surprise
 
@@ -124,7 +124,7 @@ def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     moved = motions(fit, inputs)
     chain = fit.hypothesis.chain(fit.values)
     shown = _shown(chain, moved, shapes_for_any_cause(moved, chain, fit.hypothesis.scale))
-    noise = random_walk(fit).whitener
+    noise = wandering_background(fit)
     found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
     for function in free_functions(shown, fit.residuals, fit.jacobians, noise):
         block = BLOCK_OF[function.block]

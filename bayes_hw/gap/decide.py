@@ -169,12 +169,14 @@ def remains_of(
 def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
     """Blocks of the effects of an explanation, none where functions that name no cause do not tell them.
 
-    Those were tried on Hammerstein-Wiener axes; that readings are rounded is a fact, wherever the rest is.
+    Those were tried on Hammerstein-Wiener axes and the effects that come with the program: one of another
+    package may enter at several. That readings are rounded is a fact, wherever the rest is.
     """
-    if explanation.rounded or not isinstance(explanation.fit.hypothesis.builder, ChainBuilder):
+    known = LABEL_BLOCKS.keys() >= set(explanation.labels)
+    on_axis = isinstance(explanation.fit.hypothesis.builder, ChainBuilder)
+    if explanation.rounded or not known or not on_axis:
         return ()
-    own = {effect.label: effect.block for effect in explanation.fit.hypothesis.effects}
-    return tuple({**LABEL_BLOCKS, **own}[label] for label in explanation.labels)
+    return tuple(LABEL_BLOCKS[label] for label in explanation.labels)
 
 
 def decide(

@@ -20,7 +20,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import Motion, free_functions, knots_in_time, responses_of
-from bayes_hw.gap.slow_noise import random_walk
+from bayes_hw.gap.slow_noise import wandering_background
 from bayes_hw.gap.state_noise import StateNoise, View
 from bayes_hw.gap.surprise import chi_squared_surprise
 
@@ -60,7 +60,7 @@ def steadiness(fit: Fit, found: Sequence[Motion]) -> Steadiness:
     constant = responses_of(found, chain, "command", [np.ones((length, 1)) for length in lengths])
     changing = responses_of(found, chain, "load_torque", knots_in_time(lengths))
     both = [np.concatenate(columns, axis=1) for columns in zip(constant, changing, strict=True)]
-    noise = random_walk(fit).whitener
+    noise = wandering_background(fit)
     shown = {"constant": constant, "both": both}
     alone, together = free_functions(shown, fit.residuals, fit.jacobians, noise)
     beside = chi_squared_surprise(2 * (together.gain - alone.gain), together.shapes - alone.shapes)

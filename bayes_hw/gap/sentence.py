@@ -38,7 +38,7 @@ def _of_the_gap(diagnosis: Diagnosis) -> str:
         return (
             f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
             f"({_percent(verdict.probability['other'])} sure): what stays beside the best of them ({best}) "
-            f"is {left.size:.2g} times the noise ({left.kind})."
+            f"is {left.size:.2g} times the noise ({left.kind}). {_entrance(diagnosis)}"
         )
     explanation = diagnosis.decision.explanation
     effects = explanation.fit.hypothesis.effects
@@ -52,6 +52,14 @@ def _of_the_gap(diagnosis: Diagnosis) -> str:
     return f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); " + consequence(
         gap, gain, named, bool(effects)
     )
+
+
+def _entrance(diagnosis: Diagnosis) -> str:
+    """Where a cause without a name enters."""
+    block, best = diagnosis.verdict.where.block, diagnosis.decision.explanation
+    found = f"It enters at the {block} ({_percent(diagnosis.verdict.where.share[block])} sure)"
+    named = {block_of(label, best.fit.hypothesis.effects) for label in best.labels}
+    return f"{found}, where {best.name} does not." if named and block not in named else f"{found}."
 
 
 def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:

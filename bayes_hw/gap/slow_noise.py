@@ -31,6 +31,7 @@ from bayes_hw.gap.spectra import (
 )
 from bayes_hw.gap.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.stochastic import StochasticFit, autoregression
+from bayes_hw.gap.whitener import Whitener
 
 STATIC_HZ = 1e-3
 EXACT_EVALUATIONS = 60
@@ -180,6 +181,20 @@ def random_walk(
         p,
         {"sensor_drift.step_sd": (step, step * float(sds[2]), unit)},
     )
+
+
+def wandering_background(fit: Fit) -> Whitener:
+    """Noise of a random walk beside the encoder's, against which functions that name no cause are held.
+
+    Where the spectrum gave a start that is hopeless, from one where half of every step is noise; where a walk
+    still does not come near it, autoregressive noise.
+    """
+    found, plain = random_walk(fit), autoregression(fit)
+    if found.log_likelihood < plain.log_likelihood - HOPELESS:
+        steps = np.concatenate([np.diff(e) for e in fit.residuals])
+        half = np.log(max(float(np.sqrt(np.mean(steps**2) / 2)), 1e-300))
+        found = random_walk(fit, np.array([half, -1.0, half]))
+    return found.whitener if found.log_likelihood > plain.log_likelihood - HOPELESS else plain
 
 
 def _found(

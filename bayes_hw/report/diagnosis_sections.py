@@ -159,7 +159,8 @@ def which_section(diagnosis: Diagnosis) -> Section:
             ),
             f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
             "name no cause, each with minus the logarithm of the probability of as much by chance, and its "
-            "size in units of the noise. A surprising one of some size makes the verdict “other”.",
+            "size in units of the noise. A surprising one of some size makes the verdict “other”; so does an "
+            "effect in a block where functions that name no cause find next to nothing.",
             (1, 2),
         )
     )

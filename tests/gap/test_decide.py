@@ -183,11 +183,12 @@ def test_what_even_a_right_explanation_may_leave() -> None:
 @pytest.mark.parametrize(("labels", "builder", "rounded", "blocks"), [
     (("backlash", "wind"), AXIS, False, ("drive", "disturbance")), ((), AXIS, False, ()),
     (("backlash", "encoder_quantization"), AXIS, True, ()), (("backlash",), None, False, ()),
+    (("hot_drive",), AXIS, False, ()),
 ])  # fmt: skip
 def test_names_are_held_against_blocks_on_axes(
     labels: tuple[str, ...], builder: Any, rounded: bool, blocks: tuple[str, ...]
 ) -> None:
-    """Not where readings are rounded, nor of a user's simulator."""
+    """Not where readings are rounded, nor of a user's simulator or an effect of another package."""
     stub = Stub(labels, 9, builder=builder, rounded=rounded)
     remains = remains_of(Stub((), 0), stub, [], SURPRISES)  # type: ignore[arg-type]
     assert remains.named == blocks

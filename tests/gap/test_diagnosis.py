@@ -113,6 +113,7 @@ def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case:
     assert low < SIGMA < gap.noise_floor < high
     assert max(found.verdict.where.segments) > 2
     assert "The gap is 0 times" not in sentence(found)
+    assert "It enters at the sensor" in sentence(found)
 
 
 def test_base_parameters_are_estimated_beside_it(diagnosis: Diagnosis) -> None:

@@ -10,7 +10,7 @@ from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, held, hypot
 from fitted import AXIS, SAMPLES, base, with_residuals
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.slow_noise import random_walk, wind
+from bayes_hw.gap.slow_noise import random_walk, wandering_background, wind
 from bayes_hw.gap.stochastic import autoregression
 from bayes_hw.model.blocks import DeadZone
 
@@ -100,3 +100,15 @@ def test_random_walk() -> None:
     assert found.parameters["sensor_drift.step_sd"][0] == pytest.approx(step, rel=0.3)
     assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
     assert found.log_likelihood > autoregression(fit).log_likelihood + 20
+
+
+def test_a_background_is_found_where_the_spectrum_gives_no_start() -> None:
+    """Two records that wander far: their spectrum is that of a walk alone. Likelier than autoregression."""
+    rng = np.random.default_rng(0)
+    t = np.arange(300) / 300
+    found = [30 * SIGMA * (1 + r) * np.sin(3 * t + r) + SIGMA * rng.normal(size=300) for r in range(2)]
+    fit = with_residuals(found)
+    assert random_walk(fit).log_likelihood < autoregression(fit).log_likelihood - 100
+    background = wandering_background(fit)
+    white = np.concatenate([background.whiten(e[:, None], r)[:, 0] for r, e in enumerate(found)])
+    assert np.mean(white**2) == pytest.approx(1, abs=0.3)
