@@ -116,6 +116,8 @@ def _profiles(fit: CalibrationFit) -> Figure:
             axes.set_ylim(lowest - room, highest + room)
         for axes in grid[:, 0]:
             axes.set_ylabel("score (nats)", size=7)
+        for axes in grid.flat[len(names) :]:
+            axes.remove()
         return finished(
             canvas,
             "Mean log score a case against every constant, the others as fitted (units as in the table)."

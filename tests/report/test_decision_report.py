@@ -60,6 +60,12 @@ def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
     assert table.rows[0][2:] == ("6", "4.24")
 
 
+def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
+    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    assert isinstance(report.key_figure, Figure)
+    assert report.key_figure.svg.count("<clipPath id=") == len(names_fitted())
+
+
 def test_statements_are_counted_by_what_is_true(fit: CalibrationFit) -> None:
     """0.75 of friction is true in 3 of 4; 0.25 of none in 1 of 4."""
     assert sorted((item.mean, item.share.hits) for item in bins(fit, fit.left_out)) == [(0.25, 1), (0.75, 3)]
