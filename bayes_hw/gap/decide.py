@@ -170,11 +170,12 @@ def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
     """Blocks of the effects of an explanation, none where functions that name no cause do not tell them.
 
     Those were tried on Hammerstein-Wiener axes and the effects that come with the program: one of another
-    package may enter at several. That readings are rounded is a fact, wherever the rest is.
+    package may enter at several blocks. No function of command, motion or slow time takes what is random:
+    gusts, jitter or glitches beside a response say nothing against it.
     """
     known = LABEL_BLOCKS.keys() >= set(explanation.labels)
     on_axis = isinstance(explanation.fit.hypothesis.builder, ChainBuilder)
-    if explanation.rounded or not known or not on_axis:
+    if explanation.cause_of_noise is not None or not known or not on_axis:
         return ()
     return tuple(LABEL_BLOCKS[label] for label in explanation.labels)
 

@@ -36,7 +36,7 @@ class Stub:
     bent_gusts: float = 0.0
     followed: Any = None
     builder: Any = None
-    rounded: bool = False
+    cause_of_noise: Any = None
 
     @property
     def cannot_be_predicted(self) -> bool:
@@ -180,16 +180,16 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
 
 
-@pytest.mark.parametrize(("labels", "builder", "rounded", "blocks"), [
-    (("backlash", "wind"), AXIS, False, ("drive", "disturbance")), ((), AXIS, False, ()),
-    (("backlash", "encoder_quantization"), AXIS, True, ()), (("backlash",), None, False, ()),
+@pytest.mark.parametrize(("labels", "builder", "random", "blocks"), [
+    (("backlash", "command_bias"), AXIS, False, ("drive", "input")), ((), AXIS, False, ()),
+    (("backlash", "wind"), AXIS, True, ()), (("backlash",), None, False, ()),
     (("hot_drive",), AXIS, False, ()),
 ])  # fmt: skip
 def test_names_are_held_against_blocks_on_axes(
-    labels: tuple[str, ...], builder: Any, rounded: bool, blocks: tuple[str, ...]
+    labels: tuple[str, ...], builder: Any, random: bool, blocks: tuple[str, ...]
 ) -> None:
-    """Not where readings are rounded, nor of a user's simulator or an effect of another package."""
-    stub = Stub(labels, 9, builder=builder, rounded=rounded)
+    """Not where something random is named, nor of a user's simulator or an effect of another package."""
+    stub = Stub(labels, 9, builder=builder, cause_of_noise=random or None)
     remains = remains_of(Stub((), 0), stub, [], SURPRISES)  # type: ignore[arg-type]
     assert remains.named == blocks
     assert max(remains.blocks, key=lambda block: remains.blocks[block]) == "linear"
