@@ -100,7 +100,11 @@ def _times(structure: Structure, samples: int, most_rows: int) -> FloatArray:
         if not period > 0:
             raise _refusal(structure, "Ts", f"is {period:g}; give a positive sample time in s")
         start = _scalar(structure, "Tstart")
-        return (period if start is None else start) + period * np.arange(samples, dtype=np.float64)
+        with np.errstate(over="ignore"):
+            stamps = (period if start is None else start) + period * np.arange(samples, dtype=np.float64)
+        if not np.isfinite(stamps).all():
+            raise _refusal(structure, "Ts", f"is {period:g}; give the sample time in s")
+        return stamps
     if "SamplingInstants" in structure:
         instants = structure.value("SamplingInstants", 2 * most_rows)
         if isinstance(instants, np.ndarray) and instants.size and np.isfinite(instants).all():

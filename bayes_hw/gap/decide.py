@@ -170,14 +170,13 @@ def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
     """Blocks of the effects of an explanation, none where functions that name no cause do not tell them.
 
     Those were tried on Hammerstein-Wiener axes and the effects that come with the program: one of another
-    package may enter at several blocks. No function of command, motion or slow time takes what is random:
-    gusts, jitter or glitches beside a response say nothing against it.
+    package may enter at several blocks. No function of command, motion or slow time takes what is random,
+    gusts, jitter or glitches, nor what only a motion shows that cannot be predicted.
     """
     known = LABEL_BLOCKS.keys() >= set(explanation.labels)
     on_axis = isinstance(explanation.fit.hypothesis.builder, ChainBuilder)
-    if explanation.cause_of_noise is not None or not known or not on_axis:
-        return ()
-    return tuple(LABEL_BLOCKS[label] for label in explanation.labels)
+    shown = explanation.cause_of_noise is None and not explanation.cannot_be_predicted
+    return tuple(LABEL_BLOCKS[label] for label in explanation.labels) if known and on_axis and shown else ()
 
 
 def decide(

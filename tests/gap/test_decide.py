@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -188,10 +188,12 @@ def test_what_even_a_right_explanation_may_leave() -> None:
 def test_names_are_held_against_blocks_on_axes(
     labels: tuple[str, ...], builder: Any, random: bool, blocks: tuple[str, ...]
 ) -> None:
-    """Not where something random is named, nor of a user's simulator or an effect of another package."""
+    """Not where a random or chaotic one is named, nor of a user's simulator or another package's effect."""
     stub = Stub(labels, 9, builder=builder, cause_of_noise=random or None)
     remains = remains_of(Stub((), 0), stub, [], SURPRISES)  # type: ignore[arg-type]
     assert remains.named == blocks
+    lost = replace(stub, chaotic=True)
+    assert remains_of(Stub((), 0), lost, [], SURPRISES).named == ()  # type: ignore[arg-type]
     assert max(remains.blocks, key=lambda block: remains.blocks[block]) == "linear"
 
 
