@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.io
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from simulated_records import measured
 
@@ -214,6 +214,7 @@ VALUES = st.sampled_from([CELL, {"a": 1.0}, {}, "", "text", np.zeros((0, 0)), np
 
 @settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(value=VALUES, field=st.sampled_from(["OutputData", "InputData", "Ts", "Tstart", "TimeUnit", "y"]))
+@example(value=3.6e306, field="Ts")
 def test_any_value_in_an_iddata_is_used_or_refused(tmp_path: Path, value: object, field: str) -> None:
     path = tmp_path / "axis.mat"
     scipy.io.savemat(path, {"data": iddata(**{field: value})})
