@@ -149,14 +149,11 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
 
 
 def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
-    """Whether what is left is in the scatter of single samples more than in their mean."""
+    """Whether anything is left, and in the scatter of single samples more than in their mean."""
     if not left:
         return False
-    return max(left, key=lambda item: item.surprise * item.size).kind in (
-        "spread",
-        "heavy tails",
-        UNSTATED_NOISE,
-    )
+    most = max(left, key=lambda item: item.surprise * item.size)
+    return most.surprise > SURPRISE_OF_STRUCTURE and most.kind in ("spread", "heavy tails", UNSTATED_NOISE)
 
 
 def _named(block: str) -> str:

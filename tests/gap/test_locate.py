@@ -119,6 +119,7 @@ def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
     simulated = with_residuals(noise()).simulated
     torque = [e + 0.1 * SIGMA * np.sign(np.gradient(y)) for e, y in zip(noise(), simulated, strict=True)]
     left = [Leftover("spread", 90.0, 0.5), Leftover("function at drive", 30.0, 0.1)]
+    assert not is_in_the_scatter([Leftover("spread", 3.0, 0.5), Leftover("function at drive", 2.0, 0.1)])
     plain, scattered = (located(torque, ("other",), given) for given in ((), left))
     assert scattered.block == "sensor" and scattered.share["sensor"] > plain.share["sensor"] + 0.01
 
