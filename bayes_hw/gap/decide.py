@@ -161,7 +161,7 @@ def remains_of(
         loose=explanation.display is not None or explanation.chaotic,
         drifts=_drifts(explanation),
         excused=far_ahead and explanation.chaotic,
-        blocks={**block_probabilities(surprises, is_in_the_scatter(left))},
+        blocks=block_probabilities(surprises, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
     )
 
