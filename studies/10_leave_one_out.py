@@ -36,6 +36,9 @@ from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
 from bayes_hw.report.leave_out_report import leave_out_report
 
+ROUND = 2
+"""Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""
+
 EACH = 6
 KIND = "easy"
 
@@ -76,7 +79,7 @@ def evidence_of(study: Study, number: int, label: str, options: Mapping[str, str
 
 def seed_of(study: Study, number: int) -> int:
     """The seed of the set of the label of this number."""
-    return REPORT_SEEDS.start + 700 + 20 * study.seed + number
+    return REPORT_SEEDS.start + 680 + 20 * (study.seed + ROUND) + number
 
 
 def shown_shares(study: Study, number: int, label: str) -> list[float]:

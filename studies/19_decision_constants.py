@@ -23,7 +23,7 @@ from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
-from bayes_hw.report.decision_report import decision_report
+from bayes_hw.report.decision_report import decision_report, stated_of_blocks
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 FIRST_SEED = 910
@@ -71,6 +71,9 @@ def main() -> None:
             "right_by_hand": int(fit.right(fit.by_hand).sum()),
             "right_left_out": int(fit.right(fit.left_out).sum()),
             "right_fitted": int(fit.right(fit.as_fitted).sum()),
+            "blocks_right": stated_of_blocks(fit, fit.left_out)[0].to_dict(),
+            "blocks_stated_by_hand": stated_of_blocks(fit, fit.by_hand)[1],
+            "blocks_stated_left_out": stated_of_blocks(fit, fit.left_out)[1],
             "base_gain_left_out": tail_gain,
             "base_gain_standard_error": tail_error,
             "base_held_by_posteriors": alone.to_dict(),

@@ -52,9 +52,6 @@ FLOOR = 10.0
 FLOOR_OF_SCATTER = 40.0
 """The same where what is left is in the scatter of single samples."""
 
-SHARPNESS = 2.2
-"""The power of one plus the surprise that is a block's odds: the most likely one on the cases named above."""
-
 SPRING = "spring at every amplitude"
 
 Shapes: TypeAlias = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
@@ -133,15 +130,10 @@ def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     return found
 
 
-def block_probabilities(surprises: Mapping[str, float], scattered: bool) -> dict[str, float]:
-    """Probability of every block that the cause enters there, given `block_surprises`.
+def with_floor(surprises: Mapping[str, float], scattered: bool) -> dict[str, float]:
+    """`block_surprises` with the least that the sensor has.
 
     `scattered` says that what is left of the best explanation is in the scatter of single samples.
     """
     floor = FLOOR_OF_SCATTER if scattered else FLOOR
-    odds = {
-        block: (1 + max(surprise, floor if block == "sensor" else 0.0)) ** SHARPNESS
-        for block, surprise in surprises.items()
-    }
-    total = sum(odds.values())
-    return {block: value / total for block, value in odds.items()}
+    return {**surprises, "sensor": max(surprises["sensor"], floor)}

@@ -22,7 +22,8 @@ class Calibration:
     even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
     sample by sample (chaotic motion, repeated or rounded samples), `bent_share` of wind through a path that
     an effect bends; `named_block` the probability of the named effects' blocks, as functions that name no
-    cause have it, at which "other" is even odds too; `left_sharpness` how fast the odds change with the
+    cause have it, at which "other" is even odds too; `block_sharpness` the power of one plus a block's
+    surprise that is its odds; `left_sharpness` how fast the odds change with the
     logarithms of the surprise and of that probability; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
     missed the cause; `sigma_log_sd` how far a nominal noise may be off; `tail_degrees` the degrees of freedom
@@ -43,6 +44,7 @@ class Calibration:
     loose_share: float
     bent_share: float
     named_block: float
+    block_sharpness: float
     left_sharpness: float
     floor: float
     pair_ceiling: float

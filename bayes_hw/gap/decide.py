@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.block_functions import block_probabilities
+from bayes_hw.gap.block_functions import with_floor
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.chain import ChainBuilder
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
@@ -161,7 +161,7 @@ def remains_of(
         loose=explanation.display is not None or explanation.chaotic,
         drifts=_drifts(explanation),
         excused=far_ahead and explanation.chaotic,
-        blocks=block_probabilities(surprises, is_in_the_scatter(left)),
+        blocks=with_floor(surprises, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
     )
 
@@ -188,6 +188,4 @@ def decide(
 ) -> Decision:
     """The answer that goes with the chosen explanation."""
     found: Judgement = judge(explanation.labels, scores, remains, labels, calibration)
-    return Decision(
-        found.answer, explanation, found.probability, remains.leftovers, found.sets, remains.blocks
-    )
+    return Decision(found.answer, explanation, found.probability, remains.leftovers, found.sets, found.blocks)

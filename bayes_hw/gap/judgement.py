@@ -41,9 +41,9 @@ class Remains:
 
     `loose` where the effect itself cannot be followed sample by sample, `drifts` where slow noise is part of
     the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
-    for a line in its spectrum: chaos has none. `blocks` is the probability that the gap of the base enters at
-    each as functions that name no cause have it, `named` the blocks of the effects that explain it, none
-    where that says nothing of them.
+    for a line in its spectrum: chaos has none. `blocks` is by block the surprise, in nats, of what functions
+    that name no cause take of the base's gap, `named` the blocks of the effects that explain it, none where
+    that says nothing of them.
     """
 
     leftovers: tuple[Leftover, ...]
@@ -55,10 +55,11 @@ class Remains:
     blocks: Mapping[str, float] = field(default_factory=dict)
     named: tuple[str, ...] = ()
 
-    @property
-    def probability_of_named(self) -> float:
-        """That of the likeliest block of the effects named."""
-        return max(self.blocks.get(block, 0.0) for block in self.named)
+    def probability_of_blocks(self, calibration: Calibration) -> dict[str, float]:
+        """Of every block that the gap of the base enters there."""
+        odds = {block: (1 + s) ** calibration.block_sharpness for block, s in self.blocks.items()}
+        total = sum(odds.values())
+        return {block: value / total for block, value in odds.items()}
 
     def expected(self, calibration: Calibration) -> float:
         """What even a right explanation may leave, in units of the noise: shares of the gap of the base and
@@ -69,11 +70,13 @@ class Remains:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Labels said to be present, the probability of every label, and of every set."""
+    """Labels said to be present, the probability of every label, of every set, and of every block that a
+    cause nobody named enters there."""
 
     answer: Labels
     probability: Mapping[str, float]
     sets: Mapping[Labels, float]
+    blocks: Mapping[str, float]
 
 
 def choose_labels(
@@ -114,7 +117,8 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """
     odds = -math.inf
     if remains.named:
-        unlikely = calibration.named_block / max(remains.probability_of_named, 1e-9)
+        probable = remains.probability_of_blocks(calibration)
+        unlikely = calibration.named_block / max(max(probable[block] for block in remains.named), 1e-9)
         odds = calibration.left_sharpness * math.log(unlikely)
     size = math.hypot(calibration.left_size, remains.expected(calibration))
     for item in remains.leftovers:
@@ -163,4 +167,4 @@ def judge(
         }
     if other > 0.5:
         answer = (OTHER,)
-    return Judgement(answer, probability, sets)
+    return Judgement(answer, probability, sets, remains.probability_of_blocks(calibration))

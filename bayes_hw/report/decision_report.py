@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bayes_hw.gap.blind.calibrate import BY_HAND, FOLDS, PRIOR_LOG_SD, CalibrationFit, names_fitted
-from bayes_hw.gap.blind.counts import ReliabilityBin, reliability, share
+from bayes_hw.gap.blind.counts import ReliabilityBin, Share, reliability, share
 from bayes_hw.gap.blind.tails import LEVEL, TailFit
 from bayes_hw.gap.judgement import Judgement
 from bayes_hw.provenance import Provenance
@@ -32,6 +32,7 @@ MEANING = {
     "loose_share": "the same where the effect cannot be followed",
     "bent_share": "share of wind through a bent path that may be left",
     "named_block": "probability of the named effect's block at even odds of other",
+    "block_sharpness": "power of a block's surprise in its odds",
     "left_sharpness": "steepness of the odds of other",
     "floor": "least doubt",
     "pair_ceiling": "largest probability of a label of a pair",
@@ -67,7 +68,7 @@ def decision_report(
         key_figure=_profiles(fit),
         sections=(
             Section("The constants", (_table(fit), Paragraph(_method(seeds)))),
-            Section("Are stated probabilities kept?", (_reliability(fit),)),
+            Section("Are stated probabilities kept?", (_reliability(fit), Paragraph(_said_of_blocks(fit)))),
             _base_section(tails),
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
@@ -168,6 +169,27 @@ def bins(fit: CalibrationFit, judgements: Sequence[Judgement]) -> list[Reliabili
             stated.append(probability)
             true.append(label in case.true)
     return reliability(stated, true)
+
+
+def _said_of_blocks(fit: CalibrationFit) -> str:
+    (hits, by_hand), (_, fitted) = (stated_of_blocks(fit, j) for j in (fit.by_hand, fit.left_out))
+    if not hits.trials:
+        return "No case had one effect, so that nothing is said of the blocks of causes without a name."
+    return (
+        "Where one effect enters, as functions say that know of no effect: the block they hold the most"
+        f" probable was right in {share_text(hits)}, where {format_percent(by_hand)} was stated on average by"
+        f" hand, and {format_percent(fitted)} fitted without the case."
+    )
+
+
+def stated_of_blocks(fit: CalibrationFit, judgements: Sequence[Judgement]) -> tuple[Share, float]:
+    """In how many cases of one effect the most probable block was right, and its mean probability."""
+    pairs = zip(fit.cases, judgements, strict=True)
+    of_one = [(case, judged.blocks) for case, judged in pairs if case.block in judged.blocks]
+    most = [max(blocks, key=lambda block: blocks[block]) for _, blocks in of_one]
+    hits = share([case.block == block for (case, _), block in zip(of_one, most, strict=True)])
+    stated = [blocks[block] for (_, blocks), block in zip(of_one, most, strict=True)]
+    return hits, float(np.mean(stated)) if stated else 0.0
 
 
 def _reliability(fit: CalibrationFit) -> Figure:

@@ -1,4 +1,4 @@
-"""Blocks of causes without a name: nothing in noise, each found where it enters, probabilities of blocks."""
+"""Blocks of causes without a name: nothing in noise, each found where it enters, the least of the sensor."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from scipy.stats import kstest
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.block_functions import (
     BLOCK_OF,
+    FLOOR,
     FLOOR_OF_SCATTER,
-    SHARPNESS,
-    block_probabilities,
     block_surprises,
     shapes_for_any_cause,
+    with_floor,
 )
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.effect import BLOCKS, Effect
@@ -75,18 +75,10 @@ def test_an_effect_without_a_name_is_found_in_its_block(effect: Effect, values: 
     assert max(found, key=lambda block: found[block]) == effect.block, found
 
 
-def test_probabilities_grow_with_the_surprise() -> None:
-    surprises = {**dict.fromkeys(BLOCKS, 0.0), "drive": 99.0, "linear": 49.0}
-    found = block_probabilities(surprises, scattered=False)
-    assert sum(found.values()) == pytest.approx(1)
-    assert found["drive"] / found["linear"] == pytest.approx(2**SHARPNESS)
-    assert found["drive"] > found["linear"] > found["sensor"] > found["input"] == found["disturbance"] > 0
-
-
 def test_what_nothing_takes_is_a_reading() -> None:
     """The more so where what is left is in single samples; but not against what a block takes."""
     nothing = dict.fromkeys(BLOCKS, 1.0)
-    plain, scattered = (block_probabilities(nothing, scattered=given)["sensor"] for given in (False, True))
-    assert 0.5 < plain < scattered
-    taken = block_probabilities({**nothing, "drive": 2 * FLOOR_OF_SCATTER}, scattered=True)
-    assert taken["drive"] > taken["sensor"]
+    plain, scattered = (with_floor(nothing, scattered=given) for given in (False, True))
+    assert plain == {**nothing, "sensor": FLOOR} and scattered == {**nothing, "sensor": FLOOR_OF_SCATTER}
+    taken = {**nothing, "drive": 2 * FLOOR_OF_SCATTER, "sensor": FLOOR_OF_SCATTER + 1}
+    assert with_floor(taken, scattered=True) == taken

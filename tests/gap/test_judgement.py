@@ -91,16 +91,19 @@ def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
 
 def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
-    blocks = {"drive": CONSTANTS.named_block, "sensor": 0.9}
+    blocks = {"drive": 9.0, "sensor": 29.0, "input": 0.0, "linear": 0.0}
+    assert Remains((), blocks=blocks).probability_of_blocks(CONSTANTS) == pytest.approx(
+        {"drive": 100 / 1002, "sensor": 900 / 1002, "input": 1 / 1002, "linear": 1 / 1002}
+    )
 
     def other(*named: str) -> float:
         return probability_of_other(Remains((), blocks=blocks, named=named), CONSTANTS)
 
-    assert other("drive") == pytest.approx(0.5)
-    assert other("dish") > 0.99
+    assert other("drive") == pytest.approx(0.5, abs=0.002)
+    assert other("linear") > 0.99
     assert other("sensor") == other("drive", "sensor") < 0.02
     assert other() == pytest.approx(0, abs=1e-10)
-    remains = Remains((), blocks={"drive": 0.2 * CONSTANTS.named_block}, named=("drive",))
+    remains = Remains((), blocks={"drive": 0.0, "sensor": 6.0}, named=("drive",))
     assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
 
 

@@ -12,11 +12,13 @@ from fitted import AXIS, SAMPLES, base, explained, with_residuals
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.attribute import Attribution
-from bayes_hw.gap.block_functions import block_probabilities, block_surprises
+from bayes_hw.gap.block_functions import block_surprises, with_floor
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.decide import Decision
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, CommandBias, KinematicBacklash
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.free_functions import motions
+from bayes_hw.gap.judgement import Remains
 from bayes_hw.gap.leftover import Leftover, is_in_the_scatter
 from bayes_hw.gap.locate import (
     THIRDS,
@@ -55,7 +57,8 @@ def decision(answer: tuple[str, ...], blocks: Mapping[str, float] = EVEN, **prob
 def located(residuals: list[FloatArray], answer: tuple[str, ...], left: Sequence[Leftover] = ()) -> Location:
     """What is said of `residuals` where these are the leftovers."""
     found = attribution(residuals)
-    blocks = block_probabilities(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
+    surprises = with_floor(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
+    blocks = Remains((), blocks=surprises).probability_of_blocks(Calibration.built_in())
     return locate(found, decision(answer, blocks, other=0.9), INPUTS, SIGMA)
 
 

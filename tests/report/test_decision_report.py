@@ -13,14 +13,14 @@ from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFi
 from bayes_hw.gap.blind.tails import TailFit
 from bayes_hw.gap.judgement import Claim, Judgement, Remains
 from bayes_hw.provenance import provenance
-from bayes_hw.report.decision_report import bins, decision_report
+from bayes_hw.report.decision_report import bins, decision_report, stated_of_blocks
 from bayes_hw.report.document import Figure, Paragraph, Table
 
 TAILS = TailFit(list(np.random.default_rng(1).standard_t(4.0, (50, 8))))
 
 
 def judgement(friction: float, answer: tuple[str, ...]) -> Judgement:
-    return Judgement(answer, {"none": 1 - friction, "friction": friction}, {})
+    return Judgement(answer, {"none": 1 - friction, "friction": friction}, {}, {})
 
 
 @pytest.fixture
@@ -69,6 +69,14 @@ def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit)
 def test_statements_are_counted_by_what_is_true(fit: CalibrationFit) -> None:
     """0.75 of friction is true in 3 of 4; 0.25 of none in 1 of 4."""
     assert sorted((item.mean, item.share.hits) for item in bins(fit, fit.left_out)) == [(0.25, 1), (0.75, 3)]
+
+
+def test_blocks_are_counted_where_there_is_one_effect(fit: CalibrationFit) -> None:
+    """Two of one effect, drive and sensor; stated 0.8 and 0.6 of drive; the third has none."""
+    cases = [replace(fit.cases[0], block=block) for block in ("drive", "sensor", "")]
+    stated = [replace(fit.left_out[0], blocks={"drive": p, "sensor": 1 - p}) for p in (0.8, 0.6, 0.9)]
+    hits, mean = stated_of_blocks(replace(fit, cases=tuple(cases)), stated)
+    assert (hits.hits, hits.trials, mean) == (1, 2, pytest.approx(0.7))
 
 
 def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:

@@ -1,7 +1,8 @@
 """Fitting the constants of decisions on simulated cases whose truth is known.
 
 The score of a case is the logarithm of the probability stated for every label, present or absent, summed
-over labels: proper, so that best is what is calibrated. Every constant is held near the one that was set by
+over labels, and of one effect that of its block too, as functions that name no cause have it: proper, so that
+best is what is calibrated. Every constant is held near the one that was set by
 hand by a normal prior on its logarithm, since some are decided by few cases; of a ceiling it is the
 logarithm of the doubt that it leaves. The score jumps where an answer changes, so the best is sought on a
 grid, one constant after another.
@@ -17,6 +18,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.blind.ballot import WIDEST, Ballot
+from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.judgement import NONE, Judgement
 from bayes_hw.progress import Progress
@@ -35,6 +37,7 @@ BY_HAND = Calibration(
     loose_share=0.35,
     bent_share=0.25,
     named_block=0.08,
+    block_sharpness=2.2,
     left_sharpness=2.0,
     floor=0.01,
     pair_ceiling=0.9,
@@ -59,20 +62,27 @@ FOLDS = 5
 
 @dataclass(frozen=True)
 class CalibrationCase:
-    """A ballot and the labels that are true of its case: of a case without an effect, `none`."""
+    """A ballot and the labels that are true of its case: of a case without an effect, `none`.
+
+    `block` is where its effect enters, empty unless it is a single one of the catalogue.
+    """
 
     ballot: Ballot
     true: frozenset[str]
+    block: str = ""
 
     @classmethod
     def of(cls, ballot: Ballot, effects: Sequence[str]) -> CalibrationCase:
         """From the effects of the truth."""
-        return cls(ballot, frozenset(effects) or frozenset({NONE}))
+        block = BLOCKS.get(effects[0], "") if len(effects) == 1 else ""
+        return cls(ballot, frozenset(effects) or frozenset({NONE}), block)
 
     def log_score(self, judgement: Judgement) -> float:
-        """Sum over labels of the logarithm of the probability stated for what is true of each."""
-        stated = judgement.probability.items()
-        return sum(math.log(max(p if label in self.true else 1 - p, 1e-12)) for label, p in stated)
+        """Sum over labels, and the block, of the logarithm of the probability stated for what is true."""
+        of_true = [p if label in self.true else 1 - p for label, p in judgement.probability.items()]
+        if self.block in judgement.blocks:
+            of_true.append(judgement.blocks[self.block])
+        return sum(math.log(max(p, 1e-12)) for p in of_true)
 
     def right(self, judgement: Judgement) -> bool:
         """Whether the answer is what the case carries."""

@@ -17,6 +17,7 @@ from bayes_hw.gap.blind.calibrate import (
     names_fitted,
     total_score,
 )
+from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.judgement import Claim, Remains
 from bayes_hw.gap.leftover import Leftover
 from bayes_hw.progress import Progress
@@ -47,6 +48,27 @@ def test_the_temperature_that_made_the_cases_is_found() -> None:
     assert fit.adopted == fit.fitted
     untouched = {"pair_gain", "pair_size", "slow_pair_size", "left_surprise", "left_size", "pair_ceiling"}
     assert all(getattr(fit.fitted, name) == getattr(BY_HAND, name) for name in untouched)
+
+
+def test_the_sharpness_of_blocks_that_made_the_cases_is_found() -> None:
+    """The true block is drawn with the odds it has at 3.5, of a start at 2.2; worked by hand for one case."""
+    rng = np.random.default_rng(4)
+    cases, blocks = [], {}
+    for label, block in BLOCKS.items():
+        blocks.setdefault(block, label)
+    for _ in range(400):
+        surprises = dict(zip(blocks, rng.uniform(5.0, 20.0, len(blocks)).tolist(), strict=True))
+        odds = (1 + np.array(list(surprises.values()))) ** 3.5
+        ballot = Ballot({(): Claim(0.0)}, {(): Remains((), blocks=surprises)}, tuple(blocks.values()))
+        true = str(rng.choice(list(blocks), p=odds / odds.sum()))
+        cases.append(CalibrationCase.of(ballot, [blocks[true]]))
+    fit = calibrate(cases, QUIET)
+    assert fit.fitted.block_sharpness == pytest.approx(3.5, rel=0.2)
+    assert cases[-1].block == true
+    without, stated = replace(cases[-1], block=""), fit.as_fitted[-1].blocks[true]
+    difference = cases[-1].log_score(fit.as_fitted[-1]) - without.log_score(fit.as_fitted[-1])
+    assert difference == pytest.approx(np.log(stated))
+    assert CalibrationCase.of(ballot, ["wind", "friction"]).block == ""
 
 
 def test_constants_that_are_right_stay() -> None:
