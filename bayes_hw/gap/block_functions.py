@@ -25,6 +25,7 @@ from bayes_hw.gap.effects.effect import BLOCKS, Block, Door
 from bayes_hw.gap.fit import Fit
 from bayes_hw.gap.free_functions import (
     GAIN,
+    MANY_HATS,
     Motion,
     free_functions,
     hats,
@@ -43,9 +44,6 @@ from bayes_hw.gap.springs import shapes_of_springs
 from bayes_hw.gap.surprise import chi_squared_surprise
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
-MANY_HATS = 40
-"""Over the position: ripple and eccentricity go through many periods in a record."""
-
 FLOOR = 10.0
 """Surprise that the sensor has at least: what no function of command, motion and time takes is a reading."""
 

@@ -18,12 +18,13 @@ class Calibration:
     `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
     explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; of
     functions and gusts under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
-    `left_share` of the gap) are the leftover at which "other" is
-    even odds, `loose_share` in the place of `left_share` where the effect itself cannot be followed
-    sample by sample (chaotic motion, repeated or rounded samples), `bent_share` of wind through a path that
-    an effect bends; `named_block` the probability of the named effects' blocks, as functions that name no
-    cause have it, at which "other" is even odds too; `block_sharpness` the power of one plus a block's
-    surprise that is its odds; `left_sharpness` how fast the odds change with the
+    `left_share` of the gap) are the leftover at which "other" is even odds, `loose_share` in the place of
+    `left_share` where the effect itself cannot be followed sample by sample (chaotic motion, repeated or
+    rounded samples), `bent_share` of wind through a path that an effect bends; `plain_surprise` and
+    `plain_size` are the same of a function where every sample can be followed, which a right explanation
+    leaves nothing of, however large the gap; `named_block` the probability of the named effects' blocks, as
+    functions that name no cause have it, at which "other" is even odds too; `block_sharpness` the power of
+    one plus a block's surprise that is its odds; `left_sharpness` how fast the odds change with the
     logarithms of the surprise and of that probability; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
     missed the cause; `sigma_log_sd` how far a nominal noise may be off; `tail_degrees` the degrees of freedom
@@ -43,6 +44,8 @@ class Calibration:
     left_share: float
     loose_share: float
     bent_share: float
+    plain_surprise: float
+    plain_size: float
     named_block: float
     block_sharpness: float
     left_sharpness: float

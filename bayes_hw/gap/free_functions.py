@@ -30,6 +30,12 @@ DETAILED_HATS = 25
 DETAIL = "input in detail"
 """Where the function with that many enters; it stands apart, so that the others keep few shapes."""
 
+READING = "sensor in detail"
+"""Where the function of position enters that may go through many periods in a record, as errors do."""
+
+MANY_HATS = 40
+"""Over the position: ripple and eccentricity go through many periods in a record."""
+
 GAIN = "gain over time"
 """The function by which the drive's gain may change in any way; as many knots a record as a free torque."""
 
@@ -145,11 +151,12 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
     }
 
 
-def shapes_of_the_drive_input(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
+def shapes_that_only_tell(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
     """Door and shapes (samples, n) a record of what is too flexible to say where a gap lies, but tells that
-    something is left: the limited command in detail, and a gain that changes over time."""
+    something is left: limited command and reading in detail, and a gain that changes over time."""
     return {
         DETAIL: ("command", hats([m.limited for m in found], DETAILED_HATS)),
+        READING: ("output", hats([m.w for m in found], MANY_HATS)),
         GAIN: ("command", shapes_of_the_gain(found)),
     }
 

@@ -15,6 +15,9 @@ from bayes_hw.gap.leftover import GUSTS, LINE, Leftover
 from bayes_hw.gap.stochastic import ROUNDING
 
 NONE, OTHER = "none", "other"
+FUNCTION = "function"
+"""Kinds of leftovers that are functions of command, motion or time begin with it."""
+
 SLOW_TORQUE = "function at disturbance"
 
 Labels = tuple[str, ...]
@@ -111,9 +114,10 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """Odds that what is left is structure, larger than is expected beside the noise, or that the cause is in
     a block where nothing that is named enters.
 
-    Slow noise, where the explanation `drifts`, takes up most of a wrong response: of what a free function of
-    command or motion would explain, or gusts that follow them, less then counts. A free torque in time is
-    what slow noise is itself.
+    A small remainder of a wrong explanation is told by a function of much surprise, since right ones that can
+    be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up most of a
+    wrong response: of what a free function of command or motion would explain, or gusts that follow them,
+    less then counts. A free torque in time is what slow noise is itself.
     """
     odds = -math.inf
     if remains.named:
@@ -124,12 +128,19 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     for item in remains.leftovers:
         if item.surprise <= 0 or item.size <= 0:
             continue
-        hidden = remains.drifts and item.kind.startswith(("function", GUSTS)) and item.kind != SLOW_TORQUE
+        hidden = remains.drifts and item.kind.startswith((FUNCTION, GUSTS)) and item.kind != SLOW_TORQUE
         even = calibration.slow_left_surprise if hidden else calibration.left_surprise
-        by_surprise = calibration.left_sharpness * math.log(item.surprise / even)
-        by_size = 2 * calibration.left_sharpness * math.log(item.size / size)
-        odds = max(odds, min(by_surprise, by_size))
+        odds = max(odds, _log_odds(item, even, size, calibration))
+        if item.kind.startswith(FUNCTION) and not (remains.loose or remains.drifts):
+            plain = calibration.plain_surprise, calibration.plain_size
+            odds = max(odds, _log_odds(item, *plain, calibration))
     return 1 / (1 + math.exp(-min(max(odds, -30.0), 30.0)))
+
+
+def _log_odds(item: Leftover, surprise: float, size: float, calibration: Calibration) -> float:
+    """That what is left counts, even where it has just this `surprise` or just this `size`."""
+    by_surprise, by_size = math.log(item.surprise / surprise), 2 * math.log(item.size / size)
+    return calibration.left_sharpness * min(by_surprise, by_size)
 
 
 def judge(

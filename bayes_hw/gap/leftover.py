@@ -29,7 +29,7 @@ from bayes_hw.gap.free_functions import (
     hats,
     motions,
     responses_of_blocks,
-    shapes_of_the_drive_input,
+    shapes_that_only_tell,
 )
 from bayes_hw.gap.glitches import find_glitches
 from bayes_hw.gap.gusts import regimes_of, steadiness, unevenness
@@ -103,7 +103,7 @@ def leftovers(
     chain = fit.hypothesis.chain(fit.values)
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
     drifts = stochastic is not None and stochastic.size is not None
-    more = shapes_of_the_drive_input(moved) | (shapes_of_memories(moved, rate) if drifts else {})
+    more = shapes_that_only_tell(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     shown = responses_of_blocks(moved, chain, more)
     if drifts and isinstance(fit.whitener, StateNoise):
         functions = free_functions_under_weaker_noise(shown, residuals, fit, fit.whitener)

@@ -31,6 +31,8 @@ MEANING = {
     "left_share": "share of the gap that may be left",
     "loose_share": "the same where the effect cannot be followed",
     "bent_share": "share of wind through a bent path that may be left",
+    "plain_surprise": "surprise of a function at even odds where all is followed (nats)",
+    "plain_size": "its size at even odds there (noise)",
     "named_block": "probability of the named effect's block at even odds of other",
     "block_sharpness": "power of a block's surprise in its odds",
     "left_sharpness": "steepness of the odds of other",

@@ -20,7 +20,7 @@ from bayes_hw.gap.free_functions import (
     motions,
     responses_of_blocks,
     shapes_of_blocks,
-    shapes_of_the_drive_input,
+    shapes_that_only_tell,
 )
 from bayes_hw.gap.small_signals import small_responses
 from bayes_hw.gap.whitener import Plain
@@ -36,7 +36,7 @@ def noise(seed: int) -> list[FloatArray]:
 def found(fit: Fit) -> dict[str, FreeFunction]:
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
-    shown = responses_of_blocks(moved, chain, shapes_of_the_drive_input(moved))
+    shown = responses_of_blocks(moved, chain, shapes_that_only_tell(moved))
     functions = free_functions(shown, fit.residuals, fit.jacobians, Plain(SIGMA))
     return {function.block: function for function in functions}
 
@@ -48,7 +48,7 @@ def test_white_noise_gives_chi_squared() -> None:
     for seed in range(60):
         for block, function in found(replace(fit, residuals=noise(seed))).items():
             gains.setdefault(block, []).append(float(chi2.sf(2 * function.gain, function.shapes)))
-    assert len(gains) == 7
+    assert len(gains) == 8
     for values in gains.values():
         assert kstest(values, "uniform").pvalue > 1e-3
 
@@ -62,13 +62,15 @@ def test_base_tangents_are_not_counted() -> None:
         assert found(bent)[block].gain == pytest.approx(function.gain, rel=1e-4, abs=1e-4)
 
 
-@pytest.mark.parametrize("block", ["input", "input in detail", "gain over time", "linear", "drive", "sensor"])
+@pytest.mark.parametrize(
+    "block", ["input", "input in detail", "gain over time", "linear", "drive", "sensor", "sensor in detail"]
+)
 def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     """Most at its own block; what is taken is its response less what the base could do, to 15 %."""
     fit = with_residuals(noise(2))
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
-    door, shapes = {**shapes_of_blocks(moved), **shapes_of_the_drive_input(moved)}[block]
+    door, shapes = {**shapes_of_blocks(moved), **shapes_that_only_tell(moved)}[block]
     response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2])) for s in shapes]
     if door != "output":
         response = [m.shown(r) for m, r in zip(moved, response, strict=True)]

@@ -89,6 +89,19 @@ def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
     assert probability_of_other(Remains(left), CONSTANTS) < 0.25
 
 
+def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
+    """A function that takes little for certain counts; not where samples cannot be followed, or less sure."""
+
+    def other(left: Leftover, **remains: bool) -> float:
+        return probability_of_other(Remains((left,), gap=20.0, **remains), CONSTANTS)
+
+    surprise, size = CONSTANTS.plain_surprise, CONSTANTS.plain_size
+    left = Leftover("function at sensor in detail", 4 * surprise, 3 * size)
+    assert other(left) > 0.9
+    assert other(replace(left, size=size)) == other(replace(left, surprise=surprise)) == pytest.approx(0.5)
+    assert max(other(left, loose=True), other(left, drifts=True), other(replace(left, kind="spread"))) < 0.3
+
+
 def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
     blocks = {"drive": 9.0, "sensor": 29.0, "input": 0.0, "linear": 0.0}
