@@ -24,12 +24,13 @@ class Calibration:
     `plain_size` are the same of a function where every sample can be followed, which a right explanation
     leaves nothing of, however large the gap; `named_block` the probability of the named effects' blocks, as
     functions that name no cause have it, at which "other" is even odds too; `block_sharpness` the power of
-    one plus a block's surprise that is its odds; `left_sharpness` how fast the odds change with the
-    logarithms of the surprise and of that probability; `floor` the least doubt; `pair_ceiling` the largest
-    probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
-    missed the cause; `sigma_log_sd` how far a nominal noise may be off; `tail_degrees` the degrees of freedom
-    of the t distribution that base parameters follow about an explanation, in whose posterior they would be
-    normal if explanations were ever quite right.
+    one plus a block's surprise that is its odds; `chaos_predicted` the share of one chaotic effect's evidence
+    at which "other" is even odds if functions of command and motion take it; `left_sharpness` how fast the
+    odds change with the logarithms of the surprise, of that probability and of that share; `floor` the least
+    doubt; `pair_ceiling` the largest probability of a label in an answer of two, `other_ceiling` that of
+    "other", since a search can have missed the cause; `sigma_log_sd` how far a nominal noise may be off;
+    `tail_degrees` the degrees of freedom of the t distribution that base parameters follow about an
+    explanation, in whose posterior they would be normal if explanations were ever quite right.
     """
 
     temperature: float
@@ -48,6 +49,7 @@ class Calibration:
     plain_size: float
     named_block: float
     block_sharpness: float
+    chaos_predicted: float
     left_sharpness: float
     floor: float
     pair_ceiling: float

@@ -163,7 +163,20 @@ def remains_of(
         excused=far_ahead and explanation.chaotic,
         blocks=with_floor(surprises, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
+        predicted=_predicted(base, explanation, surprises),
     )
+
+
+def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[str, float]) -> float:
+    """What functions of command, motion and time take of one chaotic effect's evidence over the base.
+
+    Simulated backlash that cannot be predicted leaves them 5 to 27 % (26 cases), a spring that passes for it
+    20 to 75 % (11). Nothing is said of two effects, one of which may be followed.
+    """
+    gain = explanation.log_evidence - base.log_evidence
+    if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:
+        return 0.0
+    return float(max(surprises.values()) / gain)
 
 
 def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:

@@ -46,7 +46,8 @@ class Remains:
     the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
     for a line in its spectrum: chaos has none. `blocks` is by block the surprise, in nats, of what functions
     that name no cause take of the base's gap, `named` the blocks of the effects that explain it, none where
-    that says nothing of them.
+    that says nothing of them. `predicted` is, of one effect whose motion is said to be chaotic, what those
+    functions take of its log-evidence over the base.
     """
 
     leftovers: tuple[Leftover, ...]
@@ -57,6 +58,7 @@ class Remains:
     excused: bool = False
     blocks: Mapping[str, float] = field(default_factory=dict)
     named: tuple[str, ...] = ()
+    predicted: float = 0.0
 
     def probability_of_blocks(self, calibration: Calibration) -> dict[str, float]:
         """Of every block that the gap of the base enters there."""
@@ -111,8 +113,8 @@ def choose_labels(
 
 
 def probability_of_other(remains: Remains, calibration: Calibration) -> float:
-    """Odds that what is left is structure, larger than is expected beside the noise, or that the cause is in
-    a block where nothing that is named enters.
+    """Odds that what is left is structure, larger than is expected beside the noise, that the cause is in a
+    block where nothing that is named enters, or that what is called chaos follows the command after all.
 
     A small remainder of a wrong explanation is told by a function of much surprise, since right ones that can
     be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up most of a
@@ -124,6 +126,10 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
         probable = remains.probability_of_blocks(calibration)
         unlikely = calibration.named_block / max(max(probable[block] for block in remains.named), 1e-9)
         odds = calibration.left_sharpness * math.log(unlikely)
+    if remains.predicted > 0:
+        odds = max(
+            odds, calibration.left_sharpness * math.log(remains.predicted / calibration.chaos_predicted)
+        )
     size = math.hypot(calibration.left_size, remains.expected(calibration))
     for item in remains.leftovers:
         if item.surprise <= 0 or item.size <= 0:

@@ -206,6 +206,14 @@ def test_an_effect_elsewhere_than_the_cause_is_not_believed() -> None:
         assert decide(stub, scores, remains, LABELS, CONSTANTS).answer == answer  # type: ignore[arg-type]
 
 
+def test_what_functions_take_of_chaos_is_a_share_of_its_evidence() -> None:
+    """60 nats of 300; nothing where the motion is predicted or beside a second effect."""
+    lost = Stub(("backlash",), 300, chaotic=True)
+    others = (replace(lost, chaotic=False), replace(lost, labels=("backlash", "friction")))
+    shares = [remains_of(Stub((), 0), s, [], SURPRISES).predicted for s in (lost, *others)]  # type: ignore[arg-type]
+    assert shares == [pytest.approx(0.2), 0.0, 0.0]
+
+
 def expected(base: Stub, explanation: Stub) -> float:
     return remains_of(base, explanation, [], SURPRISES).expected(CONSTANTS)  # type: ignore[arg-type]
 

@@ -120,6 +120,16 @@ def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
 
 
+def test_chaos_that_follows_the_command_is_not_believed() -> None:
+    """Even odds at the constant, however far ahead the effect is."""
+    share = CONSTANTS.chaos_predicted
+    assert probability_of_other(Remains((), predicted=share), CONSTANTS) == pytest.approx(0.5)
+    scores = {(): 0.0, ("backlash",): 900.0}
+    for times, answer in ((0.5, ("backlash",)), (2.0, ("other",))):
+        remains = Remains((), loose=True, excused=True, predicted=times * share)
+        assert judge(("backlash",), scores, remains, LABELS, CONSTANTS).answer == answer
+
+
 def test_other_takes_the_place_of_a_name() -> None:
     remains = Remains((Leftover("line in time", 4000.0, 0.9),))
     judgement = judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains)

@@ -40,6 +40,7 @@ BY_HAND = Calibration(
     plain_size=0.15,
     named_block=0.08,
     block_sharpness=2.2,
+    chaos_predicted=0.33,
     left_sharpness=2.0,
     floor=0.01,
     pair_ceiling=0.9,
