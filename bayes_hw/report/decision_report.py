@@ -35,7 +35,6 @@ MEANING = {
     "plain_size": "its size at even odds there (noise)",
     "named_block": "probability of the named effect's block at even odds of other",
     "block_sharpness": "power of a block's surprise in its odds",
-    "chaos_predicted": "share of a chaotic effect's evidence that functions may take",
     "left_sharpness": "steepness of the odds of other",
     "floor": "least doubt",
     "pair_ceiling": "largest probability of a label of a pair",
