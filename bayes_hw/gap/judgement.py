@@ -124,7 +124,7 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     odds = -math.inf
     if remains.named:
         probable = remains.probability_of_blocks(calibration)
-        unlikely = calibration.named_block / max(max(probable[block] for block in remains.named), 1e-9)
+        unlikely = calibration.named_block / max(probable[block] for block in remains.named)
         odds = calibration.left_sharpness * math.log(unlikely)
     if remains.predicted > 0:
         odds = max(

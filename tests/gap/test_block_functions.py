@@ -19,9 +19,11 @@ from bayes_hw.gap.block_functions import (
     shapes_for_any_cause,
     with_floor,
 )
+from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.effect import BLOCKS, Effect
 from bayes_hw.gap.free_functions import motions
+from bayes_hw.gap.judgement import Remains
 from bayes_hw.gap.signals import door_responses
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -82,3 +84,9 @@ def test_what_nothing_takes_is_a_reading() -> None:
     assert plain == {**nothing, "sensor": FLOOR} and scattered == {**nothing, "sensor": FLOOR_OF_SCATTER}
     taken = {**nothing, "drive": 2 * FLOOR_OF_SCATTER, "sensor": FLOOR_OF_SCATTER + 1}
     assert with_floor(taken, scattered=True) == taken
+    by_plain, by_scattered, by_taken = (
+        Remains((), blocks=blocks).probability_of_blocks(Calibration.built_in())
+        for blocks in (plain, scattered, taken)
+    )
+    assert 0.5 < by_plain["sensor"] < by_scattered["sensor"]
+    assert by_taken["drive"] > by_taken["sensor"]

@@ -104,15 +104,15 @@ def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
 
 def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
-    blocks = {"drive": 9.0, "sensor": 29.0, "input": 0.0, "linear": 0.0}
+    blocks = {"drive": 9.0, "sensor": 898**0.5 - 1, "input": 0.0, "linear": 0.0}
     assert Remains((), blocks=blocks).probability_of_blocks(CONSTANTS) == pytest.approx(
-        {"drive": 100 / 1002, "sensor": 900 / 1002, "input": 1 / 1002, "linear": 1 / 1002}
+        {"drive": CONSTANTS.named_block, "sensor": 0.898, "input": 0.001, "linear": 0.001}
     )
 
     def other(*named: str) -> float:
         return probability_of_other(Remains((), blocks=blocks, named=named), CONSTANTS)
 
-    assert other("drive") == pytest.approx(0.5, abs=0.002)
+    assert other("drive") == pytest.approx(0.5)
     assert other("linear") > 0.99
     assert other("sensor") == other("drive", "sensor") < 0.02
     assert other() == pytest.approx(0, abs=1e-10)

@@ -1,11 +1,10 @@
 """Fitting the constants of decisions on simulated cases whose truth is known.
 
 The score of a case is the logarithm of the probability stated for every label, present or absent, summed
-over labels, and of one effect that of its block too, as functions that name no cause have it: proper, so that
-best is what is calibrated. Every constant is held near the one that was set by
-hand by a normal prior on its logarithm, since some are decided by few cases; of a ceiling it is the
-logarithm of the doubt that it leaves. The score jumps where an answer changes, so the best is sought on a
-grid, one constant after another.
+over labels, and of one effect that of its block too, as functions that name no cause have it: proper, so
+that best is what is calibrated. Every constant is held near the one that was set by hand by a normal prior
+on its logarithm, since some are decided by few cases; of a ceiling it is the logarithm of the doubt that it
+leaves. The score jumps where an answer changes, so the best is sought on a grid, one constant after another.
 """
 
 from __future__ import annotations
