@@ -36,12 +36,14 @@ from bayes_hw.gap.free_functions import (
     shapes_of_blocks,
     shapes_of_the_gain,
 )
+from bayes_hw.gap.friction_shapes import motions_of_the_motor, shapes_of_friction
 from bayes_hw.gap.memories import shapes_of_memories
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import has_door
-from bayes_hw.gap.slow_noise import wandering_background
+from bayes_hw.gap.slow_noise import wandering_background, wind
 from bayes_hw.gap.springs import shapes_of_springs
 from bayes_hw.gap.surprise import chi_squared_surprise
+from bayes_hw.gap.whitener import Whitener
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
 FLOOR = 10.0
@@ -51,18 +53,39 @@ FLOOR_OF_SCATTER = 40.0
 """The same where what is left is in the scatter of single samples."""
 
 SPRING = "spring at every amplitude"
+CONSTANT = "constant command"
+SLOW_GAIN = "gain that drifts"
+FRICTION = "friction at motor and load"
+
+TORQUE_AHEAD = 30.0
+"""Log-likelihood of a wandering torque above a wandering reading from which the residual is the former."""
+
+ALL_TAKEN = 12.0
+"""Surprise below which a wandering torque leaves a function nothing."""
+
+HIDDEN_BY_A_WALK = 1.2
+"""How much more surprising a torque over time is that a walk of the reading takes a part of."""
+
+FLOOR_OF_TORQUE = 15.0
+"""Surprise that the disturbance has at least where a wandering torque takes everything."""
+
+STEADY_AT_THE_INPUT = (CONSTANT, SLOW_GAIN)
+"""What has so few shapes that a torque which wanders does not pass for it."""
 
 Shapes: TypeAlias = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
 
 BLOCK_OF: Mapping[str, Block] = MappingProxyType(
     {
         "command": "input",
+        CONSTANT: "input",
         GAIN: "input",
+        SLOW_GAIN: "input",
         "limits over position": "input",
         "limits over time": "input",
         "lags": "linear",
         SPRING: "linear",
         "motion at motor and load": "drive",
+        FRICTION: "drive",
         "position at the motor": "drive",
         "position at the load": "drive",
         "torque over time": "disturbance",
@@ -81,18 +104,30 @@ def shapes_for_any_cause(found: Sequence[Motion], chain: SignalChain, scale: Axi
     places = hats([m.w for m in found], MANY_HATS)
     return {
         "command": [plain["input"]],
+        CONSTANT: [("command", [np.ones((len(m.w), 1)) for m in found])],
         GAIN: [("command", shapes_of_the_gain(found))],
+        SLOW_GAIN: [("command", [_drifting(m.limited) for m in found])],
         "limits over position": [("command", _while_limited(found, hats([m.w for m in found])))],
         "limits over time": [("command", _while_limited(found, knots_in_time([len(m.w) for m in found])))],
         "lags": [("command", [lagged(m.limited, MANY_LAGS) for m in found])],
         SPRING: [("gear_torque", shapes_of_springs(found, chain, scale))],
         "motion at motor and load": [(door, remembering), ("load_torque", remembering)],
+        FRICTION: [
+            ("motor_torque", shapes_of_friction(motions_of_the_motor(found, chain, scale), scale.rate)),
+            ("load_torque", shapes_of_friction(found, scale.rate)),
+        ],
         "position at the motor": [("motor_torque", places)],
         "position at the load": [("load_torque", places)],
         "torque over time": [plain["disturbance"]],
         "reading": [plain["sensor"]],
         "position at the encoder": [("output", places)],
     }
+
+
+def _drifting(limited: FloatArray) -> FloatArray:
+    """Limited command (samples,) times time and its square, from -1 to 1: (samples, 2)."""
+    time = np.linspace(-1, 1, len(limited))
+    return limited[:, None] * np.stack([time, time**2], axis=1)
 
 
 def _while_limited(found: Sequence[Motion], shapes: Sequence[FloatArray]) -> list[FloatArray]:
@@ -115,16 +150,39 @@ def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[
 def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     """How surprising, in nats, what the best function of every block takes of the residuals of `fit` is.
 
-    `inputs` are the commands (samples,), a record each. Zero for a block that has no door.
+    `inputs` are the commands (samples,), a record each. Zero for a block that has no door. Where a torque
+    that wanders is likelier than a reading that does, and leaves nothing, it is the disturbance, unless a
+    steady change of the command takes more: rates that add up pass for such a torque.
     """
     moved = motions(fit, inputs)
     chain = fit.hypothesis.chain(fit.values)
     shown = _shown(chain, moved, shapes_for_any_cause(moved, chain, fit.hypothesis.scale))
-    noise = wandering_background(fit)
+    walk, torque = wandering_background(fit), wind(fit)
+    by_walk = _surprises(shown, fit, walk)
+    found = _best_of_blocks(by_walk)
+    if torque is None or torque.log_likelihood < walk.log_likelihood + TORQUE_AHEAD:
+        return found
+    beside_torque = _best_of_blocks(_surprises(shown, fit, torque.whitener))
+    if max(beside_torque.values()) >= ALL_TAKEN:
+        return found
+    steady = max(by_walk.get(name, 0.0) for name in STEADY_AT_THE_INPUT)
+    return {
+        **beside_torque,
+        "input": max(beside_torque["input"], steady),
+        "disturbance": max(HIDDEN_BY_A_WALK * found["disturbance"], FLOOR_OF_TORQUE),
+    }
+
+
+def _surprises(shown: Mapping[str, Sequence[FloatArray]], fit: Fit, noise: Whitener) -> dict[str, float]:
+    """Of every function in nats, beside `noise`."""
+    functions = free_functions(shown, fit.residuals, fit.jacobians, noise)
+    return {f.block: chi_squared_surprise(2 * f.gain, f.shapes) for f in functions}
+
+
+def _best_of_blocks(surprises: Mapping[str, float]) -> dict[str, float]:
     found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
-    for function in free_functions(shown, fit.residuals, fit.jacobians, noise):
-        block = BLOCK_OF[function.block]
-        found[block] = max(found[block], chi_squared_surprise(2 * function.gain, function.shapes))
+    for name, surprise in surprises.items():
+        found[BLOCK_OF[name]] = max(found[BLOCK_OF[name]], surprise)
     return found
 
 

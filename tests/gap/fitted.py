@@ -6,7 +6,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from drive_axis import SIGMA, command, drive_axis, hypothesis, white
+from drive_axis import (
+    LOAD_TORQUE,
+    RATE,
+    SIGMA,
+    TRAIN,
+    W,
+    command,
+    drive_axis,
+    held,
+    hypothesis,
+    white,
+)
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
@@ -15,6 +26,7 @@ from bayes_hw.gap.fit import Fit, evaluated
 from bayes_hw.gap.hypothesis import Hypothesis
 from bayes_hw.gap.stochastic import autoregression
 from bayes_hw.gap.whitener import Plain
+from bayes_hw.model.blocks import DeadZone
 
 AXIS = drive_axis()
 SAMPLES = 1200
@@ -55,3 +67,32 @@ def simulated_with(effect: Effect, values: tuple[float, ...], inputs: list[Float
     """Noise-free outputs of the axis with an effect."""
     found = hypothesis(AXIS, inputs, effect)
     return found.simulate(np.concatenate([found.builder.axis.nominal, values]))
+
+
+def gusts(corner: float, second: float, torque_sd: float, seed: int = 8) -> list[FloatArray]:
+    """What a torque with two corners adds to w, integrated by the state space of the drive train."""
+    h = 1 / RATE
+    a, b, c = TRAIN.state_space()
+    ad, bd = held(a, b[:, [LOAD_TORQUE]], h)
+    rng, found = np.random.default_rng(seed), []
+    phi, smooth = np.exp(-2 * np.pi * corner * h), np.exp(-2 * np.pi * second * h)
+    for _ in range(2):
+        x, torque, felt = np.zeros(7), rng.normal(0, torque_sd), 0.0
+        added = np.empty(SAMPLES)
+        for k in range(SAMPLES):
+            added[k] = c[W] @ x
+            x = ad @ x + bd[:, 0] * felt
+            torque = phi * torque + np.sqrt(1 - phi**2) * rng.normal(0, torque_sd)
+            felt = smooth * felt + (1 - smooth) * torque
+        found.append(added)
+    return found
+
+
+def shown(
+    added: list[FloatArray], show: DeadZone = AXIS.dead_zone, motion: list[FloatArray] | None = None
+) -> list[FloatArray]:
+    """What shows behind a dead zone of what is added to w, that of the axis if `motion` is not given."""
+    if motion is None:
+        found = base()
+        motion = [w for w, _ in found.simulate_signals(found.builder.axis.nominal)]
+    return [show(w + g) - show(w) for w, g in zip(motion, added, strict=True)]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drive_axis import SIGMA, command, white
-from fitted import SAMPLES, base, of_records, simulated_with, with_residuals
+from fitted import SAMPLES, base, gusts, of_records, shown, simulated_with, with_residuals
 from scipy.stats import kstest
 
 from bayes_hw.arrays import FloatArray
@@ -15,6 +15,7 @@ from bayes_hw.gap.block_functions import (
     BLOCK_OF,
     FLOOR,
     FLOOR_OF_SCATTER,
+    FLOOR_OF_TORQUE,
     block_surprises,
     shapes_for_any_cause,
     with_floor,
@@ -22,9 +23,10 @@ from bayes_hw.gap.block_functions import (
 from bayes_hw.gap.calibration import Calibration
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.effect import BLOCKS, Effect
-from bayes_hw.gap.free_functions import motions
+from bayes_hw.gap.fit import fit
+from bayes_hw.gap.free_functions import motions, responses_of
 from bayes_hw.gap.judgement import Remains
-from bayes_hw.gap.signals import door_responses
+from bayes_hw.gap.whitener import Plain
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 
@@ -39,33 +41,34 @@ def noise(seed: int = 0, walk: float = 0.0) -> list[FloatArray]:
 @pytest.mark.parametrize("walk", [0.0, 0.3])
 def test_noise_and_a_random_walk_surprise_no_block(walk: float) -> None:
     """The surprise of a block with one function is exponential, with and without a walk."""
-    fit = with_residuals(noise())
-    drawn = [block_surprises(replace(fit, residuals=noise(seed, walk)), INPUTS) for seed in range(25)]
+    found_fit = with_residuals(noise())
+    drawn = [block_surprises(replace(found_fit, residuals=noise(seed, walk)), INPUTS) for seed in range(25)]
     assert kstest([found["linear"] for found in drawn], "expon").pvalue > 1e-3
     assert max(max(found.values()) for found in drawn) < 12
 
 
 @pytest.mark.parametrize("name", list(BLOCK_OF))
 def test_a_cause_is_found_where_it_enters(name: str) -> None:
-    """A shape of every function, of three times the noise beside a random walk."""
+    """The shape of every function that shows most beside the base's own, of three times the noise beside a
+    random walk."""
     fit = with_residuals(noise(1, 0.1))
     moved = motions(fit, INPUTS)
     chain = fit.hypothesis.chain(fit.values)
     door, shapes = shapes_for_any_cause(moved, chain, fit.hypothesis.scale)[name][0]
     assert len(shapes) == 2
-    column = shapes[0].shape[1] // 3
-    responses = [door_responses(chain, door, np.ascontiguousarray(s[:, column : column + 1])) for s in shapes]
-    if door != "output":
-        responses = [m.shown(r) for m, r in zip(moved, responses, strict=True)]
-    size = 3 * SIGMA / np.std(np.concatenate(responses))
-    added = [e + size * r[:, 0] for e, r in zip(noise(1, 0.1), responses, strict=True)]
+    responses = np.concatenate(responses_of(moved, chain, door, shapes))
+    tangents, _ = np.linalg.qr(np.concatenate(fit.jacobians))
+    beside = np.linalg.norm(responses - tangents @ (tangents.T @ responses), axis=0)
+    response = responses[:, np.argmax(beside)]
+    response *= 3 * SIGMA / np.std(response)
+    added = [e + r for e, r in zip(noise(1, 0.1), np.split(response, 2), strict=True)]
     found = block_surprises(replace(fit, residuals=added), INPUTS)
     assert max(found, key=lambda block: found[block]) == BLOCK_OF[name], found
 
 
 @pytest.mark.parametrize(
     ("effect", "values"),
-    [(CommandBias(), (0.02,)), (TransportDelay(), (0.4,)), (GainAsymmetry(), (0.03,))],
+    [(TransportDelay(), (0.4,)), (GainAsymmetry(), (0.03,))],
     ids=lambda value: getattr(value, "label", ""),
 )
 def test_an_effect_without_a_name_is_found_in_its_block(effect: Effect, values: tuple[float, ...]) -> None:
@@ -75,6 +78,34 @@ def test_an_effect_without_a_name_is_found_in_its_block(effect: Effect, values: 
     fit = of_records(measured, base())
     found = block_surprises(fit, INPUTS)
     assert max(found, key=lambda block: found[block]) == effect.block, found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_constant_command_is_told_from_a_torque(seed: int) -> None:
+    """Once the base has been re-estimated, as it always is. Beside the base as it was, a torque that wanders
+    slowly takes all of it."""
+    measured = [
+        y + e for y, e in zip(simulated_with(CommandBias(), (0.02,), INPUTS), noise(2 + seed), strict=True)
+    ]
+    refitted = fit(base(), measured, base().prior_means, Plain(SIGMA))
+    found = block_surprises(refitted, INPUTS)
+    assert max(found, key=lambda block: found[block]) == "input", found
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("corner", "torque_sd"), [(0.05, 4.0), (0.2, 3.0), (0.6, 3.0)])
+def test_a_torque_that_wanders_is_a_disturbance(corner: float, torque_sd: float, seed: int) -> None:
+    """Though a walk of the reading takes most of what a free torque would."""
+    windy = [e + g for e, g in zip(noise(seed), shown(gusts(corner, 2.0, torque_sd, seed)), strict=True)]
+    found = block_surprises(with_residuals(windy), INPUTS)
+    assert found["disturbance"] >= FLOOR_OF_TORQUE
+    assert max(found, key=lambda block: found[block]) == "disturbance", found
+
+
+def test_a_reading_that_wanders_is_no_torque() -> None:
+    for seed in range(4):
+        found = block_surprises(with_residuals(noise(seed, 0.3)), INPUTS)
+        assert found["disturbance"] < FLOOR
 
 
 def test_what_nothing_takes_is_a_reading() -> None:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, held, hypothesis, white
-from fitted import AXIS, SAMPLES, base, with_residuals
+from drive_axis import LOAD_TORQUE, RATE, SIGMA, TRAIN, W, coloured, hypothesis, white
+from fitted import AXIS, SAMPLES, gusts, shown, with_residuals
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.slow_noise import random_walk, wandering_background, wind
@@ -19,33 +19,11 @@ def noise(correlation: float = 0.3) -> list[FloatArray]:
     return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(2)]
 
 
-def gusts(corner: float, second: float, torque_sd: float) -> list[FloatArray]:
-    """What a torque with two corners adds to w, integrated by the state space of the drive train."""
-    h = 1 / RATE
-    a, b, c = TRAIN.state_space()
-    ad, bd = held(a, b[:, [LOAD_TORQUE]], h)
-    rng, found = np.random.default_rng(8), []
-    phi, smooth = np.exp(-2 * np.pi * corner * h), np.exp(-2 * np.pi * second * h)
-    for _ in range(2):
-        x, torque, felt = np.zeros(7), rng.normal(0, torque_sd), 0.0
-        added = np.empty(SAMPLES)
-        for k in range(SAMPLES):
-            added[k] = c[W] @ x
-            x = ad @ x + bd[:, 0] * felt
-            torque = phi * torque + np.sqrt(1 - phi**2) * rng.normal(0, torque_sd)
-            felt = smooth * felt + (1 - smooth) * torque
-        found.append(added)
-    return found
-
-
 def seen(
     added: list[FloatArray], show: DeadZone = AXIS.dead_zone, motion: list[FloatArray] | None = None
 ) -> list[FloatArray]:
     """What an encoder behind a dead zone sees of what is added to w, with its noise."""
-    found = base()
-    if motion is None:
-        motion = [w for w, _ in found.simulate_signals(found.builder.axis.nominal)]
-    return [show(w + g) - show(w) + e for w, g, e in zip(motion, added, noise(), strict=True)]
+    return [g + e for g, e in zip(shown(added, show, motion), noise(), strict=True)]
 
 
 @pytest.mark.parametrize(("corner", "second"), [(0.2, 6.0), (0.2, 0.8)])
