@@ -45,7 +45,7 @@ from bayes_hw.gap.free_functions import (
     shapes_of_the_gain,
 )
 from bayes_hw.gap.friction_shapes import motions_of_the_motor, shapes_of_friction
-from bayes_hw.gap.memories import shapes_of_memories
+from bayes_hw.gap.memories import shapes_after_reversals
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.signals import has_door
 from bayes_hw.gap.slow_noise import wandering_background, wind
@@ -107,7 +107,7 @@ def shapes_for_any_cause(found: Sequence[Motion], chain: SignalChain, scale: Axi
     """For every function of BLOCK_OF the doors it enters at, with its shapes (samples, n) a record."""
     plain = shapes_of_blocks(found)
     door, moving = plain["drive"]
-    _, turned = shapes_of_memories(found, scale.rate)["after a reversal"]
+    turned = shapes_after_reversals(found, scale.rate)
     remembering = [np.concatenate(both, axis=1) for both in zip(moving, turned, strict=True)]
     places = hats([m.w for m in found], MANY_HATS)
     return {

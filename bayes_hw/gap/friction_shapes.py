@@ -14,7 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.builder import SignalChain
 from bayes_hw.gap.chain import Chain
 from bayes_hw.gap.free_functions import Motion, hats
-from bayes_hw.gap.memories import shapes_of_memories
+from bayes_hw.gap.memories import shapes_after_reversals
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.gap.small_signals import torsions
 
@@ -37,6 +37,6 @@ def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: Axi
 def shapes_of_friction(found: Sequence[Motion], rate: float) -> list[FloatArray]:
     """Shapes (samples, n) a record: the sign of the speed, hats over it, and what follows a reversal."""
     speeds = hats([m.speed for m in found])
-    _, turned = shapes_of_memories(found, rate)["after a reversal"]
+    turned = shapes_after_reversals(found, rate)
     signs = [np.sign(m.speed)[:, None] for m in found]
     return [np.concatenate(all_three, axis=1) for all_three in zip(signs, speeds, turned, strict=True)]

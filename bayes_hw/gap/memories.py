@@ -33,8 +33,13 @@ def shapes_of_memories(found: Sequence[Motion], rate: float) -> dict[str, tuple[
     """For every kind of event the door and the shapes (samples, n), a record each, at `rate` samples a s."""
     return {
         "after a limit": ("command", [_after_limits(m, rate) for m in found]),
-        "after a reversal": ("motor_torque", [_after_reversals(m, rate) for m in found]),
+        "after a reversal": ("motor_torque", shapes_after_reversals(found, rate)),
     }
+
+
+def shapes_after_reversals(found: Sequence[Motion], rate: float) -> list[FloatArray]:
+    """Hats over the time since the motion turned, with its sign: shapes (samples, n) a record."""
+    return [_after_reversals(m, rate) for m in found]
 
 
 def _after_limits(motion: Motion, rate: float) -> FloatArray:

@@ -68,7 +68,7 @@ def test_a_cause_is_found_where_it_enters(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("effect", "values"),
-    [(TransportDelay(), (0.4,)), (GainAsymmetry(), (0.03,))],
+    [(CommandBias(), (0.003,)), (TransportDelay(), (0.4,)), (GainAsymmetry(), (0.03,))],
     ids=lambda value: getattr(value, "label", ""),
 )
 def test_an_effect_without_a_name_is_found_in_its_block(effect: Effect, values: tuple[float, ...]) -> None:
