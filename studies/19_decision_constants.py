@@ -1,8 +1,9 @@
 """Which constants make the diagnosis state its probabilities best?
 
 Cases of two kinds (easy, hard) are drawn from the torque-level plant with seeds kept for calibration and
-diagnosed without their truth; what every decision rests on is kept, and the constants of the decision are
-fitted to the truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
+diagnosed without their truth, and cases of every effect with its entry struck from the catalogue, since none
+holds all there is. What every decision rests on is kept, and the constants of the decision are fitted to the
+truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
 are too sure where an explanation is not quite right. Writes calibration.json, which is what goes with the
 program (bayes_hw/gap/calibration.json). Finished cases stay in OUT/work until the results are written, so
 that a run that was stopped goes on.
@@ -12,14 +13,18 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import asdict, replace
+from pathlib import Path
 
-from study import start_study
+from study import Study, start_study
 
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
 from bayes_hw.gap.blind.check import check_blind
+from bayes_hw.gap.blind.counts import BLOCKS
+from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
@@ -29,6 +34,9 @@ WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 FIRST_SEED = 910
 NUMBERS = {"easy": 110, "hard": 60}
 QUICK_NUMBERS = {"easy": 4}
+STRUCK = "easy, entry struck"
+FIRST_SEED_STRUCK = 940
+EACH_STRUCK = 4
 FIGURES = 3
 """Of a constant, that are kept."""
 
@@ -36,7 +44,9 @@ FIGURES = 3
 def main() -> None:
     study = start_study("19_decision_constants", __doc__, diagnoses=True)
     function = WITH_BALLOT if study.diagnosis == DIAGNOSIS else study.diagnosis
-    cases, errors, seeds = [], [], {}
+    cases: list[CalibrationCase] = []
+    errors = []
+    seeds: dict[str, tuple[list[int], int]] = {}
     for kind, count in (QUICK_NUMBERS if study.quick else NUMBERS).items():
         number = count if study.quick else study.part_of(count)
         seed = CALIBRATION_SEEDS.start + FIRST_SEED + 10 * (study.seed - 1) + list(NUMBERS).index(kind)
@@ -45,12 +55,13 @@ def main() -> None:
         evidence = check_blind(
             folder, number, seed, kind, diagnosis=function, executor=study.executor(), progress=study.progress
         )
-        verdicts = folder / f"verdicts_{function.rpartition(':')[2]}"
-        for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True):
-            if not verdict.failed:
-                cases.append(CalibrationCase.of(Ballot.read(verdicts / truth.name), truth.effects))
-                errors.append(standardized_errors(truth, verdict))
-        seeds[kind] = (seed, number)
+        for truth, verdict, ballot in with_ballots(evidence, folder, function):
+            cases.append(CalibrationCase.of(ballot, truth.effects))
+            errors.append(standardized_errors(truth, verdict))
+        seeds[kind] = ([seed], number)
+    struck, of_struck = cases_struck(study, function)
+    cases += struck
+    seeds[STRUCK] = (of_struck, len(struck))
     fit = calibrate(cases, study.progress)
     tails = TailFit(errors)
     adopted = {
@@ -64,7 +75,7 @@ def main() -> None:
     alone, with_tails = tails.held()
     study.write_results(
         {
-            "seeds": {kind: {"seed": seed, "cases": number} for kind, (seed, number) in seeds.items()},
+            "seeds": {kind: {"seeds": own, "cases": number} for kind, (own, number) in seeds.items()},
             "cases": len(cases),
             "gain_left_out": gain,
             "gain_standard_error": error,
@@ -86,6 +97,41 @@ def main() -> None:
     print(f"log score of cases left out: {gain:+.3f} ± {error:.3f} a case against constants by hand")
     for name, value in adopted.items():
         print(f"{name:20} {value:g}")
+
+
+def cases_struck(study: Study, function: str) -> tuple[list[CalibrationCase], list[int]]:
+    """Cases of one effect each whose entry was struck from the catalogue, and the seeds of their sets."""
+    labels = list(BLOCKS)[-1:] if study.quick else list(BLOCKS)
+    cases, seeds = [], []
+    for number, label in enumerate(labels):
+        seed = CALIBRATION_SEEDS.start + FIRST_SEED_STRUCK + 20 * (study.seed - 1) + number
+        assert seed in CALIBRATION_SEEDS
+        folder = study.out / "work" / f"without_{label}"
+        evidence = check_blind(
+            folder,
+            study.part_of(EACH_STRUCK),
+            seed,
+            "easy",
+            labels=[[label]],
+            options={"without": label},
+            diagnosis=function,
+            executor=study.executor(),
+            progress=study.progress,
+        )
+        found = with_ballots(evidence, folder, f"{function}_without_{label}")
+        cases += [CalibrationCase.without(ballot, label) for _, _, ballot in found]
+        seeds.append(seed)
+    return cases, seeds
+
+
+def with_ballots(
+    evidence: Evidence, folder: Path, name: str
+) -> Iterator[tuple[CaseTruth, CaseVerdict, Ballot]]:
+    """Truth, verdict and ballot of every case that did not fail; `name` is that of the diagnosis."""
+    verdicts = folder / f"verdicts_{name.rpartition(':')[2]}"
+    for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True):
+        if not verdict.failed:
+            yield truth, verdict, Ballot.read(verdicts / truth.name)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bayes_hw.gap.blind.calibrate import BY_HAND, FOLDS, PRIOR_LOG_SD, CalibrationFit, names_fitted
+from bayes_hw.gap.blind.calibrate import (
+    BY_HAND,
+    DOUBTS,
+    FOLDS,
+    PRIOR_LOG_SD,
+    WEIGHT_OF_STRUCK,
+    CalibrationFit,
+    names_fitted,
+)
 from bayes_hw.gap.blind.counts import ReliabilityBin, Share, reliability, share
 from bayes_hw.gap.blind.tails import LEVEL, TailFit
 from bayes_hw.gap.judgement import Judgement
@@ -43,9 +51,12 @@ MEANING = {
 
 
 def decision_report(
-    fit: CalibrationFit, tails: TailFit, seeds: Mapping[str, tuple[int, int]], provenance: Provenance
+    fit: CalibrationFit,
+    tails: TailFit,
+    seeds: Mapping[str, tuple[Sequence[int], int]],
+    provenance: Provenance,
 ) -> Report:
-    """The report on a fit of cases of `seeds`: by kind the seed of the set and its number of cases.
+    """The report on a fit of cases of `seeds`: by kind the seeds of its sets and its number of cases.
 
     `tails` are of the base parameters of the same cases.
     """
@@ -77,15 +88,22 @@ def decision_report(
     )
 
 
-def _method(seeds: Mapping[str, tuple[int, int]]) -> str:
-    sets = ", ".join(f"{number} {kind} of seed {seed}" for kind, (seed, number) in seeds.items())
+def _method(seeds: Mapping[str, tuple[Sequence[int], int]]) -> str:
+    sets = "; ".join(f"{number} {kind}, {_seeds_text(own)}" for kind, (own, number) in seeds.items())
     return (
         f"The cases ({sets}) are of the seeds kept for calibration; the blind check reports on others. A fit"
         " takes the largest sum of the logarithms of the probabilities stated for every label, with a normal"
         f" prior on the logarithm of every constant (standard deviation {PRIOR_LOG_SD:g}) about the one set"
         " by hand, whose cases were others again. Constants that few cases decide stay where they were."
-        f" Left out means: fitted on {FOLDS - 1} of {FOLDS} parts of the cases, judged on the other."
+        f" Left out means: fitted on {FOLDS - 1} of {FOLDS} parts of the cases, judged on the other. What"
+        f" changes no answer, only how sure it is ({', '.join(DOUBTS)}), is fitted to judgements of cases"
+        " left out: constants that suit the answers at hand make them look surer than others are. Cases whose"
+        f" effect is struck from the catalogue have a weight of {WEIGHT_OF_STRUCK:g}, and no say in doubts."
     )
+
+
+def _seeds_text(seeds: Sequence[int]) -> str:
+    return f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
 
 
 def _table(fit: CalibrationFit) -> Table:
@@ -124,7 +142,8 @@ def _profiles(fit: CalibrationFit) -> Figure:
         return finished(
             canvas,
             "Mean log score a case against every constant, the others as fitted (units as in the table)."
-            " Grey, dashed: by hand; orange: fitted, where the prior has a say too.",
+            " Grey, dashed: by hand; orange: fitted, where the prior has a say too, and of what changes no"
+            " answer the cases left out.",
             f"Profiles of the score along {len(names)} constants.",
         )
 

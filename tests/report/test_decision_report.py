@@ -46,7 +46,7 @@ def test_what_goes_with_the_program_is_said_first(
     fit: CalibrationFit, worse: bool, said: str, level: str
 ) -> None:
     shown = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand) if worse else fit
-    report = decision_report(shown, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(shown, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
     assert said in report.verdict
     assert ("those by hand go with the program" in report.verdict) == worse
     assert report.badges[0].state == level
@@ -54,14 +54,14 @@ def test_what_goes_with_the_program_is_said_first(
 
 
 def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
     table = next(block for block in report.sections[0].blocks if isinstance(block, Table))
     assert [row[0] for row in table.rows] == list(names_fitted())
     assert table.rows[0][2:] == ("6", "4.24")
 
 
 def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
     assert isinstance(report.key_figure, Figure)
     assert report.key_figure.svg.count("<clipPath id=") == len(names_fitted())
 
@@ -80,7 +80,7 @@ def test_blocks_are_counted_where_there_is_one_effect(fit: CalibrationFit) -> No
 
 
 def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": (1910, 4)}, provenance("test", 1, [], 0.0))
+    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
     section = next(item for item in report.sections if "base parameters" in item.title)
     text = section.blocks[0]
     alone, with_tails = TAILS.held()

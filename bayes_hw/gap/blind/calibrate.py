@@ -5,12 +5,19 @@ over labels, and of one effect that of its block too, as functions that name no 
 that best is what is calibrated. Every constant is held near the one that was set by hand by a normal prior
 on its logarithm, since some are decided by few cases; of a ceiling it is the logarithm of the doubt that it
 leaves. The score jumps where an answer changes, so the best is sought on a grid, one constant after another.
+
+Constants that suit the answers of the cases at hand make those answers look surer than answers to other cases
+are. Those that change no answer, only how sure it is, are therefore fitted once more, to judgements of cases
+by constants that were fitted without them (stacking: Wolpert 1992, doi 10.1016/S0893-6080(05)80023-1).
+
+A catalogue never holds every effect there is. Cases whose effect is struck from it count too, at a weight,
+where answers are decided; they leave doubts alone, which are those of sets as they are drawn.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -19,7 +26,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.blind.ballot import WIDEST, Ballot
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.judgement import NONE, Judgement
+from bayes_hw.gap.judgement import NONE, OTHER, Judgement
 from bayes_hw.progress import Progress
 
 BY_HAND = Calibration(
@@ -53,6 +60,12 @@ HELD = ("sigma_log_sd", "tail_degrees", "chaos_predicted")
 """The first is part of the evidences that a ballot holds; no decision depends on the second (see `tails`).
 The third was set on 40 cases of springs and backlash (seeds 1880 to 1883): a set of all kinds has few."""
 
+DOUBTS = ("temperature", "left_sharpness", "floor", "pair_ceiling", "other_ceiling")
+"""What changes no answer."""
+
+WEIGHT_OF_STRUCK = 0.5
+"""Of a case whose effect is struck from the catalogue."""
+
 PRIOR_LOG_SD = 0.5
 """By about this factor each way a constant may be off that was set by hand."""
 
@@ -67,18 +80,30 @@ FOLDS = 5
 class CalibrationCase:
     """A ballot and the labels that are true of its case: of a case without an effect, `none`.
 
-    `block` is where its effect enters, empty unless it is a single one of the catalogue.
+    `block` is where its effect enters, empty unless it is a single one of the catalogue, `struck` whether
+    that was struck from the catalogue before the diagnosis: then `other` is true.
     """
 
     ballot: Ballot
     true: frozenset[str]
     block: str = ""
+    struck: bool = False
 
     @classmethod
     def of(cls, ballot: Ballot, effects: Sequence[str]) -> CalibrationCase:
         """From the effects of the truth."""
         block = BLOCKS.get(effects[0], "") if len(effects) == 1 else ""
         return cls(ballot, frozenset(effects) or frozenset({NONE}), block)
+
+    @classmethod
+    def without(cls, ballot: Ballot, label: str) -> CalibrationCase:
+        """Of one effect whose label is struck from the catalogue."""
+        return cls(ballot, frozenset({OTHER}), BLOCKS[label], struck=True)
+
+    @property
+    def weight(self) -> float:
+        """In the score of all cases."""
+        return WEIGHT_OF_STRUCK if self.struck else 1.0
 
     def log_score(self, judgement: Judgement) -> float:
         """Sum over labels, and the block, of the logarithm of the probability stated for what is true."""
@@ -129,24 +154,27 @@ class CalibrationFit:
 
 
 def calibrate(cases: Sequence[CalibrationCase], progress: Progress) -> CalibrationFit:
-    """Fit the constants on all cases, and without each of the folds in turn."""
-    folds = np.arange(len(cases)) % FOLDS
-    judgements = [case.ballot.judge(BY_HAND) for case in cases]
-    left_out = list(judgements)
+    """Fit the constants on all cases, and without each of the folds in turn; doubts on cases left out."""
+    folds = (np.arange(len(cases)) % FOLDS).tolist()
     with progress.task("fitting constants", FOLDS + 1) as task:
+        answering = []
         for fold in range(FOLDS):
-            fitted = fit_constants([case for case, its in zip(cases, folds, strict=True) if its != fold])
-            for index in np.flatnonzero(folds == fold).tolist():
-                left_out[index] = cases[index].ballot.judge(fitted)
+            answering.append(fit_constants([c for c, its in zip(cases, folds, strict=True) if its != fold]))
             task.reach(fold + 1)
         fitted = fit_constants(cases)
         task.reach(FOLDS + 1)
+    constants = [answering[fold] for fold in folds]
+    without = []
+    for fold in range(FOLDS):
+        others = [(c, k) for c, k, its in zip(cases, constants, folds, strict=True) if its != fold]
+        without.append(replace(answering[fold], **fit_doubts(others)))
+    fitted = replace(fitted, **fit_doubts(list(zip(cases, constants, strict=True))))
     return CalibrationFit(
         tuple(cases),
         fitted,
-        tuple(judgements),
+        tuple(case.ballot.judge(BY_HAND) for case in cases),
         tuple(case.ballot.judge(fitted) for case in cases),
-        tuple(left_out),
+        tuple(case.ballot.judge(without[fold]) for case, fold in zip(cases, folds, strict=True)),
         {name: _profile(cases, fitted, name) for name in names_fitted()},
     )
 
@@ -157,29 +185,52 @@ def names_fitted() -> tuple[str, ...]:
 
 
 def fit_constants(cases: Sequence[CalibrationCase]) -> Calibration:
-    """The constants of largest score and prior density, at most a factor WIDEST from those by hand.
+    """The constants of largest score and prior density, at most a factor WIDEST from those by hand."""
+    steps = _best_steps(lambda trial: total_score(cases, moved(BY_HAND, trial)), names_fitted())
+    return moved(BY_HAND, steps)
+
+
+def fit_doubts(judged: Sequence[tuple[CalibrationCase, Calibration]]) -> dict[str, float]:
+    """The same for DOUBTS alone, of cases with the catalogue complete, the others for every case its own.
+
+    Cases come with constants that were fitted without them.
+    """
+    complete = [(case, constants) for case, constants in judged if not case.struck]
+
+    def doubts(steps: Mapping[str, float]) -> dict[str, float]:
+        return {name: getattr(moved(BY_HAND, steps), name) for name in DOUBTS}
+
+    def score(steps: Mapping[str, float]) -> float:
+        chosen = doubts(steps)
+        return sum(total_score([case], replace(constants, **chosen)) for case, constants in complete)
+
+    return doubts(_best_steps(score, DOUBTS))
+
+
+def _best_steps(score: Callable[[Mapping[str, float]], float], names: Sequence[str]) -> dict[str, float]:
+    """How far to move the constants of these names, from those by hand, for the best of `score` and prior.
 
     A constant that leaves the score as it is at both ends of the search decides nothing and stays.
     """
-    steps = dict.fromkeys(names_fitted(), 0.0)
-    score = total_score(cases, moved(BY_HAND, steps))
-    best = score + _log_prior(steps)
+    steps = dict.fromkeys(names, 0.0)
+    value = score(steps)
+    best = value + _log_prior(steps)
     for _ in range(CYCLES):
         begin = best
         for name in steps:
             trials = [{**steps, name: float(step)} for step in STEPS if step != steps[name]]
             trials = [trials[0], trials[-1], *trials[1:-1]]
-            scores = [total_score(cases, moved(BY_HAND, trial)) for trial in trials[:2]]
-            if all(end == score for end in scores):
+            scores = [score(trial) for trial in trials[:2]]
+            if all(end == value for end in scores):
                 continue
-            scores += [total_score(cases, moved(BY_HAND, trial)) for trial in trials[2:]]
+            scores += [score(trial) for trial in trials[2:]]
             values = [s + _log_prior(trial) for s, trial in zip(scores, trials, strict=True)]
             if max(values) > best:
                 at = int(np.argmax(values))
-                best, score, steps = values[at], scores[at], trials[at]
+                best, value, steps = values[at], scores[at], trials[at]
         if best == begin:
             break
-    return moved(BY_HAND, steps)
+    return steps
 
 
 def moved(calibration: Calibration, steps: Mapping[str, float]) -> Calibration:
@@ -192,8 +243,8 @@ def moved(calibration: Calibration, steps: Mapping[str, float]) -> Calibration:
 
 
 def total_score(cases: Sequence[CalibrationCase], calibration: Calibration) -> float:
-    """The log score of all cases together."""
-    return sum(case.log_score(case.ballot.judge(calibration)) for case in cases)
+    """The log scores of all cases together, by weight."""
+    return sum(case.weight * case.log_score(case.ballot.judge(calibration)) for case in cases)
 
 
 def _log_prior(steps: Mapping[str, float]) -> float:

@@ -10,9 +10,11 @@ import pytest
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import (
     BY_HAND,
+    DOUBTS,
     STEPS,
     CalibrationCase,
     calibrate,
+    fit_doubts,
     moved,
     names_fitted,
     total_score,
@@ -109,3 +111,59 @@ def test_constants_stay_sensible_at_both_ends(step: float) -> None:
     assert all(getattr(far, name) > 0 for name in names_fitted())
     assert max(far.pair_ceiling, far.other_ceiling) < 1
     assert min(far.pair_ceiling, far.other_ceiling) > 0.5
+
+
+def test_doubts_are_those_of_cases_left_out() -> None:
+    """Every case has a demand of its own size that tells nothing, and four pairs of five are right: what the
+    answer to a fresh case is said to be sure of is kept."""
+    fit = calibrate(pairs_by_chance(120, 5, 0.8), QUIET)
+    fresh = pairs_by_chance(1000, 6, 0.8)
+    judged = [(case, case.ballot.judge(fit.fitted)) for case in fresh]
+    said = [(case, found) for case, found in judged if len(found.answer) == 2]
+    stated = np.mean([min(found.probability[label] for label in found.answer) for _, found in said])
+    assert stated == pytest.approx(np.mean([case.right(found) for case, found in said]), abs=0.04)
+
+
+def pairs_by_chance(number: int, seed: int, share: float) -> list[CalibrationCase]:
+    """Two effects far ahead of one; `share` of them are right, which no size tells, else nothing is."""
+    rng = np.random.default_rng(seed)
+    cases = []
+    for _ in range(number):
+        demands = (("pair_size", float(rng.uniform(0.1, 0.4))),)
+        claims = {
+            (): Claim(0.0),
+            ("friction",): Claim(500.0),
+            LABELS: Claim(1000.0, demands=demands),
+        }
+        ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), LABELS)
+        cases.append(CalibrationCase.of(ballot, LABELS if rng.random() < share else []))
+    return cases
+
+
+def test_doubts_change_no_answer() -> None:
+    """From one end of the search to the other."""
+    cases = [*drawn(6.0, 40, 7), *pairs_by_chance(40, 8, 0.5)]
+    cases.append(CalibrationCase.of(ballot_of_other(), ["other"]))
+    for step in (STEPS[0], STEPS[-1]):
+        far = moved(BY_HAND, dict.fromkeys(DOUBTS, float(step)))
+        for case in cases:
+            assert case.ballot.judge(far).answer == case.ballot.judge(BY_HAND).answer
+
+
+def ballot_of_other() -> Ballot:
+    """What is left is three times what makes `other` even odds."""
+    left = Leftover("step", 3 * BY_HAND.left_surprise, 10.0)
+    return Ballot({(): Claim(0.0)}, {(): Remains((left,))}, ("friction",))
+
+
+def test_struck_cases_count_where_answers_are_decided_and_leave_doubts_alone() -> None:
+    """`other` is true of them, at half a case's weight, and the block of what was struck."""
+    struck = CalibrationCase.without(ballot_of_other(), "wind")
+    assert struck.true == {"other"}
+    assert struck.block == BLOCKS["wind"]
+    judged = struck.ballot.judge(BY_HAND)
+    assert struck.right(judged)
+    assert total_score([struck], BY_HAND) == pytest.approx(0.5 * struck.log_score(judged))
+    complete = [(case, BY_HAND) for case in drawn(11.0, 60, 9)]
+    assert fit_doubts(complete) == fit_doubts([*complete, *[(struck, BY_HAND)] * 60])
+    assert fit_doubts(complete).keys() == set(DOUBTS)
