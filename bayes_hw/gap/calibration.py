@@ -14,7 +14,8 @@ class Calibration:
     """The constants of a decision, those of `calibration.json`.
 
     `temperature` divides evidences; `single_gain` and `pair_gain` are the least gains in log-evidence for
-    an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove, and
+    an effect to be named; `pair_size` the least error, in sigma, that the second effect must remove,
+    `pair_share` the same as a share of the gap, since a wrong first effect leaves one to be taken, and
     `slow_pair_size` that a stochastic one must make, and `slow_pair_share` what a second effect must
     explain of innovations under slow noise, which plain errors do not tell; `left_surprise` (nats; of
     functions and gusts under slow noise `slow_left_surprise`) and `left_size` (units of the noise, joined by
@@ -37,6 +38,7 @@ class Calibration:
     single_gain: float
     pair_gain: float
     pair_size: float
+    pair_share: float
     slow_pair_size: float
     slow_pair_share: float
     left_surprise: float

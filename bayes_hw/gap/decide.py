@@ -133,8 +133,15 @@ def _claim_of_pair(
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
         made_up_for = reference.strained and not pair.strained
         if not made_up_for:
-            demands.append(("pair_size", float(np.sqrt(max(removed, 0.0)) / pair.encoder_sigma)))
+            size = float(np.sqrt(max(removed, 0.0)) / pair.encoder_sigma)
+            demands += [("pair_size", size), ("pair_share", size / max(_gap(best[()], pair), 1e-300))]
     return Claim(scores[labels], possible, tuple(demands))
+
+
+def _gap(base: Explanation, explanation: Explanation) -> float:
+    """Root mean square of what the base model lacks, in units of the noise that an explanation finds."""
+    sigma = max(explanation.encoder_sigma, 1e-300)
+    return float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0)) / sigma)
 
 
 def _drifts(explanation: Explanation) -> bool:
@@ -156,7 +163,7 @@ def remains_of(
     sigma = max(explanation.encoder_sigma, 1e-300)
     return Remains(
         tuple(left),
-        gap=float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0)) / sigma),
+        gap=_gap(base, explanation),
         bent_gusts=float(explanation.bent_gusts / sigma),
         loose=explanation.display is not None or explanation.chaotic,
         drifts=_drifts(explanation),

@@ -31,6 +31,7 @@ MEANING = {
     "single_gain": "least gain in log-evidence of one effect",
     "pair_gain": "least gain in log-evidence of a second effect",
     "pair_size": "least error removed by a second effect (noise)",
+    "pair_share": "the same as a share of the gap",
     "slow_pair_size": "least size of a stochastic second effect (noise)",
     "slow_pair_share": "least share of innovations explained beside slow noise",
     "left_surprise": "surprise left at even odds of other (nats)",

@@ -123,6 +123,15 @@ def test_both_of_a_pair_must_earn_their_places(evidence: float, rmse: float, ans
     assert chosen(Stub((), 0, rmse=2.0), *singles, Stub(("backlash", "friction"), evidence, rmse)) == answer
 
 
+@pytest.mark.parametrize(("gap", "named"), [(4.0, 2), (6.2, 1)])
+def test_the_second_effect_must_take_a_share_of_the_gap(gap: float, named: int) -> None:
+    """0.49 times the noise in error removed (1.1 squared less 0.985 squared): of a gap of 4 it is more than a
+    tenth, of 6.2 less. What a wrong first effect leaves grows with the gap."""
+    friction, backlash = Stub(("friction",), 400, rmse=1.1), Stub(("backlash",), 30, rmse=0.9 * gap)
+    both = Stub(("backlash", "friction"), 500, rmse=0.985)
+    assert len(chosen(Stub((), 0, rmse=gap), friction, backlash, both)) == named
+
+
 @pytest.mark.parametrize(("single", "pair", "named"), [(True, False, 2), (True, True, 1), (False, False, 1)])
 def test_error_removed_does_not_count_where_a_base_far_off_made_up_for_it(
     single: bool, pair: bool, named: int

@@ -106,7 +106,7 @@ def _small(left: Sequence[Leftover]) -> list[Leftover]:
 
 
 def _eased(calibration: Calibration) -> Calibration:
-    names = ("pair_gain", "pair_size", "slow_pair_size", "slow_pair_share")
+    names = ("pair_gain", "pair_size", "pair_share", "slow_pair_size", "slow_pair_share")
     return replace(calibration, **{name: getattr(calibration, name) / WIDEST for name in names})
 
 

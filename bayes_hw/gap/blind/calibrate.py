@@ -34,6 +34,7 @@ BY_HAND = Calibration(
     single_gain=14.0,
     pair_gain=12.0,
     pair_size=0.2,
+    pair_share=0.15,
     slow_pair_size=0.5,
     slow_pair_share=0.1,
     left_surprise=18.0,
