@@ -33,8 +33,8 @@ from bayes_hw.report.decision_report import decision_report, stated_of_blocks
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 SEEDS_OF_A_STUDY = 20
 BLOCK = 46
-"""Blocks of seeds on which the diagnosis was developed come before: it looks surer of cases that it was changed
-for than of others."""
+"""Blocks of seeds on which the diagnosis was developed come before: it looks surer of cases it was
+changed for than of others."""
 
 NUMBERS = {"easy": 110, "hard": 60}
 QUICK_NUMBERS = {"easy": 4}
