@@ -269,14 +269,13 @@ def _start_worker() -> tuple[BaseProcess, Connection]:
 
 
 def _serve(connection: Connection) -> None:
-    """Run what comes until nothing more does; the parent alone answers an interrupt."""
+    """Run what comes until nothing more does or nobody reads; the parent alone answers an interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     while True:
         try:
-            job = connection.recv()
-        except EOFError:
+            connection.send(run_task(*connection.recv()))
+        except (EOFError, BrokenPipeError, ConnectionResetError):
             return
-        connection.send(run_task(*job))
 
 
 def _send(connection: Connection, job: tuple[TaskFunction, Any]) -> None:

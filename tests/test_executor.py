@@ -6,6 +6,7 @@ Every task leaves one line in a log file each time it finishes, so that the test
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 import socket
@@ -27,6 +28,7 @@ from bayes_hw.executor import (
     LocalExecutor,
     ResultFolder,
     TaskFailedError,
+    _serve,
     make_executor,
     run_task,
 )
@@ -150,6 +152,17 @@ def test_a_damaged_result_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / "task_000000.json").write_text(content, encoding="latin-1")
     with pytest.raises(InputError, match=r"task_000000.json: the kept result is damaged"):
         ResultFolder(tmp_path, "this run").load(0)
+
+
+def test_a_worker_whose_parent_is_gone_ends_quietly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It finishes its task, which nobody waits for, and raises nothing."""
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    near, far = multiprocessing.Pipe()
+    (task,) = make_tasks(tmp_path, 1)
+    near.send((draw, task))
+    near.close()
+    _serve(far)
+    assert (tmp_path / "log.txt").read_text() == "0\n"
 
 
 def test_an_absent_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
