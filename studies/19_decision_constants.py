@@ -79,6 +79,8 @@ def main() -> None:
         {
             "seeds": {kind: {"seeds": own, "cases": number} for kind, (own, number) in seeds.items()},
             "cases": len(cases),
+            "names_fitted": list(fit.names),
+            "gains_by_constants_fitted": {str(count): list(its) for count, its in fit.gains.items()},
             "gain_left_out": gain,
             "gain_standard_error": error,
             "right_by_hand": int(fit.right(fit.by_hand).sum()),

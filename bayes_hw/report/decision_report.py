@@ -81,7 +81,7 @@ def decision_report(
         ),
         key_figure=_profiles(fit),
         sections=(
-            Section("The constants", (_table(fit), Paragraph(_method(seeds)))),
+            Section("The constants", (_table(fit), Paragraph(_chosen(fit)), Paragraph(_method(seeds)))),
             Section("Are stated probabilities kept?", (_reliability(fit), Paragraph(_said_of_blocks(fit)))),
             _base_section(tails),
             Section("Provenance", (KeyValues(provenance.rows()),)),
@@ -105,6 +105,18 @@ def _method(seeds: Mapping[str, tuple[Sequence[int], int]]) -> str:
 
 def _seeds_text(seeds: Sequence[int]) -> str:
     return f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
+
+
+def _chosen(fit: CalibrationFit) -> str:
+    said = "; ".join(
+        f"{count} constants fitted, {gain:.3f} ± {error:.3f} nats"
+        for count, (gain, error) in fit.gains.items()
+    )
+    return (
+        f"Gains over constants by hand, on cases left out whose catalogue is complete: {said}. Kept is the"
+        f" fit of the fewest constants, {len(fit.names)}, that scores within a standard error of the best:"
+        f" {', '.join(fit.names)}. The others stay as set by hand."
+    )
 
 
 def _table(fit: CalibrationFit) -> Table:

@@ -32,7 +32,8 @@ def fit() -> CalibrationFit:
     sure = (judgement(0.75, ("friction",)),) * 4
     fitted = moved(BY_HAND, {"temperature": -0.5})
     profiles = {name: (by_hand_values(name), by_hand_values(name)) for name in names_fitted()}
-    return CalibrationFit(tuple(cases), fitted, by_hand, sure, sure, profiles)
+    gains = {5: (0.1, 0.02), 19: (0.11, 0.04)}
+    return CalibrationFit(tuple(cases), fitted, by_hand, sure, sure, profiles, ("temperature",), gains)
 
 
 def by_hand_values(name: str) -> FloatArray:
@@ -86,3 +87,10 @@ def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:
     alone, with_tails = TAILS.held()
     assert isinstance(text, Paragraph) and isinstance(section.blocks[1], Figure)
     assert f"{alone.hits} of 400" in text.text and f"{with_tails.hits} of 400" in text.text
+
+
+def test_the_gains_of_every_fit_are_said_and_what_was_fitted(fit: CalibrationFit) -> None:
+    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+    said = next(block.text for block in report.sections[0].blocks if isinstance(block, Paragraph))
+    assert "5 constants fitted, 0.100 ± 0.020 nats; 19 constants fitted, 0.110 ± 0.040 nats" in said
+    assert "fewest constants, 1, that scores within a standard error of the best: temperature." in said

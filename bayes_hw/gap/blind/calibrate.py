@@ -12,6 +12,10 @@ by constants that were fitted without them (stacking: Wolpert 1992, doi 10.1016/
 
 A catalogue never holds every effect there is. Cases whose effect is struck from it count too, at a weight,
 where answers are decided; they leave doubts alone, which are those of sets as they are drawn.
+
+Fitted are, once, what says how sure answers and blocks are, and once all constants. Of what scores within a
+standard error of the best, what moves the fewest constants from where they were by hand is kept (Breiman and
+others, Classification and Regression Trees, 1984, section 3.4.3).
 """
 
 from __future__ import annotations
@@ -63,6 +67,9 @@ The third was set on 40 cases of springs and backlash (seeds 1880 to 1883): a se
 
 DOUBTS = ("temperature", "left_sharpness", "floor", "pair_ceiling", "other_ceiling")
 """What changes no answer."""
+
+HOW_SURE = (*DOUBTS, "block_sharpness", "named_block")
+"""What says how sure answers and blocks are."""
 
 WEIGHT_OF_STRUCK = 0.5
 """Of a case whose effect is struck from the catalogue."""
@@ -122,7 +129,9 @@ class CalibrationCase:
 class CalibrationFit:
     """Constants as fitted on `cases`, and judgements of them by hand, fitted, and fitted without their fold.
 
-    `profiles` holds the mean score against each constant, the others as fitted: (values, scores).
+    Fitted are those of `names`. `profiles` holds the mean score against each constant, the others as fitted:
+    (values, scores). `gains` are the mean gains over constants by hand, left out, with standard errors, by
+    how many constants were fitted.
     """
 
     cases: tuple[CalibrationCase, ...]
@@ -131,6 +140,8 @@ class CalibrationFit:
     as_fitted: tuple[Judgement, ...]
     left_out: tuple[Judgement, ...]
     profiles: Mapping[str, tuple[FloatArray, FloatArray]]
+    names: tuple[str, ...]
+    gains: Mapping[int, tuple[float, float]]
 
     def scores(self, judgements: Sequence[Judgement]) -> FloatArray:
         """The log score of every case, shape (cases,)."""
@@ -145,8 +156,7 @@ class CalibrationFit:
     @property
     def gain(self) -> tuple[float, float]:
         """Mean gain in score by constants fitted without the case, over those by hand; its standard error."""
-        gains = self.scores(self.left_out) - self.scores(self.by_hand)
-        return float(gains.mean()), float(gains.std(ddof=1) / np.sqrt(len(gains)))
+        return gain_over(self.cases, self.by_hand, self.left_out)
 
     @property
     def adopted(self) -> Calibration:
@@ -154,40 +164,76 @@ class CalibrationFit:
         return self.fitted if self.gain[0] > 0 else BY_HAND
 
 
+def gain_over(
+    cases: Sequence[CalibrationCase], before: Sequence[Judgement], after: Sequence[Judgement]
+) -> tuple[float, float]:
+    """Mean gain in the score of cases with the catalogue complete, and its standard error."""
+    gains = np.array(
+        [
+            case.log_score(new) - case.log_score(old)
+            for case, old, new in zip(cases, before, after, strict=True)
+            if not case.struck
+        ]
+    )
+    return float(gains.mean()), float(gains.std(ddof=1) / np.sqrt(len(gains)))
+
+
 def calibrate(cases: Sequence[CalibrationCase], progress: Progress) -> CalibrationFit:
     """Fit the constants on all cases, and without each of the folds in turn; doubts on cases left out."""
+    by_hand = tuple(case.ballot.judge(BY_HAND) for case in cases)
+    candidates = (HOW_SURE, names_fitted())
+    with progress.task("fitting constants", len(candidates) * (FOLDS + 1)) as task:
+        found = [_fit(cases, names, lambda: task.reach(task.done + 1)) for names in candidates]
+    gains = {
+        len(names): gain_over(cases, by_hand, left_out)
+        for names, (_, left_out) in zip(candidates, found, strict=True)
+    }
+    best, error = max(gains.values())
+    names, (fitted, left_out) = next(
+        (names, its)
+        for names, its in zip(candidates, found, strict=True)
+        if gains[len(names)][0] >= best - error
+    )
+    return CalibrationFit(
+        tuple(cases),
+        fitted,
+        by_hand,
+        tuple(case.ballot.judge(fitted) for case in cases),
+        left_out,
+        {name: _profile(cases, fitted, name) for name in names_fitted()},
+        names,
+        gains,
+    )
+
+
+def _fit(
+    cases: Sequence[CalibrationCase], names: Sequence[str], step: Callable[[], None]
+) -> tuple[Calibration, tuple[Judgement, ...]]:
+    """The constants of these `names` fitted, and judgements of cases by those fitted without the case."""
     folds = (np.arange(len(cases)) % FOLDS).tolist()
-    with progress.task("fitting constants", FOLDS + 1) as task:
-        answering = []
-        for fold in range(FOLDS):
-            answering.append(fit_constants([c for c, its in zip(cases, folds, strict=True) if its != fold]))
-            task.reach(fold + 1)
-        fitted = fit_constants(cases)
-        task.reach(FOLDS + 1)
+    answering = []
+    for fold in range(FOLDS):
+        rest = [case for case, its in zip(cases, folds, strict=True) if its != fold]
+        answering.append(fit_constants(rest, names))
+        step()
     constants = [answering[fold] for fold in folds]
     without = []
     for fold in range(FOLDS):
         others = [(c, k) for c, k, its in zip(cases, constants, folds, strict=True) if its != fold]
         without.append(replace(answering[fold], **fit_doubts(others)))
-    fitted = replace(fitted, **fit_doubts(list(zip(cases, constants, strict=True))))
-    return CalibrationFit(
-        tuple(cases),
-        fitted,
-        tuple(case.ballot.judge(BY_HAND) for case in cases),
-        tuple(case.ballot.judge(fitted) for case in cases),
-        tuple(case.ballot.judge(without[fold]) for case, fold in zip(cases, folds, strict=True)),
-        {name: _profile(cases, fitted, name) for name in names_fitted()},
-    )
+    fitted = replace(fit_constants(cases, names), **fit_doubts(list(zip(cases, constants, strict=True))))
+    step()
+    return fitted, tuple(case.ballot.judge(without[its]) for case, its in zip(cases, folds, strict=True))
 
 
 def names_fitted() -> tuple[str, ...]:
-    """The constants that are fitted."""
+    """The constants that a fit of all moves."""
     return tuple(field.name for field in fields(Calibration) if field.name not in HELD)
 
 
-def fit_constants(cases: Sequence[CalibrationCase]) -> Calibration:
-    """The constants of largest score and prior density, at most a factor WIDEST from those by hand."""
-    steps = _best_steps(lambda trial: total_score(cases, moved(BY_HAND, trial)), names_fitted())
+def fit_constants(cases: Sequence[CalibrationCase], names: Sequence[str]) -> Calibration:
+    """The constants of largest score and prior density; `names` move, at most by a factor WIDEST."""
+    steps = _best_steps(lambda trial: total_score(cases, moved(BY_HAND, trial)), names)
     return moved(BY_HAND, steps)
 
 

@@ -11,6 +11,7 @@ from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import (
     BY_HAND,
     DOUBTS,
+    HOW_SURE,
     STEPS,
     CalibrationCase,
     calibrate,
@@ -87,6 +88,30 @@ def test_constants_that_predict_worse_are_not_adopted() -> None:
     worse = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand)
     assert fit.gain[0] == pytest.approx(-worse.gain[0])
     assert fit.adopted == fit.fitted != BY_HAND == worse.adopted
+
+
+def test_of_fits_as_good_the_one_of_fewer_constants_is_kept() -> None:
+    """The temperature is all that is off: a fit of every constant finds no more, and is not kept."""
+    fit = calibrate(drawn(11.0, 100, 3), QUIET)
+    assert fit.names == HOW_SURE
+    few, many = (fit.gains[len(names)] for names in (HOW_SURE, names_fitted()))
+    assert few[0] >= many[0] - many[1]
+    assert fit.gain == few
+    moved_ones = {name for name in names_fitted() if getattr(fit.fitted, name) != getattr(BY_HAND, name)}
+    assert moved_ones <= set(HOW_SURE)
+
+
+def test_a_threshold_is_fitted_where_that_is_clearly_better() -> None:
+    """Right are the pairs whose second effect takes more than 0.3 times the noise; by hand it is 0.2."""
+    rng = np.random.default_rng(10)
+    cases = []
+    for size in rng.uniform(0.1, 0.6, 100):
+        claims = {(): Claim(0.0), LABELS: Claim(1000.0, demands=(("pair_size", float(size)),))}
+        ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), LABELS)
+        cases.append(CalibrationCase.of(ballot, LABELS if size > 0.3 else []))
+    fit = calibrate(cases, QUIET)
+    assert fit.names == names_fitted()
+    assert fit.fitted.pair_size == pytest.approx(0.3, rel=0.1)
 
 
 def test_scores_are_worked_by_hand() -> None:
