@@ -13,9 +13,9 @@ by constants that were fitted without them (stacking: Wolpert 1992, doi 10.1016/
 A catalogue never holds every effect there is. Cases whose effect is struck from it count too, at a weight,
 where answers are decided; they leave doubts alone, which are those of sets as they are drawn.
 
-Fitted are, once, what says how sure answers and blocks are, and once all constants. Of what scores within a
-standard error of the best, what moves the fewest constants from where they were by hand is kept (Breiman and
-others, Classification and Regression Trees, 1984, section 3.4.3).
+Once these alone are fitted, and once all constants. Of what scores within a standard error of the best, what
+moves the fewest constants from where they were by hand is kept (Breiman and others, Classification and
+Regression Trees, 1984, section 3.4.3).
 """
 
 from __future__ import annotations
@@ -67,9 +67,6 @@ The third was set on 40 cases of springs and backlash (seeds 1880 to 1883): a se
 
 DOUBTS = ("temperature", "left_sharpness", "floor", "pair_ceiling", "other_ceiling")
 """What changes no answer."""
-
-HOW_SURE = (*DOUBTS, "block_sharpness", "named_block")
-"""What says how sure answers and blocks are."""
 
 WEIGHT_OF_STRUCK = 0.5
 """Of a case whose effect is struck from the catalogue."""
@@ -181,7 +178,7 @@ def gain_over(
 def calibrate(cases: Sequence[CalibrationCase], progress: Progress) -> CalibrationFit:
     """Fit the constants on all cases, and without each of the folds in turn; doubts on cases left out."""
     by_hand = tuple(case.ballot.judge(BY_HAND) for case in cases)
-    candidates = (HOW_SURE, names_fitted())
+    candidates = (DOUBTS, names_fitted())
     with progress.task("fitting constants", len(candidates) * (FOLDS + 1)) as task:
         found = [_fit(cases, names, lambda: task.reach(task.done + 1)) for names in candidates]
     gains = {
@@ -209,19 +206,21 @@ def calibrate(cases: Sequence[CalibrationCase], progress: Progress) -> Calibrati
 def _fit(
     cases: Sequence[CalibrationCase], names: Sequence[str], step: Callable[[], None]
 ) -> tuple[Calibration, tuple[Judgement, ...]]:
-    """The constants of these `names` fitted, and judgements of cases by those fitted without the case."""
+    """The constants of these `names` fitted, DOUBTS on cases left out, and judgements of cases by constants
+    fitted without the case."""
+    first = () if set(names) <= set(DOUBTS) else names
     folds = (np.arange(len(cases)) % FOLDS).tolist()
     answering = []
     for fold in range(FOLDS):
         rest = [case for case, its in zip(cases, folds, strict=True) if its != fold]
-        answering.append(fit_constants(rest, names))
+        answering.append(fit_constants(rest, first))
         step()
     constants = [answering[fold] for fold in folds]
     without = []
     for fold in range(FOLDS):
         others = [(c, k) for c, k, its in zip(cases, constants, folds, strict=True) if its != fold]
         without.append(replace(answering[fold], **fit_doubts(others)))
-    fitted = replace(fit_constants(cases, names), **fit_doubts(list(zip(cases, constants, strict=True))))
+    fitted = replace(fit_constants(cases, first), **fit_doubts(list(zip(cases, constants, strict=True))))
     step()
     return fitted, tuple(case.ballot.judge(without[its]) for case, its in zip(cases, folds, strict=True))
 

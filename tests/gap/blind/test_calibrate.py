@@ -11,7 +11,6 @@ from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import (
     BY_HAND,
     DOUBTS,
-    HOW_SURE,
     STEPS,
     CalibrationCase,
     calibrate,
@@ -93,12 +92,12 @@ def test_constants_that_predict_worse_are_not_adopted() -> None:
 def test_of_fits_as_good_the_one_of_fewer_constants_is_kept() -> None:
     """The temperature is all that is off: a fit of every constant finds no more, and is not kept."""
     fit = calibrate(drawn(11.0, 100, 3), QUIET)
-    assert fit.names == HOW_SURE
-    few, many = (fit.gains[len(names)] for names in (HOW_SURE, names_fitted()))
+    assert fit.names == DOUBTS
+    few, many = (fit.gains[len(names)] for names in (DOUBTS, names_fitted()))
     assert few[0] >= many[0] - many[1]
     assert fit.gain == few
     moved_ones = {name for name in names_fitted() if getattr(fit.fitted, name) != getattr(BY_HAND, name)}
-    assert moved_ones <= set(HOW_SURE)
+    assert moved_ones <= set(DOUBTS)
 
 
 def test_a_threshold_is_fitted_where_that_is_clearly_better() -> None:
