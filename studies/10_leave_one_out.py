@@ -26,7 +26,7 @@ from dataclasses import asdict
 import numpy as np
 from study import Study, start_study
 
-from bayes_hw.gap.blind.check import check_blind
+from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.leave_out import LeftOut, left_out, shown_share
@@ -85,7 +85,8 @@ def seed_of(study: Study, number: int) -> int:
 def shown_shares(study: Study, number: int, label: str) -> list[float]:
     """What the free residuals show of what is missing, of every case that was answered `other`."""
     found = []
-    for path in sorted((study.out / "work" / label).glob(f"verdicts_*_without_{label}/*/{FREE_RESIDUAL}")):
+    verdicts = verdicts_in(study.out / "work" / label, study.diagnosis, {"without": label})
+    for path in sorted(verdicts.glob(f"*/{FREE_RESIDUAL}")):
         index = int(path.parent.name.removeprefix("case_"))
         found.append(shown_share(make_case(seed_of(study, number), index, KINDS[KIND], [label]), path))
     return found

@@ -22,7 +22,7 @@ from study import Study, start_study
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
-from bayes_hw.gap.blind.check import check_blind
+from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS
@@ -57,7 +57,7 @@ def main() -> None:
         evidence = check_blind(
             folder, number, seed, kind, diagnosis=function, executor=study.executor(), progress=study.progress
         )
-        for truth, verdict, ballot in with_ballots(evidence, folder, function):
+        for truth, verdict, ballot in with_ballots(evidence, verdicts_in(folder, function)):
             cases.append(CalibrationCase.of(ballot, truth.effects))
             errors.append(standardized_errors(truth, verdict))
         seeds[kind] = ([seed], number)
@@ -115,29 +115,26 @@ def cases_struck(study: Study, function: str) -> tuple[list[CalibrationCase], li
     cases, seeds = [], []
     for number, label in enumerate(labels):
         seed = seed_of(study, number)
-        folder = study.out / "work" / f"without_{label}"
+        folder, options = study.out / "work" / f"without_{label}", {"without": label}
         evidence = check_blind(
             folder,
             study.part_of(EACH_STRUCK),
             seed,
             "easy",
             labels=[[label]],
-            options={"without": label},
+            options=options,
             diagnosis=function,
             executor=study.executor(),
             progress=study.progress,
         )
-        found = with_ballots(evidence, folder, f"{function}_without_{label}")
+        found = with_ballots(evidence, verdicts_in(folder, function, options))
         cases += [CalibrationCase.without(ballot, label) for _, _, ballot in found]
         seeds.append(seed)
     return cases, seeds
 
 
-def with_ballots(
-    evidence: Evidence, folder: Path, name: str
-) -> Iterator[tuple[CaseTruth, CaseVerdict, Ballot]]:
-    """Truth, verdict and ballot of every case that did not fail; `name` is that of the diagnosis."""
-    verdicts = folder / f"verdicts_{name.rpartition(':')[2]}"
+def with_ballots(evidence: Evidence, verdicts: Path) -> Iterator[tuple[CaseTruth, CaseVerdict, Ballot]]:
+    """Truth, verdict and ballot of every case that did not fail; `verdicts` is the folder of the verdicts."""
     for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True):
         if not verdict.failed:
             yield truth, verdict, Ballot.read(verdicts / truth.name)

@@ -140,11 +140,6 @@ class CalibrationFit:
     names: tuple[str, ...]
     gains: Mapping[int, tuple[float, float]]
 
-    def scores(self, judgements: Sequence[Judgement]) -> FloatArray:
-        """The log score of every case, shape (cases,)."""
-        pairs = zip(self.cases, judgements, strict=True)
-        return np.array([case.log_score(judgement) for case, judgement in pairs])
-
     def right(self, judgements: Sequence[Judgement]) -> BoolArray:
         """Whether every case is answered right, shape (cases,)."""
         pairs = zip(self.cases, judgements, strict=True)

@@ -32,7 +32,7 @@ def check_blind(
 ) -> Evidence:
     """Make the set in FOLDER/set unless it is there, diagnose it, and open the truth.
 
-    The folder of the verdicts is named after the diagnosis and its options. A check that was stopped goes on.
+    The verdicts are where `verdicts_in` says. A check that was stopped goes on.
     Raises InputError when FOLDER/set is another set than this one.
     """
     where = folder / "set"
@@ -45,12 +45,15 @@ def check_blind(
     origin = json.loads(read_truth(where / TRUTH)[ORIGIN])
     if [seal["number"], origin["seed"], origin["kind"], origin["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
+    verdicts = verdicts_in(folder, diagnosis, options)
+    run_set(where, verdicts, seed, diagnosis=diagnosis, options=options, executor=executor, progress=progress)
+    return read_evidence(where, verdicts)
+
+
+def verdicts_in(folder: Path, diagnosis: str, options: Mapping[str, str] | None = None) -> Path:
+    """Where `check_blind` writes the verdicts of a diagnosis with these options, a folder for every case."""
     function = diagnosis.rpartition(":")[2]
-    name = "_".join(["verdicts", function, *(f"{key}_{value}" for key, value in (options or {}).items())])
-    run_set(
-        where, folder / name, seed, diagnosis=diagnosis, options=options, executor=executor, progress=progress
-    )
-    return read_evidence(where, folder / name)
+    return folder / "_".join(["verdicts", function, *(f"{k}_{v}" for k, v in (options or {}).items())])
 
 
 def joined(parts: Sequence[Evidence], names: Sequence[str] = ()) -> Evidence:
