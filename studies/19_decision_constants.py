@@ -4,7 +4,7 @@ Cases of two kinds (easy, hard) are drawn from the torque-level plant with seeds
 diagnosed without their truth, and cases of every effect with its entry struck from the catalogue, since none
 holds all there is. What every decision rests on is kept, and the constants of the decision are fitted to the
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
-are too sure where an explanation is not quite right. Writes calibration.json, which is what goes with the
+are too sure where an explanation is not right. Writes calibration.json, which is what goes with the
 program (bayes_hw/gap/calibration.json). Finished cases stay in OUT/work until the results are written, so
 that a run that was stopped goes on.
 """
@@ -66,9 +66,10 @@ def main() -> None:
     seeds[STRUCK] = (of_struck, len(struck))
     fit = calibrate(cases, study.progress)
     tails = TailFit(errors)
+    astray = {"astray_share": tails.tails.share, "astray_scale": tails.tails.scale}
     adopted = {
         name: value if name == "sigma_log_sd" else float(f"{value:.{FIGURES}g}")
-        for name, value in asdict(replace(fit.adopted, tail_degrees=tails.degrees)).items()
+        for name, value in asdict(replace(fit.adopted, **astray)).items()
     }
     write_text_atomically(study.out / "calibration.json", json.dumps(adopted, indent=1) + "\n")
     study.write_document(decision_report(fit, tails, seeds, study.origin()))
@@ -93,7 +94,7 @@ def main() -> None:
             "base_gain_standard_error": tail_error,
             "base_held_by_posteriors": alone.to_dict(),
             "base_held_left_out": with_tails.to_dict(),
-            "fitted": asdict(replace(fit.fitted, tail_degrees=tails.degrees)),
+            "fitted": asdict(replace(fit.fitted, **astray)),
             "adopted": adopted,
         }
     )

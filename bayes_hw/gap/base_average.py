@@ -2,8 +2,8 @@
 
 Within the chosen explanation they are its posterior. Were another right, or none, they would be elsewhere
 (Bayesian model averaging: Hoeting et al. 1999, doi 10.1214/ss/1009212519). No explanation is quite right,
-so that their normal posteriors are too sure: they are t distributions here, with degrees of freedom as
-simulated cases of known parameters ask for.
+so that a share of the draws lies farther off than its posterior has it, as far and as often as simulated
+cases of known parameters ask for.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from bayes_hw.gap.judgement import OTHER
 
 DRAWS = 2048
 LEAST_DRAWS = 10
+
+DEGREES_ASTRAY = 2
+"""Of freedom, of the t distribution that errors of a wrong explanation follow."""
 
 FAILED = 8
 """Best sets of effects whose scatter tells how far off the base parameters of a failed explanation are."""
@@ -72,24 +75,25 @@ def averaged_base(
         spread = np.exp(max(doubt, calibration.sigma_log_sd) * rng.standard_normal(count))
         parts.append(np.column_stack([base, sigma * spread]))
     for part in parts:
-        part[:, :-1] = with_tails(part[:, :-1], hypothesis, calibration.tail_degrees, rng)
+        part[:, :-1] = with_tails(part[:, :-1], hypothesis, calibration, rng)
     return np.concatenate(parts)
 
 
 def with_tails(
-    drawn: FloatArray, hypothesis: Hypothesis, degrees: float, rng: np.random.Generator
+    drawn: FloatArray, hypothesis: Hypothesis, calibration: Calibration, rng: np.random.Generator
 ) -> FloatArray:
-    """Draws (n, base parameters) spread about their mean: normal ones to a multivariate t distribution.
+    """Draws (n, base parameters), a share of them moved away from their mean.
 
-    The scale of every draw is that of a posterior whose variance is known by `degrees` of freedom only, in
-    the coordinates of `hypothesis`; no farther from the nominal model than that can be off.
+    Those are of a posterior `astray_scale` as wide whose variance is known by DEGREES_ASTRAY of freedom only,
+    in the coordinates of `hypothesis`; no farther from the nominal model than that can be off.
     """
-    if not np.isfinite(degrees):
+    if not calibration.astray_share:
         return drawn
     coordinates = hypothesis.to_coordinates(drawn)
     centre = coordinates.mean(axis=0)
-    factors = np.sqrt(degrees / rng.chisquare(degrees, len(drawn)))[:, None]
-    spread = centre + (coordinates - centre) * factors
+    wide = calibration.astray_scale * np.sqrt(DEGREES_ASTRAY / rng.chisquare(DEGREES_ASTRAY, len(drawn)))
+    factors = np.where(rng.random(len(drawn)) < calibration.astray_share, wide, 1.0)
+    spread = centre + (coordinates - centre) * factors[:, None]
     return np.asarray(hypothesis.to_values(held_within_prior(hypothesis, spread, centre)))
 
 

@@ -60,9 +60,10 @@ class Remains:
     named: tuple[str, ...] = ()
     predicted: float = 0.0
 
-    def probability_of_blocks(self, calibration: Calibration) -> dict[str, float]:
-        """Of every block that the gap of the base enters there."""
-        odds = {block: (1 + s) ** calibration.block_sharpness for block, s in self.blocks.items()}
+    def probability_of_blocks(self, sharpness: float) -> dict[str, float]:
+        """Of every block that the gap of the base enters there; odds are one plus a block's surprise to the
+        power `sharpness`."""
+        odds = {block: (1 + surprise) ** sharpness for block, surprise in self.blocks.items()}
         total = sum(odds.values())
         return {block: value / total for block, value in odds.items()}
 
@@ -123,7 +124,7 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """
     odds = -math.inf
     if remains.named:
-        probable = remains.probability_of_blocks(calibration)
+        probable = remains.probability_of_blocks(calibration.named_sharpness)
         unlikely = calibration.named_block / max(probable[block] for block in remains.named)
         odds = calibration.left_sharpness * math.log(unlikely)
     if remains.predicted > 0:
@@ -184,4 +185,4 @@ def judge(
         }
     if other > 0.5:
         answer = (OTHER,)
-    return Judgement(answer, probability, sets, remains.probability_of_blocks(calibration))
+    return Judgement(answer, probability, sets, remains.probability_of_blocks(calibration.block_sharpness))

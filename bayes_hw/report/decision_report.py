@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bayes_hw.gap.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.blind.calibrate import (
     BY_HAND,
     DOUBTS,
@@ -43,7 +44,8 @@ MEANING = {
     "plain_surprise": "surprise of a function at even odds where all is followed (nats)",
     "plain_size": "its size at even odds there (noise)",
     "named_block": "probability of the named effect's block at even odds of other",
-    "block_sharpness": "power of a block's surprise in its odds",
+    "named_sharpness": "power of a block's surprise in its odds there",
+    "block_sharpness": "the same where the probability of a block is stated",
     "left_sharpness": "steepness of the odds of other",
     "floor": "least doubt",
     "pair_ceiling": "largest probability of a label of a pair",
@@ -99,7 +101,8 @@ def _method(seeds: Mapping[str, tuple[Sequence[int], int]]) -> str:
         f" Left out means: fitted on {FOLDS - 1} of {FOLDS} parts of the cases, judged on the other. What"
         f" changes no answer, only how sure it is ({', '.join(DOUBTS)}), is fitted to judgements of cases"
         " left out: constants that suit the answers at hand make them look surer than others are. Cases whose"
-        f" effect is struck from the catalogue have a weight of {WEIGHT_OF_STRUCK:g}, and no say in doubts."
+        f" effect is struck from the catalogue have a weight of {WEIGHT_OF_STRUCK:g}, and a say in the doubts"
+        " of blocks only."
     )
 
 
@@ -154,23 +157,24 @@ def _profiles(fit: CalibrationFit) -> Figure:
             axes.remove()
         return finished(
             canvas,
-            "Mean log score a case against every constant, the others as fitted (units as in the table)."
-            " Grey, dashed: by hand; orange: fitted, where the prior has a say too, and of what changes no"
-            " answer the cases left out.",
+            "Mean log score a case, by weight, against every constant, the others as fitted (units as in the"
+            " table). Grey, dashed: by hand; orange: fitted, where the prior has a say too, and of what"
+            " changes no answer the cases left out.",
             f"Profiles of the score along {len(names)} constants.",
         )
 
 
 def _base_section(tails: TailFit) -> Section:
     gain, error = tails.gain
-    alone, with_tails = tails.held()
+    (alone, with_tails), astray = tails.held(), tails.tails
     text = (
         "No explanation is quite right, so that its posterior is too sure of the base model. Of the true base"
         f" parameters of the same cases {share_text(alone)} lay within {format_percent(LEVEL)} intervals."
-        f" Errors in units of the stated standard deviation follow a t distribution of {tails.degrees:.3g}"
-        f" degrees of freedom better than a normal one, by {gain:.2g} ± {error:.2g} nats a case left out;"
-        f" intervals of that distribution, fitted without the case, hold {share_text(with_tails)}."
-        " Verdicts draw base parameters from it."
+        f" Errors in units of the stated standard deviation are normal but for {format_percent(astray.share)}"
+        f" that follow a t distribution of {DEGREES_ASTRAY} degrees of freedom, {astray.scale:.2g} times as"
+        f" wide: better than a normal one by {gain:.2g} ± {error:.2g} nats a case left out. Intervals of that"
+        f" distribution, fitted without the case, hold {share_text(with_tails)}. Verdicts draw base"
+        " parameters from it."
     )
     return Section("Are intervals of base parameters kept?", (Paragraph(text), _coverage(tails)))
 

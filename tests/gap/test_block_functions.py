@@ -116,7 +116,7 @@ def test_what_nothing_takes_is_a_reading() -> None:
     taken = {**nothing, "drive": 2 * FLOOR_OF_SCATTER, "sensor": FLOOR_OF_SCATTER + 1}
     assert with_floor(taken, scattered=True) == taken
     by_plain, by_scattered, by_taken = (
-        Remains((), blocks=blocks).probability_of_blocks(Calibration.built_in())
+        Remains((), blocks=blocks).probability_of_blocks(Calibration.built_in().block_sharpness)
         for blocks in (plain, scattered, taken)
     )
     assert 0.5 < by_plain["sensor"] < by_scattered["sensor"]

@@ -105,7 +105,7 @@ def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
 def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
     blocks = {"drive": 9.0, "sensor": 898**0.5 - 1, "input": 0.0, "linear": 0.0}
-    assert Remains((), blocks=blocks).probability_of_blocks(CONSTANTS) == pytest.approx(
+    assert Remains((), blocks=blocks).probability_of_blocks(CONSTANTS.named_sharpness) == pytest.approx(
         {"drive": CONSTANTS.named_block, "sensor": 0.898, "input": 0.001, "linear": 0.001}
     )
 
@@ -118,6 +118,16 @@ def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
     assert other() == pytest.approx(0, abs=1e-10)
     remains = Remains((), blocks={"drive": 0.0, "sensor": 6.0}, named=("drive",))
     assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
+
+
+def test_how_sure_a_block_is_stated_changes_no_answer() -> None:
+    """Worked by hand: shares of the odds."""
+    remains = Remains((), blocks={"drive": 0.0, "sensor": 2.0, "input": 1.0}, named=("drive",))
+    constants = replace(CONSTANTS, block_sharpness=3.0)
+    found = judge(("friction",), {(): 0.0, ("friction",): 25.0}, remains, LABELS, constants)
+    assert found.blocks == pytest.approx({"drive": 1 / 36, "sensor": 27 / 36, "input": 8 / 36})
+    before = judge(("friction",), {(): 0.0, ("friction",): 25.0}, remains, LABELS, CONSTANTS)
+    assert found.probability == before.probability
 
 
 def test_chaos_that_follows_the_command_is_not_believed() -> None:

@@ -58,7 +58,7 @@ def located(residuals: list[FloatArray], answer: tuple[str, ...], left: Sequence
     """What is said of `residuals` where these are the leftovers."""
     found = attribution(residuals)
     surprises = with_floor(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
-    blocks = Remains((), blocks=surprises).probability_of_blocks(Calibration.built_in())
+    blocks = Remains((), blocks=surprises).probability_of_blocks(Calibration.built_in().block_sharpness)
     return locate(found, decision(answer, blocks, other=0.9), INPUTS, SIGMA)
 
 

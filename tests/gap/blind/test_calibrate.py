@@ -180,7 +180,26 @@ def ballot_of_other() -> Ballot:
     return Ballot({(): Claim(0.0)}, {(): Remains((left,))}, ("friction",))
 
 
-def test_struck_cases_count_where_answers_are_decided_and_leave_doubts_alone() -> None:
+def struck_with_blocks_by_chance(number: int, seed: int, share: float) -> list[CalibrationCase]:
+    """Functions find twice as much at one block as at another, and are right in this `share`."""
+    rng = np.random.default_rng(seed)
+    left = Leftover("step", 3 * BY_HAND.left_surprise, 10.0)
+    blocks = {BLOCKS["friction"]: 9.0, BLOCKS["wind"]: 19.0}
+    ballot = Ballot({(): Claim(0.0)}, {(): Remains((left,), blocks=blocks)}, ("encoder_drift",))
+    struck = ["wind" if rng.random() < share else "friction" for _ in range(number)]
+    return [CalibrationCase.without(ballot, label) for label in struck]
+
+
+def test_struck_cases_tell_how_sure_blocks_are() -> None:
+    """Functions know of no catalogue: two to the power of the sharpness are their odds to be right."""
+    share = 1 / (1 + 2**-3.0)
+    fitted = fit_doubts([(case, BY_HAND) for case in struck_with_blocks_by_chance(4000, 11, share)])
+    untold = fit_doubts([(case, BY_HAND) for case in drawn(11.0, 60, 9)])
+    assert fitted["block_sharpness"] == pytest.approx(3.0, abs=0.3)
+    assert untold["block_sharpness"] == BY_HAND.block_sharpness
+
+
+def test_struck_cases_count_where_answers_are_decided_and_leave_other_doubts_alone() -> None:
     """`other` is true of them, at half a case's weight, and the block of what was struck."""
     struck = CalibrationCase.without(ballot_of_other(), "wind")
     assert struck.true == {"other"}
