@@ -254,7 +254,7 @@ def _finished(
     own = {n: Estimate.of(draws[:, i], units[i]) for i, n in enumerate(names) if i >= count}
     if final.cause_of_noise is not None:
         for name, (value, error, unit) in final.cause_of_noise.parameters.items():
-            own[name] = Estimate.normal(value, error, unit)
+            own[name] = Estimate.log_normal(value, error / value, unit)
     drawn_sigma = posterior.sigma
     if drawn_sigma is None:
         drawn_sigma = sigma + noise_error * rng.standard_normal(len(draws))

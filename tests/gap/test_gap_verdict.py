@@ -72,6 +72,19 @@ def test_an_estimate_of_draws() -> None:
     assert found.hdi94 == pytest.approx((3 - 0.94, 3 + 0.94), abs=0.06)
 
 
+@pytest.mark.parametrize("relative_error", [1e-6, 0.05, 1.0])
+def test_an_estimate_of_a_positive_parameter(relative_error: float) -> None:
+    """Moments and shortest interval are those of log-normal draws, which stay positive however uncertain."""
+    found = Estimate.log_normal(59.0, relative_error, "Hz")
+    draws = 59.0 * np.exp(relative_error * np.random.default_rng(2).standard_normal(1_000_000))
+    drawn = Estimate.of(draws, "Hz")
+    spread = found.sd
+    assert found.mean == pytest.approx(drawn.mean, abs=0.005 * spread)
+    assert spread == pytest.approx(drawn.sd, rel=0.02)
+    assert found.hdi94 == pytest.approx(drawn.hdi94, abs=0.05 * spread)
+    assert 0 < found.hdi94[0] < found.hdi94[1]
+
+
 @pytest.mark.parametrize("count", [1, 7, 2048])
 def test_the_highest_density_interval_is_that_of_arviz(count: int) -> None:
     draws = np.random.default_rng(count).gamma(2.0, size=count)
