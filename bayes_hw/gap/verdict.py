@@ -8,18 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtr
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.locate import Location
 from bayes_hw.gap.shrink import PROBABILITY, Closure
+from bayes_hw.model.priors import LogNormal
 
 SCHEMA = "bayes-hw/verdict/1"
 
 NOISE_SIGMA = "noise.sigma"
 """Name of the encoder's noise among the base parameters."""
+
+QUANTILES = 40_000
+"""That stand for a distribution: its moments and interval to half a per cent where it is widest."""
 
 
 def highest_density_interval(draws: FloatArray, probability: float) -> tuple[float, float]:
@@ -28,12 +30,6 @@ def highest_density_interval(draws: FloatArray, probability: float) -> tuple[flo
     inside = int(np.floor(probability * len(ordered)))
     first = int(np.argmin(ordered[inside:] - ordered[: len(ordered) - inside]))
     return float(ordered[first]), float(ordered[first + inside])
-
-
-def _missing_of_log_normal(half: float, sd: float) -> float:
-    """What an interval of equal densities at its ends, `half` in the logarithm each way from the mode, lacks
-    of PROBABILITY where the logarithm has standard deviation `sd`."""
-    return PROBABILITY - float(ndtr((half - sd**2) / sd) - ndtr((-half - sd**2) / sd))
 
 
 @dataclass(frozen=True)
@@ -55,11 +51,8 @@ class Estimate:
     @classmethod
     def log_normal(cls, median: float, relative_error: float, unit: str) -> Estimate:
         """Of a positive parameter whose logarithm is normal, of standard deviation `relative_error`."""
-        square = relative_error**2
-        half = brentq(_missing_of_log_normal, 0.0, square + 10 * relative_error, (relative_error,))
-        interval = median * float(np.exp(-square - half)), median * float(np.exp(half - square))
-        mean = median * float(np.exp(square / 2))
-        return cls(mean, mean * float(np.sqrt(np.expm1(square))), interval, unit)
+        probabilities = (np.arange(QUANTILES) + 0.5) / QUANTILES
+        return cls.of(LogNormal(median, relative_error).quantile(probabilities), unit)
 
     def to_dict(self) -> dict[str, object]:
         return {"mean": self.mean, "sd": self.sd, "hdi94": list(self.hdi94), "unit": self.unit}

@@ -85,6 +85,12 @@ def test_an_estimate_of_a_positive_parameter(relative_error: float) -> None:
     assert 0 < found.hdi94[0] < found.hdi94[1]
 
 
+def test_an_estimate_without_error() -> None:
+    """A parameter that is known, such as a share of repeated samples that is all of them."""
+    found = Estimate.log_normal(1.0, 0.0, "")
+    assert (found.mean, found.sd, found.hdi94) == (1.0, 0.0, (1.0, 1.0))
+
+
 @pytest.mark.parametrize("count", [1, 7, 2048])
 def test_the_highest_density_interval_is_that_of_arviz(count: int) -> None:
     draws = np.random.default_rng(count).gamma(2.0, size=count)
