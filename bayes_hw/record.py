@@ -92,7 +92,8 @@ class Record:
     `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
     the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
     the source, so it may start at any value and carry their rounding; the step to compute with is
-    1 / `sample_rate_hz`. Raises InputError unless the three columns have one length, are finite,
+    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`, output units; see
+    `bayes_hw.posing`. Raises InputError unless the three columns have one length, are finite,
     and the rate is positive.
     """
 
@@ -105,6 +106,7 @@ class Record:
     source: str = ""
     sha256: str = ""
     treatment: tuple[str, ...] = ()
+    origin: float = 0.0
 
     def __post_init__(self) -> None:
         for column in ("t", "u", "y"):
@@ -159,7 +161,7 @@ class Record:
     def write(self, path: Path | str) -> None:
         """Write t, u, y in the format of the path's ending; see `bayes_hw.formats.column_output`."""
         units = {"t": self.units.time, "u": self.units.input, "y": self.units.output}
-        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y}, self.units.to_dict(), units)
+        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y + self.origin}, self.units.to_dict(), units)
 
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.
