@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.record_files import Columns, read_columns
-from bayes_hw.resample import describe, resample_columns
+from bayes_hw.resample import between_measured, describe, resample_columns
 
 __all__ = ["Columns", "Record", "Units"]
 
@@ -92,9 +92,13 @@ class Record:
     `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
     the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
     the source, so it may start at any value and carry their rounding; the step to compute with is
-    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`, output units; see
-    `bayes_hw.posing`. Raises InputError unless the three columns have one length, are finite,
-    and the rate is positive.
+    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`; see `bayes_hw.posing`.
+
+    `measured`, shape (samples,), is False where y was not measured and holds a value between its
+    neighbours; None where every sample was measured. A command without any output is a record of which no
+    sample was measured. `known` are further measured columns (samples,) by name, in `known_units`.
+
+    Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
 
     name: str
@@ -106,26 +110,65 @@ class Record:
     source: str = ""
     sha256: str = ""
     treatment: tuple[str, ...] = ()
+    measured: BoolArray | None = None
+    known: Mapping[str, FloatArray] = field(default_factory=dict)
+    known_units: Mapping[str, str] = field(default_factory=dict)
     origin: float = 0.0
 
     def __post_init__(self) -> None:
         for column in ("t", "u", "y"):
-            values = np.asarray(getattr(self, column), dtype=np.float64)
-            if values.ndim != 1 or len(values) != len(self.t):
+            object.__setattr__(self, column, self._column(column, getattr(self, column)))
+        known = {name: self._column(f"known {name!r}", values) for name, values in self.known.items()}
+        object.__setattr__(self, "known", known)
+        if self.measured is not None:
+            mask = np.asarray(self.measured)
+            if mask.shape != (len(self.t),) or mask.dtype != np.bool_:
                 raise InputError(
-                    f"record {self.name}: {column} has shape {values.shape}; "
-                    "give t, u and y as columns of one length"
+                    f"record {self.name}: measured has shape {mask.shape} and type {mask.dtype}; "
+                    "give True or False for every sample"
                 )
-            if not np.isfinite(values).all():
-                raise InputError(f"record {self.name}: {column} holds NaN or inf; remove them")
-            object.__setattr__(self, column, values)
+            object.__setattr__(self, "measured", None if mask.all() else mask)
         if not (math.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise InputError(
                 f"record {self.name}: sample rate {self.sample_rate_hz!r}; give a positive one in Hz"
             )
 
+    def _column(self, name: str, given: Any) -> FloatArray:
+        values = np.asarray(given, dtype=np.float64)
+        if values.ndim != 1 or len(values) != len(self.t):
+            raise InputError(
+                f"record {self.name}: {name} has shape {values.shape}; "
+                "give t, u and y as columns of one length"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"record {self.name}: {name} holds NaN or inf; remove them, or say with `measured` which "
+                "samples of y were not measured"
+            )
+        return values
+
     def __len__(self) -> int:
         return len(self.t)
+
+    @property
+    def has_output(self) -> bool:
+        """Whether any sample of y was measured; a command alone has none."""
+        return self.measured is None or bool(self.measured.any())
+
+    @property
+    def measured_samples(self) -> BoolArray:
+        """`measured` as an array (samples,) in every case."""
+        return np.ones(len(self), dtype=np.bool_) if self.measured is None else self.measured
+
+    @property
+    def y_or_nan(self) -> FloatArray:
+        """y, NaN where it was not measured."""
+        return self.y if self.measured is None else np.where(self.measured, self.y, np.nan)
+
+    def columns(self) -> dict[str, FloatArray]:
+        """t, u, the measured angle as y (NaN where unmeasured, left out where there is none) and the known signals."""
+        output = {"y": self.y_or_nan + self.origin} if self.has_output else {}
+        return {"t": self.t, "u": self.u, **output, **self.known}
 
     @classmethod
     def read(
@@ -159,9 +202,9 @@ class Record:
         )
 
     def write(self, path: Path | str) -> None:
-        """Write t, u, y in the format of the path's ending; see `bayes_hw.formats.column_output`."""
-        units = {"t": self.units.time, "u": self.units.input, "y": self.units.output}
-        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y + self.origin}, self.units.to_dict(), units)
+        """Write `columns` in the format of the path's ending; see `bayes_hw.formats.column_output`."""
+        units = {"t": self.units.time, "u": self.units.input, "y": self.units.output, **self.known_units}
+        write_columns(Path(path), self.columns(), self.units.to_dict(), units)
 
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.
@@ -171,8 +214,16 @@ class Record:
         """
         t, u, y = resample_columns(self.t, self.u, self.y, rate_hz)
         sentence = describe(self.t, rate_hz, lambda index: f"sample {index + 1}")
+        measured = None if self.measured is None else between_measured(self.t, self.measured, t)
         return replace(
-            self, t=t, u=u, y=y, sample_rate_hz=float(rate_hz), treatment=(*self.treatment, sentence)
+            self,
+            t=t,
+            u=u,
+            y=y,
+            sample_rate_hz=float(rate_hz),
+            treatment=(*self.treatment, sentence),
+            measured=measured,
+            known={name: np.interp(t, self.t, values) for name, values in self.known.items()},
         )
 
     @property
@@ -215,6 +266,8 @@ class Record:
             t=self.t[chosen],
             u=self.u[chosen],
             y=self.y[chosen],
+            measured=None if self.measured is None else self.measured[chosen],
+            known={name: values[chosen] for name, values in self.known.items()},
             treatment=(
                 *self.treatment,
                 f"cut to {start_s:g} s to {stop_s:g} s after the first sample",
