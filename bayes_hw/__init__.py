@@ -17,6 +17,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bayes_hw.errors import BayesHWWarning as BayesHWWarning
     from bayes_hw.errors import InputError as InputError
     from bayes_hw.interface.gap_diagnosis import diagnose as diagnose
     from bayes_hw.interface.identified_axis import identify as identify
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "BayesHWWarning": "bayes_hw.errors",
     "Columns": "bayes_hw.record",
     "HammersteinWiener": "bayes_hw.model.hammerstein_wiener",
     "InputError": "bayes_hw.errors",

@@ -148,6 +148,7 @@ def build_parser() -> argparse.ArgumentParser:
     sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)
+    add_start(sub)
     add_common(sub)
 
     sub = command(

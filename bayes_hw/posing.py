@@ -60,6 +60,9 @@ def posed(
     done: list[Record] = []
     free = start == "free"
     for number, record in enumerate((*records, *holdout)):
+        if not record.has_output:
+            done.append(record)
+            continue
         begin = record_start(record.u, record.y, record.sample_rate_hz)
         away = not begin.is_zero and origin == "absolute"
         if start == "auto" and (begin.moving or away):
@@ -79,10 +82,12 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
     level = round(begin.level, min(place, 12))
     unit = record.units.output
     where = "the first sample" if begin.samples == 1 else f"mean of the first {begin.samples} samples"
-    known = "" if begin.samples >= FEWEST_REST_SAMPLES else ", few: let records begin with some seconds at rest"
+    known = (
+        "" if begin.samples >= FEWEST_REST_SAMPLES else ", few: let records begin with some seconds at rest"
+    )
     sentence = (
-        f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to {begin.level_sd:.1g}"
-        f" {unit}{known})"
+        f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to "
+        f"{begin.level_sd:.1g} {unit}{known})"
     )
     return replace(
         record,
@@ -108,8 +113,9 @@ def from_rest(record: Record) -> Record:
     first = _first_rest(record)
     if first is None or len(record) - first < LEAST_SHARE * len(record):
         raise InputError(
-            f"{record.source or record.name}: begins in motion, and comes to rest nowhere in its first half; the "
-            "simulator starts at rest: give a record that begins at rest, or --start rest to take it so"
+            f"{record.source or record.name}: begins in motion, and comes to rest nowhere in its first "
+            "half; the simulator starts at rest: give a record that begins at rest, or --start rest to "
+            "take it so"
         )
     rate = record.sample_rate_hz
     found = record.window(first / rate, math.inf)

@@ -65,7 +65,7 @@ SPELLINGS = {
 """Of units, that mean the same."""
 
 
-def _spelt(unit: str) -> str:
+def spelt(unit: str) -> str:
     """The unit in the first of its spellings."""
     return next((first for first, others in SPELLINGS.items() if unit.lower() in others), unit)
 
@@ -73,11 +73,11 @@ def _spelt(unit: str) -> str:
 def _units(path: Path, given: Units | Mapping[str, str], stated: Mapping[str, str]) -> Units:
     """The units of a record of which the file states some; see `Record.read`."""
     asked = given.to_dict() if isinstance(given, Units) else dict(given)
-    held = {role: _spelt(unit) for role, unit in stated.items()}
+    held = {role: spelt(unit) for role, unit in stated.items()}
     if held.get("time", "s") != "s":
         raise InputError(f"{path}: states its times in {stated['time']!r}; write them in s")
     for role, unit in asked.items():
-        if role in held and held[role] != _spelt(unit):
+        if role in held and held[role] != spelt(unit):
             raise InputError(
                 f"{path}: states its {role} in {stated[role]!r}, {unit!r} is asked for; convert the record, "
                 f"or correct the unit in the file, the model or --{role}-unit"
@@ -166,7 +166,7 @@ class Record:
         return self.y if self.measured is None else np.where(self.measured, self.y, np.nan)
 
     def columns(self) -> dict[str, FloatArray]:
-        """t, u, the measured angle as y (NaN where unmeasured, left out where there is none) and the known signals."""
+        """t, u, the measured angle y (NaN where unmeasured, left out where there is none), known signals."""
         output = {"y": self.y_or_nan + self.origin} if self.has_output else {}
         return {"t": self.t, "u": self.u, **output, **self.known}
 

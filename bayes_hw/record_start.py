@@ -60,8 +60,8 @@ class RecordStart:
 def record_start(u: FloatArray, y: FloatArray, rate_hz: float) -> RecordStart:
     """What the beginning of command and angle, both (samples,), says.
 
-    The level is the mean over the samples during which the command cannot have moved the axis by more than the
-    noise; where these are fewer than three and the first is an outlier, the median of the first three.
+    The level is the mean over the samples during which the command cannot have moved the axis by more than
+    the noise; where these are fewer than three and the first is an outlier, the median of the first three.
     """
     noise = reading_noise(y)
     samples = _samples_at_rest(u, y, rate_hz, noise)

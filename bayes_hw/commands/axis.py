@@ -13,15 +13,18 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import read_records, sampler_settings
+from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.commands.records import records_of
 from bayes_hw.commands.speech import rounded, say, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
+from bayes_hw.infer.doubts import said_of
 from bayes_hw.infer.inference import discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_coverage, predict
+from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
@@ -38,13 +41,13 @@ LONGEST_NAME = 200
 def identify_command(parsed: argparse.Namespace) -> None:
     """bayes-hw identify."""
     check_output_folder(Path(parsed.out))
-    records = read_records(parsed, parsed.records)
-    holdout = read_records(parsed, parsed.holdout)
+    given = records_of(parsed, parsed.records, parsed.holdout)
+    records, holdout = given.records, given.holdout
     identification = identify_with_progress(
         records,
         np.random.default_rng(parsed.seed),
         records[0].name,
-        parsed.start,
+        given.start,
         Progress(parsed.quiet),
     )
     fits = evaluate(identification, holdout)
@@ -66,9 +69,8 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
-    units = model.units if model is not None else None
-    records = read_records(parsed, parsed.records, units)
-    holdout = read_records(parsed, parsed.holdout, units)
+    given = records_of(parsed, parsed.records, parsed.holdout, model)
+    records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
     analysis = analyse(
@@ -77,7 +79,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         holdout,
         np.random.default_rng(parsed.seed),
         model=model,
-        start=parsed.start,
+        start=given.start,
         noise=parsed.noise,
         settings=settings,
         jobs=parsed.jobs,
@@ -135,14 +137,15 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
-    records = read_records(parsed, parsed.records, model.units)
+    given = records_of(parsed, parsed.records, model=model)
+    records = given.records
     say_whether_resumed(parsed)
     inference = infer(
         model,
         records,
         np.random.default_rng(parsed.seed),
         free=parsed.free,
-        start=parsed.start,
+        start=given.start,
         noise=parsed.noise,
         settings=settings,
         jobs=parsed.jobs,
@@ -153,14 +156,8 @@ def sample_command(parsed: argparse.Namespace) -> None:
     inference.posterior.write(out, records)
     discard_checkpoint(parsed.checkpoint)
     say_verdict(inference.posterior, parsed.quiet)
-    if not inference.residuals.explained:
-        warn(
-            f"the model explains little of the records (fit {inference.residuals.fit_percent:.0f} %):"
-            " the noise model carries the rest"
-        )
-    if not inference.residuals.white:
-        failed = [test for test in inference.residuals.tests if not test.passed]
-        warn(f"the residuals are not white: {failed[0].name}: {failed[0].meaning}")
+    for doubt in said_of(inference)[not inference.posterior.converged :]:
+        warn(doubt)
 
 
 def predict_command(parsed: argparse.Namespace) -> None:
@@ -169,8 +166,10 @@ def predict_command(parsed: argparse.Namespace) -> None:
     kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
     check_output_file(out, [Path(parsed.record), *kept], ".csv")
     posterior = Posterior.read(parsed.posterior)
-    (record,) = read_records(parsed, [parsed.record], posterior.axis.model.units)
-    prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
+    given = records_of(parsed, [parsed.record], model=posterior.axis.model)
+    (record,) = given.records
+    started = started_as(posterior, start_of_prediction(parsed.start, given.start))
+    prediction = predict(started, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")

@@ -6,7 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
-from bayes_hw.commands.options import add_common, add_output, add_record_options
+from bayes_hw.commands.options import add_common, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 NAME = "diagnose"
@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " free_residual.csv too: the missing force over time",
     )
     add_record_options(parser)
+    add_start(parser)
     add_common(parser)
 
 
@@ -49,12 +50,13 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands.inputs import read_records
-    from bayes_hw.commands.speech import say
+    from bayes_hw.commands.speech import note, say
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.case import Case
     from bayes_hw.gap.diagnosis import diagnose, write_results
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
+    from bayes_hw.gap.posed_case import posed_case
     from bayes_hw.gap.sentence import sentence
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
@@ -88,6 +90,9 @@ def run(parsed: argparse.Namespace) -> None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
+    case, notes = posed_case(case, origin=parsed.origin, start=parsed.start)
+    for done in notes:
+        note(done)
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,

@@ -36,7 +36,8 @@ def run(parsed: argparse.Namespace) -> None:
     """Analyse, write, and say one verdict a parameter."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records, sampler_settings
+    from bayes_hw.commands.inputs import sampler_settings
+    from bayes_hw.commands.records import records_of
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.identifiability.analysis import analyse_identifiability
@@ -51,13 +52,14 @@ def run(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
-    records = read_records(parsed, parsed.records, model.units)
+    given = records_of(parsed, parsed.records, model=model)
+    records = given.records
     result = analyse_identifiability(
         parsed.title or model.name,
         model,
         records,
         np.random.default_rng(parsed.seed),
-        start=parsed.start,
+        start=given.start,
         settings=settings,
         jobs=parsed.jobs,
         progress=Progress(parsed.quiet),

@@ -58,12 +58,21 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_start(parser: argparse.ArgumentParser) -> None:
-    """--start rest or free."""
-    parser.add_argument(
+    """--start auto, rest or free; --origin start or absolute."""
+    group = parser.add_argument_group("how the records begin")
+    group.add_argument(
         "--start",
-        choices=("rest", "free"),
-        default="rest",
-        help="rest (default): every record starts at rest at zero; free: its initial state is estimated",
+        choices=("auto", "rest", "free"),
+        default="auto",
+        help="rest: every record starts at rest; free: its initial state is estimated; auto (default): free"
+        " where a record begins in motion",
+    )
+    group.add_argument(
+        "--origin",
+        choices=("start", "absolute"),
+        default="start",
+        help="start (default): the angles of a record count from where it begins; absolute: from zero of the"
+        " encoder",
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options
+from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 NAME = "simulate"
@@ -19,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, metavar="MODEL.json", help="the model to simulate")
     add_output(parser, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
     add_record_options(parser)
+    add_start(parser)
     add_common(parser)
 
 
@@ -26,21 +27,31 @@ def run(parsed: argparse.Namespace) -> None:
     """Simulate and write; raises InputError where the response overflows."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.records import records_of
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
+    from bayes_hw.infer.start_state import simulate_from_motion
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-    from bayes_hw.model.sample_rate import check_rates
 
     out = Path(parsed.out)
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
-    (record,) = read_records(parsed, [parsed.record], model.units)
-    check_rates(model, [record])
-    simulation = model.simulate(record.u)
+    given = records_of(parsed, [parsed.record], model=model)
+    (record,) = given.records
+    simulation = (
+        simulate_from_motion(model, record)
+        if given.start == "free" and record.has_output
+        else model.simulate(record.u)
+    )
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     write_csv(
         out,
-        {"t": record.t, "u": record.u, "y": record.y, "w": simulation.w, "y_model": simulation.y},
+        {
+            "t": record.t,
+            "u": record.u,
+            "y": record.y + record.origin,
+            "w": simulation.w + record.origin,
+            "y_model": simulation.y + record.origin,
+        },
     )

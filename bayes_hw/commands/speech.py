@@ -27,6 +27,11 @@ def say(message: str) -> None:
     print(visible(message))
 
 
+def note(message: str) -> None:
+    """One line on stderr of what was done without being asked."""
+    print(visible(f"bayes-hw: note: {' '.join(message.split())}"), file=sys.stderr)
+
+
 def warn(message: str) -> None:
     """One line on stderr."""
     print(visible(f"bayes-hw: warning: {' '.join(message.split())}"), file=sys.stderr)
