@@ -30,11 +30,18 @@ FEWEST_ROWS_A_TAP = 4
 RIDGE = 1e-3
 """Of the mean square of the command, times the rows: keeps a response that the command hardly shows small."""
 
-SURELY_MOVING = 0.3
-"""Share of the command's root mean square that has to have gone before for a record to begin in motion."""
+AT_ONCE_S = 0.4
+"""Within so many seconds an angle in motion must have gone clear of the noise."""
 
-SHARE_EXPLAINED = 0.5
-"""Of what a start at rest leaves of the first stretch, that a start in motion has to explain."""
+STRAIGHT_BEYOND_NOISE = 12.0
+"""Noise deviations to go before it can be told whether an angle goes straight."""
+
+STRAIGHT = 0.7
+"""Of the way in the second half of a stretch, that an angle in motion has gone in the first; an axis that
+gathers speed has gone a third."""
+
+FAIR_SHARE = 0.4
+"""Of the record's usual speed, that a motion at the beginning has."""
 
 IDLE_SHARE = 0.2
 """Of the record's usual speed: faster before the first command is motion."""
@@ -97,47 +104,69 @@ def _samples_at_rest(u: FloatArray, y: FloatArray, rate_hz: float, noise: float)
 
 
 def begins_in_motion(u: FloatArray, y: FloatArray, rate_hz: float) -> bool:
-    """Whether the first stretch shows speed that no command of the record has caused.
+    """Whether the axis moves before a command of the record can have moved it.
 
-    The response from command to speed, learnt from the rest of the record, predicts the first stretch from
-    rest; the axis moves where a constant command before the record explains most of what that leaves.
+    That is so where the angle runs on without any command, or runs straight off from the first sample on and
+    not as an axis that gathers speed, farther than the noise, on an axis that takes time to answer.
     """
+    if _moves_before_any_command(u, y, rate_hz):
+        return True
+    speed = _speed_at_once(y, rate_hz)
+    if speed == 0:
+        return False
+    return abs(speed) * _answering_time(u, y, rate_hz) > reading_noise(y)
+
+
+def _moves_before_any_command(u: FloatArray, y: FloatArray, rate_hz: float) -> bool:
+    """Whether the angle runs on, at a fair share of its usual speed, while the command has been zero."""
+    idle = int(np.flatnonzero(u)[0]) if np.any(u) else len(u)
+    idle = min(idle, round(RESPONSE_S * rate_hz))
+    if idle < FEWEST_REST_SAMPLES:
+        return False
+    thirds = y[: idle // 3 * 3].reshape(3, -1).mean(axis=1)
+    first, second = np.diff(thirds) / (idle // 3)
+    steady = min(first, second) if first > 0 else -max(first, second)
+    moved = abs(float(thirds[2] - thirds[0]))
+    return steady > IDLE_SHARE * _usual_step(y, rate_hz) and moved > BEYOND_NOISE * reading_noise(y)
+
+
+def _usual_step(y: FloatArray, rate_hz: float) -> float:
+    """Root mean square of the speed, per sample, over half seconds."""
+    width = max(round(rate_hz / 2), 1)
+    return float(np.sqrt(np.mean(np.diff(y[::width]) ** 2))) / width
+
+
+def _speed_at_once(y: FloatArray, rate_hz: float) -> float:
+    """Speed, per s, with which an angle goes off straight from its first sample; zero where it does not."""
+    noise = reading_noise(y)
+    longest = max(round(AT_ONCE_S * rate_hz), 4)
+    clear = np.flatnonzero(np.abs(y[: longest + 1] - y[0]) > STRAIGHT_BEYOND_NOISE * noise)
+    if not len(clear):
+        return 0.0
+    stop = max(int(clear[0]), 4)
+    stop += stop % 2
+    if stop > longest or stop >= len(y):
+        return 0.0
+    first, second = y[stop // 2] - y[0], y[stop] - y[stop // 2]
+    straight = first * second > 0 and abs(first) > STRAIGHT * abs(second)
+    step = float(y[stop] - y[0]) / stop
+    return step * rate_hz if straight and abs(step) > FAIR_SHARE * _usual_step(y, rate_hz) else 0.0
+
+
+def _answering_time(u: FloatArray, y: FloatArray, rate_hz: float) -> float:
+    """Mean delay, in s, of the least-squares response from command to speed; zero in a short record."""
     width = max(int(np.ceil(RESPONSE_S * rate_hz / RESPONSE_TAPS)), 1)
     taps = max(round(RESPONSE_S * rate_hz / width), 4)
     blocks = len(u) // width
     if blocks < (FEWEST_ROWS_A_TAP + 1) * taps:
-        return False
+        return 0.0
     command = u[: blocks * width].reshape(blocks, width).mean(axis=1)
-    angle = y[: blocks * width].reshape(blocks, width).mean(axis=1)
-    steps = np.diff(angle)
+    steps = np.diff(y[: blocks * width].reshape(blocks, width).mean(axis=1))
     usual = float(np.mean(command**2))
-    if usual == 0 or not np.any(steps):
-        return False
-    rows = sliding_window_view(command, taps)[:, ::-1]
-    shown, answer = rows[1:], steps[taps - 1 :]
-    square = shown.T @ shown + RIDGE * usual * len(shown) * np.eye(taps)
-    response = np.linalg.solve(square, shown.T @ answer)
-    padded = np.concatenate([np.zeros(taps - 1), command[: taps + 1]])
-    from_rest = sliding_window_view(padded, taps)[1 : taps + 1, ::-1] @ response
-    before = np.concatenate([np.ones(taps - 1), np.zeros(taps + 1)])
-    of_past = sliding_window_view(before, taps)[1 : taps + 1, ::-1] @ response
-    moved = np.cumsum(steps[:taps])
-    unexplained = moved - np.cumsum(from_rest)
-    shape = np.cumsum(of_past)
-    size = float(shape @ shape)
-    if _moves_before_any_command(command, steps) or size == 0:
-        return size > 0
-    past = float(shape @ unexplained) / size
-    explained = past**2 * size / max(float(unexplained @ unexplained), 1e-300)
-    farther = past * float(shape @ moved) > 0
-    beyond = float(np.mean(np.abs(moved))) > BEYOND_NOISE * reading_noise(angle)
-    return farther and beyond and explained > SHARE_EXPLAINED and past**2 > SURELY_MOVING**2 * usual
-
-
-def _moves_before_any_command(command: FloatArray, steps: FloatArray) -> bool:
-    """Whether the angle runs on, at a fair share of its usual speed, while the command has been zero."""
-    idle = int(np.flatnonzero(command)[0]) if np.any(command) else len(command)
-    if idle < 4:
-        return False
-    usual = float(np.sqrt(np.mean(steps**2)))
-    return abs(float(np.mean(steps[: min(idle, RESPONSE_TAPS) - 1]))) > IDLE_SHARE * usual
+    rows = sliding_window_view(command, taps)[1:, ::-1]
+    square = rows.T @ rows + max(RIDGE * usual, 1e-300) * len(rows) * np.eye(taps)
+    response = np.linalg.solve(square, rows.T @ steps[taps - 1 :])
+    gain = float(response.sum())
+    if gain == 0:
+        return 0.0
+    return abs(float(response @ np.arange(taps)) / gain) * width / rate_hz
