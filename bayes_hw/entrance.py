@@ -21,9 +21,12 @@ from bayes_hw.record_checks import CLEAR, Following, check_signals, following
 RATE_TOLERANCE = 0.01
 """Largest relative difference of the sample rates of a model and a record."""
 
-TENFOLD = (7.0, 14.0)
-"""Output speed over command, or its inverse, that tells of a rate wrong by ten: axes that lag, slip or
-saturate show 0.2 to 1.3."""
+TOO_FAST, TOO_SLOW = (3.0, 11.0), (1 / 40, 1 / 9)
+"""Output speed over command, in one unit, that tells of a rate ten times too high, and too low: axes that
+lag, slip or saturate show 0.2 to 1.3."""
+
+RADIANS = ((11.0, 75.0), (1 / 320, 1 / 42))
+"""The same that tells of radians beside degrees."""
 
 RADIAN = 180 / math.pi
 
@@ -38,7 +41,7 @@ FACTORS = (
 FACTOR_TOLERANCE = 0.3
 """Relative; a nominal gain is off by some 5 %, and what no model holds takes its share."""
 
-SIGN_CORRELATION = -0.9
+SIGN_CORRELATION = -0.8
 
 MOST_PLACES = 1000
 """Where one record may begin in another, looked at at most."""
@@ -120,34 +123,47 @@ def check_record(record: Record) -> list[str]:
     if not record.has_output:
         return []
     expected = ANGLE_RATES.get((spelt(record.units.output), spelt(record.units.input)))
+    found = best_following(record)
+    if expected is not None and found is not None and abs(found.correlation) >= CLEAR:
+        _check_scale(record, found, expected)
     warnings = []
     for finding in check_signals(record.u, record.y, record.sample_rate_hz, expected):
         if finding.severity == "fatal":
             raise InputError(f"{_place(record)}: {finding}")
         warnings.append(f"{_place(record)}: {finding}")
-    if expected is not None:
-        _check_tenfold(record, expected)
+    if found is not None and found.correlation < SIGN_CORRELATION and not warnings:
+        warnings.append(
+            f"{_place(record)}: moves against its command (correlation of the speeds "
+            f"{found.correlation:.2f}): is the sign of one of them inverted?"
+        )
     return warnings
 
 
-def _check_tenfold(record: Record, expected: float) -> None:
-    found = following(record.u, record.y, record.sample_rate_hz)
-    if found is None or abs(found.correlation) < CLEAR:
-        return
-    ratio = abs(found.slope) / expected
-    low, high = TENFOLD
+def best_following(record: Record) -> Following | None:
+    """`record_checks.following` over stretches a tenth to ten times as long, speeds at the stated rate."""
     rate = record.sample_rate_hz
-    if low <= ratio <= high:
-        right = rate / 10
-    elif low <= 1 / max(ratio, 1e-300) <= high:
-        right = 10 * rate
-    else:
-        return
-    raise InputError(
-        f"{_place(record)}: the output moves {ratio:.2g} times as fast as the command says: its rate is "
-        f"rather {right:g} Hz than {rate:g} Hz; correct it with --sample-rate {right:g}, or, where the "
-        "command is that of a motor before its gear, say so with --input-unit 'deg/s at the motor'"
+    found = [(following(record.u, record.y, each), each) for each in (rate, 10 * rate, rate / 10)]
+    stated = [Following(one.correlation, one.slope * rate / each) for one, each in found if one is not None]
+    return max(stated, key=lambda one: abs(one.correlation), default=None)
+
+
+def _check_scale(record: Record, found: Following, expected: float) -> None:
+    ratio, rate = abs(found.slope) / expected, record.sample_rate_hz
+    fast = f"{_place(record)}: the output moves {ratio:.2g} times as fast as the command says"
+    gear = (
+        "where the command is that of a motor before its gear, say so with --input-unit 'deg/s at the motor'"
     )
+    if any(low <= ratio <= high for low, high in RADIANS):
+        raise InputError(
+            f"{fast}: one of the two is in radians and the other in degrees; give --output-unit or "
+            f"--input-unit, or, {gear}"
+        )
+    for (low, high), right in ((TOO_FAST, rate / 10), (TOO_SLOW, 10 * rate)):
+        if low <= ratio <= high:
+            raise InputError(
+                f"{fast}: its rate is rather {right:g} Hz than {rate:g} Hz; correct the time stamps or give "
+                f"--sample-rate {right:g}, or, {gear}"
+            )
 
 
 def check_response(record: Record, model: SimulatedAxis) -> None:

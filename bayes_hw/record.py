@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
+from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import Columns, read_columns
 from bayes_hw.resample import between_measured, describe, resample_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Columns", "Record", "Units"]
 
@@ -149,6 +155,66 @@ class Record:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __repr__(self) -> str:
+        units, angle = self.units, self.y + self.origin
+        moves = f", angle {angle.min():.6g} to {angle.max():.6g} {units.output}" if self.has_output else ""
+        return (
+            f"<Record {self.name!r}: {len(self)} samples at {self.sample_rate_hz:.6g} Hz "
+            f"({self.duration_s:.4g} s), command {self.u.min():.4g} to {self.u.max():.4g} "
+            f"{units.input}{moves}>"
+        )
+
+    def _repr_html_(self) -> str:
+        done = "".join(f"<br>{html.escape(sentence)}" for sentence in self.treatment)
+        return f"<code>{html.escape(repr(self)[1:-1])}</code>{done}"
+
+    @classmethod
+    def from_arrays(
+        cls,
+        t: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        sample_rate_hz: float | None = None,
+        units: Units | Mapping[str, str] | None = None,
+        name: str = "record",
+    ) -> Record:
+        """A record of columns (samples,): time in s, command, measured angle.
+
+        Without `t` the samples are `sample_rate_hz` apart; without `y` the record is a command alone. Raises
+        InputError where neither time nor rate is given, the two disagree, or the time is not uniform.
+        """
+        stamps, rate, command, angle = uniform_columns(name, t, u, y, sample_rate_hz)
+        measured = None
+        if angle is None:
+            angle, measured = np.zeros(len(command)), np.zeros(len(command), dtype=np.bool_)
+        held = units if isinstance(units, Units) else Units.from_dict(units or {})
+        return cls(name, stamps, command, angle, rate, held, measured=measured)
+
+    @classmethod
+    def from_dataframe(
+        cls,
+        table: pd.DataFrame,
+        *,
+        columns: Columns | None = None,
+        sample_rate_hz: float | None = None,
+        units: Units | Mapping[str, str] | None = None,
+        name: str = "record",
+    ) -> Record:
+        """A record of a table's columns t, u, y, or those that `columns` names.
+
+        Where there is no such column of time, an index of dates and times stands for it. Raises InputError as
+        `from_arrays`, and at a column that is missing.
+        """
+        found = columns_of_table(table, columns or Columns(), sample_rate_hz)
+        return cls.from_arrays(*found, sample_rate_hz=sample_rate_hz, units=units, name=name)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a sample: t, u, the measured angle y and known signals, as `columns` gives them."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
 
     @property
     def has_output(self) -> bool:

@@ -28,8 +28,8 @@ def say(message: str) -> None:
 
 
 def note(message: str) -> None:
-    """One line on stderr of what was done without being asked."""
-    print(visible(f"bayes-hw: note: {' '.join(message.split())}"), file=sys.stderr)
+    """One line on stdout of what was done without being asked; stderr stays for the one line of an error."""
+    print(visible(f"note: {' '.join(message.split())}"))
 
 
 def warn(message: str) -> None:

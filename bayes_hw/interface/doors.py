@@ -16,7 +16,9 @@ COLUMNS = {"time": "time", "input": "input", "output": "output"}
 UNITS = {"input-unit": "input", "output-unit": "output"}
 RENAMED = {"sample-rate": "sample_rate_hz", "resample": "resample_hz"}
 
-VALUE = r"(?P<value>'[^']*'|\"[^\"]*\"|[\w.+-]*[\w])"
+WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge"
+VALUE = rf"(?P<value>'[^']*'|\"[^\"]*\"|[A-Z]+\b|[-+]?\d[-+.\de]*(?<![-+.e])|(?:{WORDS})\b)"
+"""What follows an option as its value: quoted, a place holder in capitals, a number, or one of the words."""
 
 
 def python_words(message: str) -> str:
@@ -30,7 +32,7 @@ def _with_value(found: re.Match[str]) -> str:
     if name not in {*COLUMNS, *UNITS, *RENAMED, "start", "origin", "unwrap", "gaps", "input-position"}:
         return f"{_alone(found)} {value}"
     literal = "None" if value == "none" else value
-    if not re.fullmatch(r"None|RATE|TURN|'.*'|\".*\"|[-+.\de]+", literal):
+    if literal in WORDS.split("|") or (literal.isupper() and name in COLUMNS):
         literal = f'"{literal}"'
     if name in COLUMNS:
         return f"columns=Columns({name}={literal})"

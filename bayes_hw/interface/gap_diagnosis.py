@@ -16,6 +16,7 @@ from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
 from bayes_hw.interface.doors import in_python, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.record import Record
@@ -42,6 +43,13 @@ class GapDiagnosis:
     def __str__(self) -> str:
         """The verdict in words."""
         return sentence(self.diagnosis)
+
+    def __repr__(self) -> str:
+        named = " and ".join(self.answer) or "no structural gap"
+        return f"<GapDiagnosis of {self.diagnosis.case.name!r}: {named}>"
+
+    def _repr_html_(self) -> str:
+        return table_with_words(self.to_dataframe(), str(self), self.verdict.notes)
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a label, most probable first: `probability` that it is present, whether in the answer."""

@@ -13,6 +13,7 @@ from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
 from bayes_hw.interface.arguments import generator, records_given
 from bayes_hw.interface.doors import entered, in_python, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.record import Record
@@ -37,6 +38,16 @@ class IdentifiedAxis:
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the estimate must know, in words."""
         return self.identification.warnings
+
+    def __repr__(self) -> str:
+        fits = ", ".join(
+            f"{fit.hammerstein_wiener:.2f} % of {fit.record}" for fit in self.identification.fits
+        )
+        doubts = f"; {len(self.warnings)} warnings" if self.warnings else ""
+        return f"<IdentifiedAxis: {self.model!r} explains {fits}{doubts}>"
+
+    def _repr_html_(self) -> str:
+        return table_with_words(self.to_dataframe(), repr(self)[1:-1], self.warnings)
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a parameter, named as in posterior.json: `value` and `unit`."""

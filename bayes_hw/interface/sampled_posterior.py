@@ -21,6 +21,7 @@ from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.interface.arguments import generator, model_given, records_given, threads
 from bayes_hw.interface.doors import entered, in_python, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
@@ -40,6 +41,12 @@ class PredictedOutput:
     """94 % bands of one record's output; `prediction` holds the arrays."""
 
     prediction: prediction.Prediction
+
+    def __repr__(self) -> str:
+        return (
+            f"<PredictedOutput of {self.prediction.record.name!r}: {len(self.prediction.record)} samples, "
+            f"fit {self.prediction.fit_percent:.1f} %>"
+        )
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a sample: the columns of `bayes-hw predict`."""
@@ -76,6 +83,26 @@ class SampledPosterior:
     def tree(self) -> DataTree:
         """The ArviZ tree: posterior, prior, sample_stats, observed and constant data."""
         return self.posterior.to_arviz(self.records)
+
+    def __repr__(self) -> str:
+        ensembles, steps, walkers, parameters = self.posterior.values.shape
+        state = "converged" if self.converged else "NOT CONVERGED"
+        return (
+            f"<SampledPosterior of {self.posterior.axis.model.name!r}: {state}, {parameters} parameters, "
+            f"{ensembles} ensembles of {walkers} walkers, {steps} steps, {len(self.records)} records>"
+        )
+
+    def __str__(self) -> str:
+        """One line a parameter: mean, standard deviation, 94 % interval."""
+        rows = [
+            f"{name:26} {row['mean']:12.5g} +- {row['sd']:<9.2g} [{row['hdi94_low']:.5g}, "
+            f"{row['hdi94_high']:.5g}] {row['unit']}".rstrip()
+            for name, row in self.to_dataframe().iterrows()
+        ]
+        return "\n".join([repr(self)[1:-1], *rows, *self.warnings])
+
+    def _repr_html_(self) -> str:
+        return table_with_words(self.to_dataframe(), repr(self)[1:-1], self.warnings)
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a parameter, as in posterior.json; `hdi94_low` and `hdi94_high` bound the 94 % HDI."""
