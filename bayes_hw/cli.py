@@ -188,6 +188,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(given)
     parsed.parser, parsed.run_other = parser, main
     parsed.command_line = shlex.join(["bayes-hw", *given])
+    if "default_out" in parsed and parsed.out is None:
+        parsed.out = parsed.default_out(parsed)
     parsed.checkpoint = Path(getattr(parsed, "out", "")) / CHECKPOINT_FOLDER
     try:
         from bayes_hw import commands

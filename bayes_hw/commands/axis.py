@@ -14,8 +14,9 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
-from bayes_hw.commands.speech import rounded, say, warn
+from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
@@ -54,12 +55,14 @@ def identify_command(parsed: argparse.Namespace) -> None:
     write_identification(Path(parsed.out), identification, fits)
     for warning in identification.warnings:
         warn(warning)
-    if parsed.quiet:
-        return
     for step in identification.steps:
         say(f"{step.name:32} rms error {step.cost:.4g}, fit {step.fit_percent:.2f} %")
     for fit in fits:
         say(f"{fit.record}: Hammerstein-Wiener {fit.hammerstein_wiener:.2f} %, linear {fit.linear:.2f} %")
+    model = Path(parsed.out) / "model.json"
+    say(f"model: {model}")
+    again = reading_options(parsed)
+    say_next(parsed, "sample", "--model", str(model), *parsed.records, *again, "--out", "posterior/")
 
 
 def report_command(parsed: argparse.Namespace) -> None:
@@ -92,13 +95,18 @@ def report_command(parsed: argparse.Namespace) -> None:
         origin = provenance(
             parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin
         )
-        written = render(posterior_report(analysis, origin), out)
+        page = posterior_report(analysis, origin)
+        written = render(page, out)
     discard_checkpoints(parsed.checkpoint)
-    say_verdict(analysis.dominant.posterior, parsed.quiet)
+    say_estimates(analysis.dominant.posterior)
     if analysis.everything is not None and not analysis.everything.posterior.converged:
         warn("NOT CONVERGED with all of G free: " + "; ".join(analysis.everything.posterior.problems))
-    if not parsed.quiet:
-        say(f"report: {written.html} and {written.pdf}")
+    say_page(page, written)
+    following = ["design", "--posterior", str(out), "--out", "design/"]
+    if not analysis.dominant.residuals.white:
+        source = parsed.model or str(out / "model.json")
+        following = diagnose_next(source, parsed.records, parsed.holdout) or following
+    say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
 
 
 def write_analysis(out: Path, analysis: Analysis) -> None:
@@ -155,9 +163,13 @@ def sample_command(parsed: argparse.Namespace) -> None:
     )
     inference.posterior.write(out, records)
     discard_checkpoint(parsed.checkpoint)
-    say_verdict(inference.posterior, parsed.quiet)
+    say_estimates(inference.posterior)
     for doubt in said_of(inference)[not inference.posterior.converged :]:
         warn(doubt)
+    following = ["design", "--posterior", parsed.out, "--out", "design/"]
+    if not inference.residuals.white:
+        following = diagnose_next(parsed.model, parsed.records, []) or following
+    say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
 
 
 def predict_command(parsed: argparse.Namespace) -> None:
@@ -173,13 +185,13 @@ def predict_command(parsed: argparse.Namespace) -> None:
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
-    if not parsed.quiet:
-        achieved = band_coverage(prediction)
-        low, high = achieved.interval
-        say(
-            f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
-            f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
-        )
+    achieved = band_coverage(prediction)
+    low, high = achieved.interval
+    say(
+        f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
+        f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
+    )
+    say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:
@@ -187,13 +199,13 @@ def write_prediction(path: Path, prediction: Prediction) -> None:
     write_csv(path, prediction.columns())
 
 
-def say_verdict(posterior: Posterior, quiet: bool) -> None:
-    """One line a parameter on stdout, and what has not converged on stderr."""
+def say_estimates(posterior: Posterior) -> None:
+    """One line a parameter on stdout, of the noise its size alone, and what has not converged on stderr."""
     if not posterior.converged:
         warn("NOT CONVERGED: " + "; ".join(posterior.problems))
-    if quiet:
-        return
     for name, summary in posterior.summaries.items():
+        if name.startswith("noise.") and name != "noise.sigma":
+            continue
         low, high = summary.hdi94
         unit = f" {summary.unit}" if summary.unit else ""
         mean, sd, lower, upper = (

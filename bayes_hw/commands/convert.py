@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Read, check and write; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_file
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -48,12 +49,12 @@ def run(parsed: argparse.Namespace) -> None:
     if is_model:
         model = HammersteinWiener.read(source)
         model.write(out)
-        if not parsed.quiet:
-            say(f"{out}: model {model.name}, {model.sample_rate_hz:g} Hz, {len(model.linear.poles)} poles")
+        say(f"{out}: model {model.name}, {model.sample_rate_hz:g} Hz, {len(model.linear.poles)} poles")
+        say_next(parsed, "simulate", "--model", str(out), "RECORD.csv", "--out", "run.csv")
         return
     (record,) = read_records(parsed, [str(source)])
     record.write(out)
-    if not parsed.quiet:
-        say(f"{out}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
-        for treatment in record.treatment:
-            say(treatment)
+    say(f"{out}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
+    for treatment in record.treatment:
+        say(treatment)
+    say_next(parsed, "report", str(out), "--out", "axis/")

@@ -30,10 +30,12 @@ def add_command(
     )
 
 
-def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
+def add_output(
+    parser: argparse.ArgumentParser, text: str, metavar: str = "DIR", *, required: bool = True
+) -> None:
     """--out, checked before anything is computed; a folder (DIR) is held for this process alone."""
     parser.set_defaults(out_is_folder=metavar == "DIR")
-    parser.add_argument("--out", required=True, metavar=metavar, help=text)
+    parser.add_argument("--out", required=required, metavar=metavar, help=text)
 
 
 def add_record_options(parser: argparse.ArgumentParser) -> None:
@@ -126,4 +128,6 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="threads (default: all cores)"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress on the way; answers and warnings stay"
+    )

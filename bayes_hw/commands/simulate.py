@@ -27,7 +27,9 @@ def run(parsed: argparse.Namespace) -> None:
     """Simulate and write; raises InputError where the response overflows."""
     import numpy as np
 
+    from bayes_hw.commands.next_step import reading_options, say_next
     from bayes_hw.commands.records import records_of
+    from bayes_hw.commands.speech import say
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
     from bayes_hw.infer.start_state import simulate_from_motion
@@ -55,3 +57,6 @@ def run(parsed: argparse.Namespace) -> None:
             "y_model": simulation.y + record.origin,
         },
     )
+    say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
+    again = reading_options(parsed)
+    say_next(parsed, "sample", "--model", parsed.model, parsed.record, *again, "--out", "posterior/")
