@@ -228,12 +228,14 @@ def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path, 
         assert run("other", "--seed", "2")["parameters"] != alone["parameters"]
 
 
-def test_quiet_is_silent_and_otherwise_progress_is_plain_lines(
+def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = sample_arguments(folder, tmp_path, "--walkers", "64")
     assert main([*arguments, "--quiet"]) == 0
-    assert capsys.readouterr() == ("", "")
+    answer, progress = capsys.readouterr()
+    assert progress == "" and "noise.partial" not in answer and "next: " not in answer
+    assert [line.split()[0] for line in answer.splitlines()][-1] == "noise.sigma"
     assert main(arguments) == 0
     printed = capsys.readouterr()
     assert "sampling ..." in printed.err.splitlines()
