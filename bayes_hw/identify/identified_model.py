@@ -154,6 +154,12 @@ def warnings_of(
             "the linear baseline, which has a constant command offset besides, describes these records "
             "at least as well"
         )
+    if joint.slow_poles_kept:
+        found.append(
+            f"{joint.slow_poles_kept} slow real poles of G are kept although the records do not ask for "
+            "them: they would lose travel at each reversal as a dead zone does, so the dead zone's interval must "
+            "allow for them"
+        )
     if not joint.fit.structure.integrator:
         found.append("the records speak against an integrator; the output does not behave like a position")
     elif (share := integrator_share(experiment, joint.fit)) < WEAK_INTEGRATOR:

@@ -18,6 +18,7 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
+from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import NEAR_INTEGRATOR, OrderCandidate, Progress
 
 SMALL_ORDER = 4
@@ -35,13 +36,15 @@ BLOCKS = ("lower", "upper", "dead_zone")
 @dataclass(frozen=True, eq=False)
 class JointStage:
     """The chosen cascade; every order and delay tried; for each block in BLOCKS how much the criterion
-    rises without it (None where the records could not show it at all), and the error then.
+    rises without it (None where the records could not show it at all), and the error then; how many slow real
+    poles were kept although the criterion asks for none (`bayes_hw.identify.growth.slow_poles`).
     """
 
     fit: CascadeFit
     candidates: tuple[OrderCandidate, ...]
     evidence: dict[str, float | None]
     rms_without: dict[str, float]
+    slow_poles_kept: int
 
 
 def identify_jointly(
@@ -90,8 +93,17 @@ def identify_jointly(
         best = released
     best, evidence, rms_without = _drop_blocks(best)
     tried.append(best)
+    kept = best.structure.order
+    if best.structure.dead_zone:
+        best = with_slow_poles(best)
     report("whole cascade", parts, parts)
-    return JointStage(cascade_fit(best), _tabulated(tried, experiment.output_scale), evidence, rms_without)
+    return JointStage(
+        cascade_fit(best),
+        _tabulated(tried, experiment.output_scale),
+        evidence,
+        rms_without,
+        best.structure.order - kept,
+    )
 
 
 def chosen(items: Iterable[Grown]) -> Grown:
