@@ -69,8 +69,9 @@ def posed(
             free = free or number < len(records)
             notes.append(f"{record.name}: {_how_it_begins(record, begin)}; its initial state is estimated")
         elif start == "rest" and away:
-            notes.append(f"{record.name}: {_how_it_begins(record, begin)} and is taken to begin at zero, as
-            asked") if origin == "start" and not begin.is_zero:
+            how = _how_it_begins(record, begin)
+            notes.append(f"{record.name}: {how} and is taken to begin at zero, as asked")
+        if origin == "start" and not begin.is_zero:
             record = counted_from(record, begin)
             notes.append(f"{record.name}: {record.treatment[-1]}")
         done.append(record)

@@ -46,7 +46,6 @@ def identify_command(parsed: argparse.Namespace) -> None:
     records, holdout = given.records, given.holdout
     identification = identify_with_progress(
         records,
-        np.random.default_rng(parsed.seed),
         records[0].name,
         given.start,
         Progress(parsed.quiet),

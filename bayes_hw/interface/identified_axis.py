@@ -77,14 +77,15 @@ def identify(
     `name` is the model's (the first record's unless given). Angles count from where each record begins,
     unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"
     takes each to begin at rest, "auto" finds out. What was done, and what a reader of the estimate must know,
-    is warned of as BayesHWWarning. Raises InputError when the arguments are not what they should be, or the
-    records cannot be used.
+    is warned of as BayesHWWarning. `seed` is taken as in `sample` and `diagnose`, so that all three are
+    called alike; the estimate draws no random numbers. Raises InputError when the arguments are not what they
+    should be, or the records cannot be used.
     """
     with in_python():
         given = entered(records_given(records), start=start, origin=origin)
+        generator(seed)
         found = four_steps.identify(
             given.records,
-            rng=generator(seed),
             name=name or given.records[0].name,
             free_start=given.start == "free",
         )

@@ -1,0 +1,69 @@
+"""Slow real poles that the evidence cannot exclude.
+
+Each reversal of a velocity whose gain settles slowly loses a fixed travel, as a dead zone does: to first
+order the two cannot be told apart. A criterion that drops slow poles for want of evidence would hand their
+travel to the dead zone, with a narrow interval. So a cascade with a dead zone keeps two slow real poles even
+where the criterion asks for none; they are real, since a pair would turn into an oscillation and fit noise.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade_roots import poles_of
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.extension import with_separate_pole
+from bayes_hw.identify.growth.score_test import Residual
+from bayes_hw.identify.growth.search import Grown, halved
+
+SLOW_POLES = 2
+SLOWEST_SHARE = 0.1
+"""Of the longest record: the longest time constant looked for."""
+
+FASTEST_SHARE, FEWEST_SAMPLES = 1 / 250, 10
+"""A pole is slow from this share of the longest record on, and from as many samples."""
+
+TIME_CONSTANTS = 9
+DESCENTS = 3
+
+
+def slow_time_constants(item: Grown) -> tuple[float, float]:
+    """The shortest and longest time constant, in samples, that count as slow."""
+    longest = max(len(record) for record in item.response.records)
+    return max(FEWEST_SAMPLES, FASTEST_SHARE * longest), SLOWEST_SHARE * longest
+
+
+def slow_poles(item: Grown) -> int:
+    """How many poles of G besides the integrator are slow, whatever their damping."""
+    poles = poles_of(item.values, integrator=False)
+    shortest, _ = slow_time_constants(item)
+    modulus = np.clip(np.abs(poles), 1e-12, 1.0)
+    continuous = np.hypot(np.log(modulus), np.angle(poles))
+    return int(np.count_nonzero(continuous < 1 / shortest))
+
+
+def with_slow_poles(item: Grown) -> Grown:
+    """`item`, with SLOW_POLES real ones added where it has fewer."""
+    if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
+        return item
+    shortest, longest = slow_time_constants(item)
+    if longest <= shortest:
+        return item
+    grid = np.exp(-1 / np.geomspace(shortest, longest, TIME_CONSTANTS))
+    residual = Residual.of(item.response, item.point)
+    pairs = list(combinations(range(TIME_CONSTANTS), 2))
+    gains = residual.group_gains(grid, pairs)
+    best = np.argsort(-gains)[:DESCENTS]
+    return halved([_extended(item, grid[list(pairs[i])]) for i in best])
+
+
+def _extended(item: Grown, poles: FloatArray) -> Grown:
+    structure, values = item.structure, item.values
+    for pole in poles:
+        structure, values = with_separate_pole(structure, values, float(pole))
+    response = CascadeResponse(structure, item.response.records)
+    return Grown(response, evaluate(response, response.coordinates(values), item.point.whitener))
