@@ -64,7 +64,8 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
     sources = {name: _source(tables, name) for name in [*wanted.values(), *options.known]}
     for role, name in [*wanted.items(), *(("known", name) for name in options.known)]:
         has_clock = role == "time" and wanted["input"] in table.clocks
-        if sources[name] is None and not has_clock and not (role == "output" and alone):
+        absent = sources[name] is None and (bool(table.values) or name in table.missing)
+        if absent and not has_clock and not (role == "output" and alone):
             raise _absent(path, table, name, role)
     said = [*table.said]
     time, clock_name = options.columns.time, wanted["input"]
@@ -169,7 +170,9 @@ def _own_clock(
         raise InputError(f"{path}: --join needs the clock of the record; give --time NAME")
     if role == "output" and options.output_time is not None and options.output_time in table.values:
         unit = table.units.get(options.output_time)
-        return _read(path, table, table.values[options.output_time], options.output_time, options.time_unit or unit)
+        return _read(
+            path, table, table.values[options.output_time], options.output_time, options.time_unit or unit
+        )
     if name in table.clocks:
         unit = table.clock_units.get(name)
         return _read(path, table, table.clocks[name], name, options.time_unit or unit)
@@ -205,11 +208,13 @@ def _at(
             f"against {t[0]:.6g} to {t[-1]:.6g} s; check which clocks they are"
         )
     step = float(np.median(np.diff(when)))
-    reach = max(step, float(np.median(np.diff(t)))) if len(t) > 1 else step
-    found = np.interp(t, when, values)
-    found[(t < when[0] - reach) | (t > when[-1] + reach)] = np.nan
+    found = np.interp(t, when, values, left=np.nan, right=np.nan)
     after = np.clip(np.searchsorted(when, t), 1, len(when) - 1)
-    hole = (when[after] - when[after - 1] > (MOST_BRIDGED + 1.5) * step) & (t > when[after - 1]) & (t < when[after])
+    hole = (
+        (when[after] - when[after - 1] > (MOST_BRIDGED + 1.5) * step)
+        & (t > when[after - 1])
+        & (t < when[after])
+    )
     found[hole] = np.nan
     return found, f"{name!r} interpolated linearly from a clock of its own ({1 / step:.6g} Hz)"
 
@@ -242,6 +247,11 @@ def _in_order(path: Path, log: LogColumns) -> LogColumns:
         same &= (a == b) | (np.isnan(a) & np.isnan(b))
     if not same.all():
         at = int(again[~same][0])
+        if log.t[at] < log.t[at - 1]:
+            raise InputError(
+                f"{path}: {log.place_of(at)}: time stamp goes back from {float(log.t[at - 1])!r} to "
+                f"{float(log.t[at])!r}; remove the row, or give --time none --sample-rate RATE"
+            )
         raise InputError(
             f"{path}: {log.place_of(at)}: time stamp repeats {float(log.t[at])!r} with other values; remove one of "
             "the rows, or give --time none --sample-rate RATE"
@@ -270,6 +280,8 @@ def _in_part(path: Path, log: LogColumns, options: ReadingOptions) -> LogColumns
     s = log.t - log.t[0]
     keep = np.flatnonzero((s >= start - 1e-9) & (s < stop))
     if len(keep) == 0:
-        raise InputError(f"{path}: --part {start:g} {stop:g}: no sample there; the record lasts {s.max():g} s")
+        raise InputError(
+            f"{path}: --part {start:g} {stop:g}: no sample there; the record lasts {s.max():g} s"
+        )
     said = f"cut to {start:g} s to {stop:g} s after the first sample"
     return replace(log.chosen(keep), said=(*log.said, said))

@@ -63,7 +63,9 @@ class ReadingOptions:
         if self.unwrap is not None and not (math.isfinite(self.unwrap) and self.unwrap > 0):
             raise InputError(f"--unwrap {self.unwrap!r}: give the turn at which the angle wraps, such as 360")
         if self.part_s is not None and not self.part_s[0] < self.part_s[1]:
-            raise InputError(f"--part {self.part_s[0]:g} {self.part_s[1]:g}: give a start before a stop, in s")
+            raise InputError(
+                f"--part {self.part_s[0]:g} {self.part_s[1]:g}: give a start before a stop, in s"
+            )
 
     @property
     def command(self) -> str:

@@ -173,7 +173,9 @@ class Record:
             ),
         )
         if len(records) > 1:
-            raise InputError(f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all")
+            raise InputError(
+                f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"
+            )
         return records[0]
 
     @classmethod
@@ -198,7 +200,7 @@ class Record:
             u=content.u,
             y=content.y,
             sample_rate_hz=content.sample_rate_hz,
-            units=Units.from_dict({role: spelt(unit) for role, unit in content.units.items()}),
+            units=Units.from_dict(dict(content.units)),
             source=str(path),
             sha256=content.sha256,
             treatment=content.treatment,
@@ -231,7 +233,9 @@ class Record:
         """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""
         if not self.has_output:
             return ()
-        return check_signals(self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input))
+        return check_signals(
+            self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)
+        )
 
     def write(self, path: Path | str) -> None:
         """Write `columns` in the format of the path's ending; see `bayes_hw.formats.column_output`."""

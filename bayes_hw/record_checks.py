@@ -21,7 +21,6 @@ TURNS = {
     400.0: "400 gon",
     21_600.0: "21600 arcmin",
     1_296_000.0: "1296000 arcsec",
-    1.0: "one turn",
     2 * math.pi * 1000: "2000 pi mrad",
 } | {float(2**bits): f"2^{bits} counts" for bits in range(10, 33)}
 """Whole turns at which angles wrap, in the units that instruments count in."""
@@ -97,7 +96,7 @@ def wrapped_angle(y: FloatArray) -> Finding | None:
     jump = float(sizes[at])
     is_jump = sizes > 0.5 * jump
     ordinary = float(sizes[~is_jump].max()) if not is_jump.all() else 0.0
-    if jump == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
+    if ordinary == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
         return None
     for turn, said in TURNS.items():
         if abs(jump - turn) <= TURN_TOLERANCE * turn + ordinary and extent <= 1.01 * turn + ordinary:

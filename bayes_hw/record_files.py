@@ -15,7 +15,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
 from bayes_hw.log_columns import LogColumns, log_columns
-from bayes_hw.quantities import conversion, with_step
+from bayes_hw.quantities import conversion, spelt, with_step
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
 from bayes_hw.record_parts import Part, cut_into_parts
@@ -80,12 +80,12 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
         clocks = [name for name in (columns.time, options.output_time) if name is not None]
         if options.output_time is not None:
             names.append(options.output_time)
-        tables.append((path, read_table(path, names, clocks, most_rows=MOST_SAMPLES + 1)))
+        tables.append((path, _present(path, names, clocks, options)))
     for other in options.join:
         absent = [name for name in names if name not in tables[0][1].values or name in clocks]
         with _os_errors(other):
             _digest(other)
-            tables.append((other, read_table(other, absent, clocks, most_rows=MOST_SAMPLES + 1)))
+            tables.append((other, _present(other, absent, clocks, options)))
     log = log_columns(tables, options)
     if len(log.t) < FEWEST_SAMPLES:
         raise InputError(
@@ -99,6 +99,17 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     return _those_that_move(path, contents, log, options)
 
 
+def _present(path: Path, names: Sequence[str], clocks: Sequence[str], options: ReadingOptions) -> Table:
+    """The columns of `names` that a file holds, where others may hold the rest; else all or none."""
+    table = read_table(path, names, clocks, most_rows=MOST_SAMPLES + 1)
+    may_lack = options.join or (not options.needs_output and options.columns.output == Columns.output)
+    if table.missing and not table.values and may_lack:
+        held = [name for name in names if name not in table.missing]
+        if held:
+            return read_table(path, held, clocks, most_rows=MOST_SAMPLES + 1)
+    return table
+
+
 def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, digest: str) -> FileContent:
     """A part in the units asked for, unwrapped, its command a velocity."""
     said = [*log.said, *part.said]
@@ -107,7 +118,9 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     known_units = {name: log.units[name] for name in part.known if name in log.units}
     for role in ("input", "output"):
         is_position = role == "input" and options.input_position is not None
-        factor, unit, sentence = _in_unit(path, role, log.units.get(role), options.units.get(role), is_position)
+        factor, unit, sentence = _in_unit(
+            path, role, log.units.get(role), options.units.get(role), is_position
+        )
         if unit is not None:
             units[role] = unit
         if factor != 1.0:
@@ -132,12 +145,19 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     if options.reverse:
         y = -y
         said.append("output taken with the other sign")
-    if options.input_position is not None:
-        steps = np.diff(u) * part.rate_hz
-        u = np.append(steps, steps[-1:])
-        said.append(f"command: forward difference of the position {options.input_position!r}")
+    if options.input_position is None:
+        return FileContent(
+            part.t, u, y, part.rate_hz, part.measured, part.known, digest, tuple(said), units, known_units
+        )
+    said.append(
+        f"command: forward difference of the position {options.input_position!r}; the last sample, which has none, "
+        "left out"
+    )
+    known = {name: values[:-1] for name, values in part.known.items()}
+    measured = None if part.measured is None else part.measured[:-1]
+    speed = np.diff(u) * part.rate_hz
     return FileContent(
-        part.t, u, y, part.rate_hz, part.measured, part.known, digest, tuple(said), units, known_units
+        part.t[:-1], speed, y[:-1], part.rate_hz, measured, known, digest, tuple(said), units, known_units
     )
 
 
@@ -154,7 +174,7 @@ def _in_unit(
         return step, unit, f"{role}: each count taken as {wanted}"
     if wanted is None:
         step, unit = with_step(stated)
-        return step, unit, f"{role} stated in {stated!r}: multiplied by {step:g}"
+        return step, spelt(unit), f"{role} stated in {stated!r}: multiplied by {step:g}"
     try:
         factor = conversion(stated, wanted)
     except InputError as error:
@@ -226,6 +246,12 @@ def _os_errors(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the path") from None
     except ValueError as error:  # a name that no file can have
         raise InputError(f"{str(path)!r}: cannot be read ({error}); check the path") from None
+
+
+def checked_file(path: Path) -> str:
+    """The digest of a file; raises InputError where it is none, or cannot be read."""
+    with _os_errors(path):
+        return _digest(path)
 
 
 def _digest(path: Path) -> str:

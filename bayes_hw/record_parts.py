@@ -30,7 +30,9 @@ RATE_TOLERANCE = 0.01
 SAME_RATE = 1e-3
 """Parts of one log whose rates differ by less have the rate of the longest."""
 
-SPLIT_OR_BRIDGE = "give --gaps bridge to keep single ones as unmeasured, or --gaps split to begin a new record there"
+SPLIT_OR_BRIDGE = (
+    "give --gaps bridge to keep single ones as unmeasured, or --gaps split to begin a new record there"
+)
 
 
 @dataclass(frozen=True)
@@ -135,7 +137,9 @@ def _in_another_unit(step: float) -> str:
     """What to do where a step would be one of 1 to 1000 Hz in another unit than s; nothing elsewhere."""
     for unit, seconds in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", 86_400.0)):
         if 1e-3 <= step * seconds <= 1.0:
-            return f"; if they are in {unit}, which makes {1 / (step * seconds):.6g} Hz, give --time-unit {unit}"
+            return (
+                f"; if they are in {unit}, which makes {1 / (step * seconds):.6g} Hz, give --time-unit {unit}"
+            )
     return ""
 
 
@@ -255,7 +259,9 @@ def _filled(values: FloatArray) -> FloatArray:
 def _common_rate(found: Sequence[Part]) -> list[Part]:
     """The parts at the rate of the longest, where theirs are the same within what short parts can tell."""
     rate = max(found, key=lambda part: len(part.t)).rate_hz
-    return [replace(part, rate_hz=rate) if abs(part.rate_hz / rate - 1) < SAME_RATE else part for part in found]
+    return [
+        replace(part, rate_hz=rate) if abs(part.rate_hz / rate - 1) < SAME_RATE else part for part in found
+    ]
 
 
 def _at_given_rate(path: Path, part: Part, options: ReadingOptions) -> Part:

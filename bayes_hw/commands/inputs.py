@@ -61,13 +61,22 @@ def read_records(
     options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
     for path in paths:
-        for record in Record.read_all(path, options):
+        for record in read_once(parsed, path, options):
             target = units or (records[0].units if records else None)
             if target is not None and target != record.units:
-                record = _in_units(record, target, options)
+                record = _in_units(record, target)
             _check(record, parsed.accept)
             records.append(record)
     return records
+
+
+def read_once(parsed: argparse.Namespace, path: str, options: ReadingOptions) -> list[Record]:
+    """The records of a file, from `parsed.read_already` where they were read before the command began."""
+    already: dict[tuple[str, str], list[Record]] = getattr(parsed, "read_already", {})
+    key = (path, repr(options))
+    if key not in already:
+        already[key] = Record.read_all(path, options)
+    return already[key]
 
 
 def read_record(
@@ -83,7 +92,7 @@ def read_record(
     return records[0]
 
 
-def _in_units(record: Record, target: Units, options: ReadingOptions) -> Record:
+def _in_units(record: Record, target: Units) -> Record:
     """The record in the units of model or first record; what nobody stated is in them already."""
     stated = {role: getattr(record.units, role) for role in record.stated_units}
     held = replace(target, **{role: unit for role, unit in stated.items() if role != "time"})

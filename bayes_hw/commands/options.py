@@ -55,12 +55,20 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--input-position", metavar="NAME", help="the command is a position: its difference is the velocity"
     )
-    group.add_argument("--known", action="append", default=[], metavar="NAME", help="a further measured column")
     group.add_argument(
-        "--join", action="append", default=[], metavar="FILE", help="further columns, from a file with its own clock"
+        "--known", action="append", default=[], metavar="NAME", help="a further measured column"
+    )
+    group.add_argument(
+        "--join",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="further columns, from a file with its own clock",
     )
     group.add_argument("--output-time", metavar="NAME", help="the clock of the output, where it has its own")
-    group.add_argument("--time-unit", metavar="UNIT", help="unit of the time column: s, ms, us, ns, min, h, d")
+    group.add_argument(
+        "--time-unit", metavar="UNIT", help="unit of the time column: s, ms, us, ns, min, h, d"
+    )
     group.add_argument("--sample-rate", type=float, metavar="HZ", help="needed where there is no time column")
     group.add_argument(
         "--resample",
@@ -75,7 +83,9 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         help="missing samples: refused (default); split: every gap begins a new record; bridge: up to 3 in a row"
         " stay in the record as unmeasured, longer gaps begin a new one",
     )
-    group.add_argument("--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s")
+    group.add_argument(
+        "--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s"
+    )
     group.add_argument("--unwrap", type=float, metavar="TURN", help="the angle wraps at TURN (360, 6.283...)")
     group.add_argument("--reverse", action="store_true", help="the output counts against the command")
     group.add_argument(

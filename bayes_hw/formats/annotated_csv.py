@@ -68,7 +68,10 @@ def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: C
 
 
 def _take(
-    header: Sequence[str], cells: Sequence[str], fields: dict[str, tuple[list[str], list[str]]], most_rows: int
+    header: Sequence[str],
+    cells: Sequence[str],
+    fields: dict[str, tuple[list[str], list[str]]],
+    most_rows: int,
 ) -> None:
     row = dict(zip(header, cells, strict=False))
     stamp = row.get(TIME, "")
@@ -92,5 +95,7 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Column:
         elif NUMBER.fullmatch(cell) and np.isfinite(float(cell)):
             found[i] = float(cell)
         else:
-            raise InputError(f"{path}: field {name!r}, value {i + 1}: {cell[:40]!r} is not a finite number; correct it")
+            raise InputError(
+                f"{path}: field {name!r}, value {i + 1}: {cell[:40]!r} is not a finite number; correct it"
+            )
     return found

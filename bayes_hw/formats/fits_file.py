@@ -55,7 +55,9 @@ def _table(path: Path, fits: Any, file: Any, wanted: Sequence[str], most_rows: i
     tables = [hdu for hdu in file[:MOST_TABLES] if isinstance(hdu, fits.BinTableHDU)]
     for hdu in tables:
         if int(hdu.header["NAXIS1"]) * int(hdu.header["NAXIS2"]) + int(hdu.header.get("PCOUNT", 0)) > size:
-            raise InputError(f"{path}: is cut short: a table states more rows than the file holds; write it again")
+            raise InputError(
+                f"{path}: is cut short: a table states more rows than the file holds; write it again"
+            )
     if not tables:
         raise InputError(f"{path}: holds no binary table; write the record as one")
     names = tuple(dict.fromkeys(str(name) for hdu in tables for name in hdu.columns.names))
@@ -95,7 +97,9 @@ def _column(path: Path, hdu: Any, at: int, most_rows: int) -> Column:
     if values.ndim > 1 and values.size == len(values):
         values = values.reshape(-1)
     if values.ndim != 1:
-        raise InputError(f"{path}: column {name!r} holds {values.shape[1:]} numbers a row; give a column of one")
+        raise InputError(
+            f"{path}: column {name!r} holds {values.shape[1:]} numbers a row; give a column of one"
+        )
     if values.dtype.kind in "US":
         return np.char.strip(values[:most_rows].astype(np.str_))
     if values.dtype.kind not in "iuf":

@@ -34,9 +34,7 @@ def is_hdf5(path: Path) -> bool:
     return head.startswith(SIGNATURE) or head[MATLAB_BLOCK:] == SIGNATURE
 
 
-def read_hdf5(
-    path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()
-) -> Table:
+def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the data sets named in `wanted`, at most `most_rows` of each; "group.u" is "group/u".
 
     NaN is unmeasured; those of `text`, clocks, may hold text. A data set beside which another is named as a clock
@@ -62,7 +60,9 @@ def read_hdf5(
                 for name, dataset in found.items()
                 if dataset is not None and name not in text and (clock := _clock_beside(dataset)) is not None
             }
-            clocks = {name: _vector(path, name, clock, most_rows, is_text=True) for name, clock in beside.items()}
+            clocks = {
+                name: _vector(path, name, clock, most_rows, is_text=True) for name, clock in beside.items()
+            }
             clock_units = {name: unit for name, clock in beside.items() if (unit := _unit(clock)) is not None}
             names = _names(file)
             units = {
@@ -95,7 +95,11 @@ def _clock_beside(dataset: h5py.Dataset) -> h5py.Dataset | None:
     for name in group:
         if is_time_name(name) and isinstance(group.get(name, getlink=True), h5py.HardLink):
             clock = group[name]
-            if isinstance(clock, h5py.Dataset) and clock.name != dataset.name and clock.shape == dataset.shape:
+            if (
+                isinstance(clock, h5py.Dataset)
+                and clock.name != dataset.name
+                and clock.shape == dataset.shape
+            ):
                 return clock
     return None
 

@@ -37,14 +37,18 @@ def read_json(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collec
     has comes with that one's clock. Raises InputError on what is no table, OSError on an unreadable file.
     """
     if path.stat().st_size > MOST_BYTES:
-        raise InputError(f"{path}: is larger than the {MOST_BYTES // 2**20} MB of JSON that are read; give CSV or HDF5")
+        raise InputError(
+            f"{path}: is larger than the {MOST_BYTES // 2**20} MB of JSON that are read; give CSV or HDF5"
+        )
     try:
         content = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text; write it again") from None
     series = [found for found in _series(path, _decoded(path, content)) if found]
     if not series:
-        raise InputError(f"{path}: holds no table: no rows with named columns, no series; give one of those or CSV")
+        raise InputError(
+            f"{path}: holds no table: no rows with named columns, no series; give one of those or CSV"
+        )
     place = lambda index: f"row {index + 1}"  # noqa: E731
     names = tuple(dict.fromkeys(name for each in series for name in each))
     best = max(series, key=lambda each: sum(bool(matches(list(each), name)) for name in wanted))
@@ -92,7 +96,9 @@ def _decoded(path: Path, content: str) -> Any:
 def _series(path: Path, data: Any) -> list[dict[str, list[Any]]]:
     """Every table in the data, as columns by name."""
     if isinstance(data, list):
-        if data and all(isinstance(row, Mapping) and "series" not in row and "results" not in row for row in data):
+        if data and all(
+            isinstance(row, Mapping) and "series" not in row and "results" not in row for row in data
+        ):
             flat = [_flat(row) for row in data]
             names = dict.fromkeys(name for row in flat for name in row)
             return [{name: [row.get(name) for row in flat] for name in names}]
@@ -126,11 +132,15 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _named(path: Path, series: Mapping[str, Any], names: Sequence[str], rows: Sequence[Any]) -> dict[str, list[Any]]:
+def _named(
+    path: Path, series: Mapping[str, Any], names: Sequence[str], rows: Sequence[Any]
+) -> dict[str, list[Any]]:
     """The columns of one series; a lone `value` or mean takes the name of the series or its tag as well."""
     for number, row in enumerate(rows, start=1):
         if not isinstance(row, list) or len(row) != len(names):
-            raise InputError(f"{path}: row {number}: does not have the {len(names)} values of its columns; correct it")
+            raise InputError(
+                f"{path}: row {number}: does not have the {len(names)} values of its columns; correct it"
+            )
     found = {name: [row[i] for row in rows] for i, name in enumerate(names)}
     values = [name for name in names if not is_time_name(name)]
     tags = series.get("tags")

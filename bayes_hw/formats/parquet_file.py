@@ -33,9 +33,7 @@ def pyarrow_parquet(path: Path) -> ModuleType:
     return parquet
 
 
-def read_parquet(
-    path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()
-) -> Table:
+def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the columns named in `wanted`, at most `most_rows` rows; empty cells are NaN, and those of `text` may
     hold text or dates.
 
@@ -114,7 +112,9 @@ def _columns(
         for name, column in names.items():
             start = rows
             values = _values(batch.column(column), is_stamp=name in text)
-            refuse_infinite(path, name, "column", values, lambda index, start=start: f"row {start + index + 1}")
+            refuse_infinite(
+                path, name, "column", values, lambda index, start=start: f"row {start + index + 1}"
+            )
             parts[name].append(values)
         rows += batch.num_rows
         if rows >= most_rows:

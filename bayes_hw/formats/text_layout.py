@@ -102,7 +102,11 @@ def _decoded(path: Path, head: bytes, whole: bool) -> tuple[str, str]:
     try:
         return "utf-8", codecs.getincrementaldecoder("utf-8")().decode(head, final=whole)
     except UnicodeDecodeError:
+        pass
+    try:
         return "cp1252", head.decode("cp1252")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not UTF-8 text; save it as CSV in UTF-8") from None
 
 
 def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
