@@ -90,6 +90,8 @@ def read_stamps(values: Column, name: str = "t", unit: str | None = None) -> Sta
 
 def _from_numbers(values: Column, name: str, unit: str | None) -> Stamps:
     finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    if len(values) == 0:
+        return Stamps(np.zeros(0), None, "")
     if len(finite) == 0:
         raise StampError(0, "there is no time stamp")
     stated = (unit or "").strip().lower()
@@ -176,6 +178,8 @@ def _from_text(values: Column) -> Stamps:
     cells = np.char.strip(values.astype(np.str_))
     missing = np.isin(np.char.lower(cells), ["", "nan", "null", "nat", "none", "na", "n/a"])
     present = np.flatnonzero(~missing)
+    if len(cells) == 0:
+        return Stamps(np.zeros(0), None, "")
     if len(present) == 0:
         raise StampError(0, "there is no time stamp")
     first = str(cells[present[0]])

@@ -17,7 +17,7 @@ from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record import Record
-from bayes_hw.record_checks import following, wrapped_angle
+from bayes_hw.record_checks import POSITION_SLOPES, following, wrapped_angle
 from bayes_hw.resample import MOST_SAMPLES
 
 MOST_COLUMNS = 24
@@ -27,10 +27,10 @@ COMMAND_WORDS = ("cmd", "command", "demand", "dem", "setpoint", "set", "target",
                  "commanded", "vir", "voltage")  # fmt: skip
 OUTPUT_WORDS = ("actual", "act", "meas", "measured", "enc", "encoder", "angle", "output", "pos", "position", "az", "el",
                 "feedback", "fb")  # fmt: skip
+SPEED_WORDS = ("vel", "rate", "speed")
 NAME_BONUS = 0.3
 AMBIGUOUS = 0.05
 FOLLOWS = 0.5
-SAME_POSITION = 0.95
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,7 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
 
 def _whole(path: Path) -> Table:
     """Every column, as numbers where it has them, else as text."""
-    names = read_table(path, ["\0"], [], most_rows=1).names if path.suffix.lower() != ".csv" else ()
-    if not names:
-        names = read_table(path, ["\0"], ["\0"], most_rows=1).names
+    names = read_table(path, ["1", "\0"], ["1"], most_rows=1).names
     names = names[: 4 * MOST_COLUMNS]
     try:
         return read_table(path, list(names), list(names), most_rows=MOST_SAMPLES)
@@ -260,9 +258,14 @@ def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:
     names -= NAME_BONUS * _has(y.name, COMMAND_WORDS, "u")
     forward = following(command, angle, rate)
     speed = 0.0 if forward is None else abs(forward.correlation)
-    same = float(np.corrcoef(command, angle)[0, 1])
-    slope = same * float(np.std(angle) / np.std(command))
-    is_position = same > SAME_POSITION and 0.5 < slope < 2 and same > speed
+    of_speed = following(np.diff(command) * rate, angle[:-1], rate)
+    same = 0.0 if of_speed is None else of_speed.correlation
+    near_one = of_speed is not None and POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
+    is_position = near_one and same > FOLLOWS and same > speed + AMBIGUOUS
+    if any(word in u.name.casefold() for word in SPEED_WORDS):
+        names += NAME_BONUS / 2
+    if any(word in y.name.casefold() for word in SPEED_WORDS):
+        names -= NAME_BONUS
     if is_position and not _has(u.name, COMMAND_WORDS, "u"):
         names -= NAME_BONUS
     return max(same if is_position else 0.0, speed) + names, is_position

@@ -56,7 +56,7 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
     """The uniform grid of increasing stamps, shape (rows,), in s, or None where some lie off every grid.
 
     Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
-    a line is followed along the stamps, over twice as many at each step, and every stamp belongs to the place
+    a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs to the place
     nearest to it, from which it may be off by `LARGEST_JITTER`.
     """
     rows = len(t)
@@ -64,7 +64,9 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
         return None
     if time_stamps.is_uniform(t):
         return Grid(first, first + rows, np.arange(rows), float(t[0]), time_stamps.mean_rate(t), 0.0)
-    found = [line for start in STARTS if (line := _follow(t, start)) is not None]
+    in_a_row = _fitted(t, np.arange(rows, dtype=np.float64))
+    found = [in_a_row] if in_a_row is not None else []
+    found = found or [line for start in STARTS if (line := _follow(t, start)) is not None]
     if not found:
         return None
     places, start_s, rate_hz, jitter = min(found, key=lambda each: each[3])
@@ -83,8 +85,12 @@ def _follow(t: FloatArray, start: float) -> tuple[IntArray, float, float, float]
             return None
         if known == len(t):
             break
-        known = min(2 * known, len(t))
-    places = np.rint((t - offset) / period)
+        known = min(known + max(known // 4, 4), len(t))
+    return _fitted(t, np.rint((t - offset) / period))
+
+
+def _fitted(t: FloatArray, places: FloatArray) -> tuple[IntArray, float, float, float] | None:
+    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from its."""
     if (np.diff(places) <= 0).any():
         return None
     period, offset = _line(t, places)

@@ -84,7 +84,9 @@ def column_names(path: Path) -> Layout:
 
 def _positions(path: Path, layout: Layout, name: str) -> list[int]:
     found = matches(layout.names, name)
-    if not found and not layout.has_header and not name.isdecimal():
+    if not found and name.isdecimal() and 0 < int(name) <= layout.columns:
+        return [int(name) - 1]
+    if not found and not layout.has_header and not name.isdecimal() and name != "\0":
         count = len(layout.names)
         raise InputError(
             f"{path}: row 1 holds numbers: there is no header; name columns by number, from 1 to {count}, "

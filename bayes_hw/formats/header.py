@@ -72,7 +72,7 @@ def split_name(cell: str) -> tuple[str, str | None]:
     for pattern in (_BRACKETS, _SPLITTERS):
         match = pattern.match(text)
         if match and match[1].strip() and looks_like_unit(match[2]):
-            return match[1].strip(), match[2].strip()
+            return match[1].strip().rstrip(" /,:"), match[2].strip()
     for suffix in sorted(SUFFIXES, key=len, reverse=True):
         if text.lower().endswith(f"_{suffix}") and len(text) > len(suffix) + 1:
             return text[: -len(suffix) - 1], SUFFIXES[suffix]

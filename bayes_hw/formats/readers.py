@@ -61,7 +61,7 @@ def _hdf5_or_matlab(
 
     table = read_matlab(path, wanted, most_rows=most_rows)
     signals = [name for name in wanted if name not in clocks]
-    if all(name in table.missing for name in signals[:2]):
+    if signals and all(name in table.missing for name in signals[:2]):
         time = clocks[0] if clocks else "t"
         return read_iddata(
             path, (time, signals[0], signals[1] if len(signals) > 1 else "y"), most_rows=most_rows

@@ -120,7 +120,7 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
     is_numeric = [
         2 * sum(is_value(row[j]) for row in sample if j < len(row)) > len(sample) for j in range(columns)
     ]
-    is_data = {i: _is_data(row, is_numeric) for i, row in rows.items()}
+    is_data = {i: _columns(row) == columns and _is_data(row, is_numeric) for i, row in rows.items()}
     first = next((i for i in filled if is_data[i]), None)
     before = [i for i in filled if first is None or i < first]
     plain = [i for i in before if _is_header(rows[i], columns) and not lines[i].lstrip().startswith(COMMENTS)]

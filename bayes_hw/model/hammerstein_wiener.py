@@ -17,7 +17,6 @@ from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.model_file import load_model_json
 from bayes_hw.model.modal import linear_batch, modal_form
 from bayes_hw.model.model_file import load_model_json
 from bayes_hw.record import Units
