@@ -6,7 +6,7 @@ One check for the command line and for Python, before anything is fitted.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import combinations
 from typing import Protocol
 
@@ -15,8 +15,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.posing import Origin, Posed, Start, posed
-from bayes_hw.record import Record, Units, spelt
-from bayes_hw.record_checks import CLEAR, Following, check_signals, following
+from bayes_hw.quantities import speed_of, spelt
+from bayes_hw.record import Record, Units
+from bayes_hw.record_checks import CLEAR, Following, following
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference of the sample rates of a model and a record."""
@@ -46,17 +47,6 @@ SIGN_CORRELATION = -0.8
 MOST_PLACES = 1000
 """Where one record may begin in another, looked at at most."""
 
-ANGLE_RATES = {
-    ("deg", "deg/s"): 1.0,
-    ("rad", "rad/s"): 1.0,
-    ("arcsec", "arcsec/s"): 1.0,
-    ("rad", "deg/s"): 1 / RADIAN,
-    ("deg", "rad/s"): RADIAN,
-    ("arcsec", "deg/s"): 3600.0,
-    ("deg", "arcsec/s"): 1 / 3600.0,
-}
-"""Output speed of a command of one that the axis follows exactly, by units of output and command."""
-
 SPEEDS = ("/s", "rpm", "/min", "/h")
 """How units of a speed end: an output in one has no origin to count from."""
 
@@ -78,12 +68,15 @@ def enter(
     model: SimulatedAxis | None = None,
     origin: Origin = "start",
     start: Start = "auto",
+    accepted: Collection[str] = (),
+    looked_at: bool = False,
 ) -> Posed:
     """The records, found to be free of mistakes, as `posed` poses them, with warnings among the notes.
 
     Raises InputError, in one sentence with its remedy, where a record appears twice or is its own hold-out;
     where rates or units of records or of the model differ; and where command and angle are swapped, of
-    other units than stated, at a rate wrong by ten, or of opposite signs.
+    other units than stated, at a rate wrong by ten, or of opposite signs. What is `accepted`, by the kinds of
+    `record_checks.Finding`, is not refused; where the records were `looked_at`, their findings are known.
     """
     everything = (*records, *holdout)
     check_repeats(records, holdout)
@@ -91,11 +84,11 @@ def enter(
         _check_alike(record, everything[0].units, everything[0].sample_rate_hz, everything[0].name)
         if model is not None:
             _check_alike(record, model.units, model.sample_rate_hz, "the model", RATE_TOLERANCE)
-    warnings = [warning for record in everything for warning in check_record(record)]
-    if model is not None:
+    warnings = [warning for record in everything for warning in check_record(record, accepted, looked_at)]
+    if model is not None and "scale" not in accepted:
         for record in everything:
             check_response(record, model)
-    is_speed = any(everything[0].units.output.endswith(ending) for ending in SPEEDS) if everything else False
+    is_speed = any(_is_speed(record) for record in everything)
     done = posed(records, holdout, origin="absolute" if is_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
 
@@ -118,25 +111,32 @@ def check_repeats(records: Sequence[Record], holdout: Sequence[Record] = ()) -> 
                 )
 
 
-def check_record(record: Record) -> list[str]:
-    """What a record's numbers warn of, in words; raises InputError at what would be fitted to nonsense."""
-    if not record.has_output:
+def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool = False) -> list[str]:
+    """What a record's numbers warn of, in words; raises InputError at what would be fitted to nonsense.
+
+    `accepted` and `looked_at` as for `enter`.
+    """
+    if not record.has_output or _is_speed(record):
         return []
-    expected = ANGLE_RATES.get((spelt(record.units.output), spelt(record.units.input)))
+    expected = speed_of(record.units.output, record.units.input)
     found = best_following(record)
-    if expected is not None and found is not None and abs(found.correlation) >= CLEAR:
+    if expected is not None and found is not None and "scale" not in accepted:
         _check_scale(record, found, expected)
     warnings = []
-    for finding in check_signals(record.u, record.y, record.sample_rate_hz, expected):
-        if finding.severity == "fatal":
+    for finding in () if looked_at else record.findings():
+        if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(f"{_place(record)}: {finding}")
         warnings.append(f"{_place(record)}: {finding}")
-    if found is not None and found.correlation < SIGN_CORRELATION and not warnings:
+    if found is not None and found.correlation < SIGN_CORRELATION and not warnings and not looked_at:
         warnings.append(
             f"{_place(record)}: moves against its command (correlation of the speeds "
             f"{found.correlation:.2f}): is the sign of one of them inverted?"
         )
     return warnings
+
+
+def _is_speed(record: Record) -> bool:
+    return record.units.output.endswith(SPEEDS)
 
 
 def best_following(record: Record) -> Following | None:
@@ -148,6 +148,8 @@ def best_following(record: Record) -> Following | None:
 
 
 def _check_scale(record: Record, found: Following, expected: float) -> None:
+    if abs(found.correlation) < CLEAR:
+        return
     ratio, rate = abs(found.slope) / expected, record.sample_rate_hz
     fast = f"{_place(record)}: the output moves {ratio:.2g} times as fast as the command says"
     gear = (

@@ -15,14 +15,17 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
+from bayes_hw.quantities import conversion, speed_of, spelt
+from bayes_hw.reading_options import Columns, ReadingOptions
+from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
-from bayes_hw.record_files import Columns, read_columns
+from bayes_hw.record_files import FileContent, read_parts
 from bayes_hw.resample import between_measured, describe, resample_columns
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Columns", "Record", "Units"]
+__all__ = ["Columns", "ReadingOptions", "Record", "Units"]
 
 
 @dataclass(frozen=True)
@@ -59,38 +62,6 @@ class Units:
         return f"({self.output}/{self.time})/{command}"
 
 
-SPELLINGS = {
-    "s": ("sec", "second", "seconds"),
-    "deg": ("degree", "degrees", "°"),
-    "deg/s": ("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s"),
-    "rad": ("radian", "radians"),
-    "rad/s": ("rad/sec", "radian/s", "radians/s", "radians/second"),
-    "arcsec": ("arcsecond", "arcseconds"),
-    "arcsec/s": ("arcsec/sec", "arcsecond/s", "arcseconds/s"),
-}
-"""Of units, that mean the same."""
-
-
-def spelt(unit: str) -> str:
-    """The unit in the first of its spellings."""
-    return next((first for first, others in SPELLINGS.items() if unit.lower() in others), unit)
-
-
-def _units(path: Path, given: Units | Mapping[str, str], stated: Mapping[str, str]) -> Units:
-    """The units of a record of which the file states some; see `Record.read`."""
-    asked = given.to_dict() if isinstance(given, Units) else dict(given)
-    held = {role: spelt(unit) for role, unit in stated.items()}
-    if held.get("time", "s") != "s":
-        raise InputError(f"{path}: states its times in {stated['time']!r}; write them in s")
-    for role, unit in asked.items():
-        if role in held and held[role] != spelt(unit):
-            raise InputError(
-                f"{path}: states its {role} in {stated[role]!r}, {unit!r} is asked for; convert the record, "
-                f"or correct the unit in the file, the model or --{role}-unit"
-            )
-    return Units.from_dict({**held, **asked})
-
-
 @dataclass(frozen=True, eq=False)
 class Record:
     """Commands and measured angles at a uniform rate.
@@ -103,6 +74,7 @@ class Record:
     `measured`, shape (samples,), is False where y was not measured and holds a value between its
     neighbours; None where every sample was measured. A command without any output is a record of which no
     sample was measured. `known` are further measured columns (samples,) by name, in `known_units`.
+    `stated_units` are the roles whose unit the file or the reader stated; the others are taken for granted.
 
     Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
@@ -119,6 +91,7 @@ class Record:
     measured: BoolArray | None = None
     known: Mapping[str, FloatArray] = field(default_factory=dict)
     known_units: Mapping[str, str] = field(default_factory=dict)
+    stated_units: frozenset[str] = frozenset()
     origin: float = 0.0
 
     def __post_init__(self) -> None:
@@ -245,26 +218,90 @@ class Record:
         sample_rate_hz: float | None = None,
         resample_hz: float | None = None,
         units: Units | Mapping[str, str] | None = None,
+        options: ReadingOptions | None = None,
     ) -> Record:
-        """Read a CSV, MATLAB, HDF5 or Parquet file; see `bayes_hw.record_files.read_columns`.
+        """Read one record from a file of any format; see `bayes_hw.record_files.read_parts`.
 
-        Units, all or those of "input" or "output" alone, are as given, else as the file states them, else
-        deg/s and deg. Raises InputError where a file states other units than are given, or times not in s.
+        `options` says everything that can be said about reading; the other arguments are its most used parts.
+        Units, all or those of "input" or "output" alone, are what to convert to where the file states a unit,
+        else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file
+        holds no record, or gaps make several of it: `read_all` gives those.
         """
-        path = Path(path)
-        content = read_columns(
-            path, columns or Columns(), sample_rate_hz=sample_rate_hz, resample_hz=resample_hz
+        chosen = options or ReadingOptions()
+        given = units.to_dict() if isinstance(units, Units) else dict(units or {})
+        records = cls.read_all(
+            path,
+            replace(
+                chosen,
+                columns=columns or chosen.columns,
+                sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
+                resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
+                units={**chosen.units, **given},
+            ),
         )
+        if len(records) > 1:
+            raise InputError(
+                f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"
+            )
+        return records[0]
+
+    @classmethod
+    def read_all(cls, path: Path | str, options: ReadingOptions | None = None) -> list[Record]:
+        """Every record of a file: one, or those that `options.gaps` makes of it."""
+        path = Path(path)
+        chosen = options or ReadingOptions()
+        given = Units.from_dict(dict(chosen.units)).to_dict()
+        asked = {role: given[role] for role in ("input", "output") if role in chosen.units}
+        contents = read_parts(path, replace(chosen, units=asked))
+        several = len(contents) > 1
+        return [
+            cls._of_content(path, content, f"_{number}" if several else "")
+            for number, content in enumerate(contents, start=1)
+        ]
+
+    @classmethod
+    def _of_content(cls, path: Path, content: FileContent, number: str) -> Record:
         return cls(
-            name=path.stem,
+            name=f"{path.stem}{number}",
             t=content.t,
             u=content.u,
             y=content.y,
             sample_rate_hz=content.sample_rate_hz,
-            units=_units(path, units or {}, content.units),
+            units=Units.from_dict(dict(content.units)),
             source=str(path),
             sha256=content.sha256,
             treatment=content.treatment,
+            measured=content.measured,
+            known=content.known,
+            known_units=content.known_units,
+            stated_units=frozenset(content.units),
+        )
+
+    def converted(self, units: Units) -> Record:
+        """The record in other units; raises InputError where they measure something else."""
+        said = []
+        columns: dict[str, FloatArray] = {}
+        for column, role in (("u", "input"), ("y", "output")):
+            held, wanted = getattr(self.units, role), getattr(units, role)
+            if spelt(held) == spelt(wanted):
+                continue
+            try:
+                factor = conversion(held, wanted)
+            except InputError as error:
+                raise InputError(
+                    f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
+                    f"convert the record, or correct the unit in the file, the model or --{role}-unit"
+                ) from None
+            columns[column] = getattr(self, column) * factor
+            said.append(f"{role} converted from {held} to {wanted}")
+        return replace(self, units=units, treatment=(*self.treatment, *said), **columns)
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""
+        if not self.has_output:
+            return ()
+        return check_signals(
+            self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)
         )
 
     def write(self, path: Path | str) -> None:

@@ -21,7 +21,6 @@ TURNS = {
     400.0: "400 gon",
     21_600.0: "21600 arcmin",
     1_296_000.0: "1296000 arcsec",
-    1.0: "one turn",
     2 * math.pi * 1000: "2000 pi mrad",
 } | {float(2**bits): f"2^{bits} counts" for bits in range(10, 33)}
 """Whole turns at which angles wrap, in the units that instruments count in."""
@@ -35,6 +34,9 @@ WRAP_FACTOR = 8.0
 SPEED_SECONDS = (0.25, 1.0, 4.0)
 """Stretches over which speed and command are averaged before they are compared, in s: the one that shows the
 axis following best is taken, beyond its resonances and within its slow drifts."""
+
+POSITION_SLOPES = (0.1, 3.0)
+"""Output speed over the speed of a command that is a position; an output that is itself a speed shows others."""
 
 LONGEST_LAG_S = 1.5
 
@@ -97,7 +99,7 @@ def wrapped_angle(y: FloatArray) -> Finding | None:
     jump = float(sizes[at])
     is_jump = sizes > 0.5 * jump
     ordinary = float(sizes[~is_jump].max()) if not is_jump.all() else 0.0
-    if jump == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
+    if ordinary == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
         return None
     for turn, said in TURNS.items():
         if abs(jump - turn) <= TURN_TOLERANCE * turn + ordinary and extent <= 1.01 * turn + ordinary:
@@ -171,18 +173,17 @@ def swapped(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
 
 
 def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """A command that the angle equals, not its speed."""
+    """A command whose speed the output's speed follows, not the command itself."""
     forward = following(u, y, rate_hz)
-    spread = float(np.std(u) * np.std(y))
-    if forward is None or spread == 0:
+    of_speed = following(np.diff(u) * rate_hz, y[:-1], rate_hz)
+    if forward is None or of_speed is None:
         return None
-    same = float(np.mean((u - u.mean()) * (y - y.mean()))) / spread
-    slope = same * float(np.std(y) / np.std(u))
-    if same > 0.99 and abs(forward.correlation) < 0.8 and 0.8 < slope < 1.25:
+    near_one = POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
+    if near_one and of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3:
         return Finding(
             "position",
-            f"the output follows the command itself (correlation {same:.3f}), not its integral: the "
-            "command is a position",
+            f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not the "
+            f"command itself ({forward.correlation:.2f}): the command is a position",
             "give --input-position NAME instead of --input NAME",
         )
     return None

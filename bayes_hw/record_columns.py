@@ -10,10 +10,13 @@ from numpy.typing import ArrayLike
 from bayes_hw import time_stamps
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.record_files import RATE_TOLERANCE, Columns
+from bayes_hw.reading_options import Columns
 
 if TYPE_CHECKING:
     import pandas as pd
+
+RATE_TOLERANCE = 0.01
+"""Largest relative difference between a given sample rate and that of the time stamps."""
 
 
 def uniform_columns(

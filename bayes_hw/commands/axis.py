@@ -177,19 +177,20 @@ def predict_command(parsed: argparse.Namespace) -> None:
     kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
     check_output_file(out, [Path(parsed.record), *kept], ".csv")
     posterior = Posterior.read(parsed.posterior)
-    given = records_of(parsed, [parsed.record], model=posterior.axis.model)
+    given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
     prediction = predict(started, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
-    achieved = band_coverage(prediction)
-    low, high = achieved.interval
-    say(
-        f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
-        f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
-    )
+    if record.has_output:
+        achieved = band_coverage(prediction)
+        low, high = achieved.interval
+        say(
+            f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
+            f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
+        )
     say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 

@@ -54,7 +54,7 @@ def run(parsed: argparse.Namespace) -> None:
     """Diagnose and write; raises InputError on bad input before anything is written."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands import inputs
     from bayes_hw.commands.speech import note, say, say_page
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.case import Case
@@ -85,8 +85,7 @@ def run(parsed: argparse.Namespace) -> None:
     train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
 
     def read_record(path: Path, *, units: Units) -> Record:
-        (record,) = read_records(parsed, [str(path)], units)
-        return record
+        return inputs.read_record(parsed, str(path), units)
 
     case: Case | SimulatorCase
     if parsed.case is not None:
@@ -95,7 +94,9 @@ def run(parsed: argparse.Namespace) -> None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
-    case, notes = posed_case(case, origin=parsed.origin, start=parsed.start)
+    case, notes = posed_case(
+        case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
+    )
     for done in notes:
         note(done)
     progress = Progress(parsed.quiet)

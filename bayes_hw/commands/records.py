@@ -16,15 +16,24 @@ def records_of(
     paths: Sequence[str],
     holdout: Sequence[str] = (),
     model: SimulatedAxis | None = None,
+    needs_output: bool = True,
 ) -> Posed:
     """The records at `paths`, and those held out, as --origin and --start ask for them; says what was done.
 
     Raises InputError on what `read_records` and `enter` refuse.
     """
     units = None if model is None else model.units
-    records = read_records(parsed, paths, units)
+    records = read_records(parsed, paths, units, needs_output=needs_output)
     held_out = read_records(parsed, holdout, units or records[0].units) if holdout else []
-    found = enter(records, held_out, model=model, origin=parsed.origin, start=parsed.start)
+    found = enter(
+        records,
+        held_out,
+        model=model,
+        origin=parsed.origin,
+        start=parsed.start,
+        accepted=parsed.accept,
+        looked_at=True,
+    )
     for sentence in found.notes:
         note(sentence)
     return found

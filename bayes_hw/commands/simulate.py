@@ -17,7 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One model, one record."""
     parser.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     parser.add_argument("--model", required=True, metavar="MODEL.json", help="the model to simulate")
-    add_output(parser, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
+    add_output(
+        parser,
+        "CSV file with columns t,u,y,w,y_model; without y where the record is a command alone",
+        "FILE.csv",
+    )
     add_record_options(parser)
     add_start(parser)
     add_common(parser)
@@ -38,7 +42,7 @@ def run(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
-    given = records_of(parsed, [parsed.record], model=model)
+    given = records_of(parsed, [parsed.record], model=model, needs_output=False)
     (record,) = given.records
     simulation = (
         simulate_from_motion(model, record)
@@ -47,16 +51,8 @@ def run(parsed: argparse.Namespace) -> None:
     )
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
-    write_csv(
-        out,
-        {
-            "t": record.t,
-            "u": record.u,
-            "y": record.y + record.origin,
-            "w": simulation.w + record.origin,
-            "y_model": simulation.y + record.origin,
-        },
-    )
+    columns = {name: values for name, values in record.columns().items() if name not in record.known}
+    write_csv(out, columns | {"w": simulation.w + record.origin, "y_model": simulation.y + record.origin})
     say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
     again = reading_options(parsed)
     say_next(parsed, "sample", "--model", parsed.model, parsed.record, *again, "--out", "posterior/")

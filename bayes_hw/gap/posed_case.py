@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from bayes_hw.entrance import check_repeats, enter
@@ -15,13 +16,18 @@ APART = 1e-3
 
 
 def posed_case(
-    case: Case | SimulatorCase, *, origin: Origin = "start", start: Start = "auto"
+    case: Case | SimulatorCase,
+    *,
+    origin: Origin = "start",
+    start: Start = "auto",
+    accepted: Collection[str] = (),
+    looked_at: bool = False,
 ) -> tuple[Case | SimulatorCase, tuple[str, ...]]:
     """The case with its records as `bayes_hw.entrance.enter` poses them, and in words what was done.
 
     A record that begins in motion is cut to where it first rests, unless `start` is "rest"; that of a
     simulator of one's own begins as that simulator does, and is only looked at. Raises InputError on
-    mistakes, and where too little of a record is left.
+    mistakes, and where too little of a record is left. `accepted` and `looked_at` as there.
     """
     if isinstance(case, SimulatorCase):
         check_repeats(case.train, case.holdout)
@@ -35,7 +41,9 @@ def posed_case(
                 notes.append(f"{after.name}: {after.treatment[-1]}")
             if len(after) < SHORTEST:
                 raise InputError(f"{after.name}: {len(after)} samples from rest on; give {SHORTEST} or more")
-    found = enter(train, holdout, model=case.model, origin=origin, start="rest")
+    found = enter(
+        train, holdout, model=case.model, origin=origin, start="rest", accepted=accepted, looked_at=looked_at
+    )
     origins = [record.origin for record in (*found.records, *found.holdout)]
     travel = max(float(abs(record.y).max()) for record in found.records)
     if max(origins) - min(origins) > APART * travel:
