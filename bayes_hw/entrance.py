@@ -84,10 +84,10 @@ def enter(
         _check_alike(record, everything[0].units, everything[0].sample_rate_hz, everything[0].name)
         if model is not None:
             _check_alike(record, model.units, model.sample_rate_hz, "the model", RATE_TOLERANCE)
-    warnings = [warning for record in everything for warning in check_record(record, accepted, looked_at)]
-    if model is not None and "scale" not in accepted:
-        for record in everything:
-            check_response(record, model)
+    warnings: list[str] = []
+    for record in everything:
+        told = model is not None and "scale" not in accepted and check_response(record, model)
+        warnings += check_record(record, {*accepted, "scale"} if told else accepted, looked_at)
     is_speed = any(_is_speed(record) for record in everything)
     done = posed(records, holdout, origin="absolute" if is_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
@@ -168,19 +168,21 @@ def _check_scale(record: Record, found: Following, expected: float) -> None:
             )
 
 
-def check_response(record: Record, model: SimulatedAxis) -> None:
-    """Raise InputError where the record moves against the model's simulation, or faster or slower by a
-    factor that a mistake explains."""
+def check_response(record: Record, model: SimulatedAxis) -> bool:
+    """Whether the model's simulation tells how fast the record should move.
+
+    Raises InputError where it moves against that, or faster or slower by a factor that a mistake explains.
+    """
     simulate = getattr(model, "simulate", None)
     if simulate is None or not record.has_output:
-        return
+        return False
     with np.errstate(all="ignore"):
         expected = np.asarray(simulate(record.u).w)
     if not np.isfinite(expected).all():
-        return
+        return False
     found = speeds_compared(expected, record.y, record.sample_rate_hz)
     if found is None or abs(found.correlation) < CLEAR:
-        return
+        return False
     if found.correlation < SIGN_CORRELATION:
         raise InputError(
             f"{_place(record)}: moves against what the model says of its command (correlation of the speeds "
@@ -193,6 +195,7 @@ def check_response(record: Record, model: SimulatedAxis) -> None:
                 f"{_place(record)}: moves {ratio:.3g} times as fast as the model says of its command: it is "
                 f"{meaning}; correct its units or its rate"
             )
+    return True
 
 
 def speeds_compared(expected: FloatArray, angle: FloatArray, rate_hz: float) -> Following | None:

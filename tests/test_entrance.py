@@ -40,7 +40,7 @@ MISTAKES: dict[str, tuple[Change, str]] = {
 
 AGAINST_A_MODEL: dict[str, tuple[Change, str]] = {
     "swapped": MISTAKES["swapped"],
-    "radians": MISTAKES["radians"],
+    "radians": (MISTAKES["radians"][0], "it is rad where the model has deg"),
     "inverted": (lambda r: replace(r, y=-r.y), "moves against what the model says"),
     "rate": (at_rate(10.0), "sampled at 200 Hz"),
     "units": (lambda r: replace(r, units=RADIANS), "in rad/s, that of"),
