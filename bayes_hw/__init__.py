@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from bayes_hw.interface.identified_axis import identify as identify
     from bayes_hw.interface.sampled_posterior import sample as sample
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener as HammersteinWiener
+    from bayes_hw.reading_options import ReadingOptions as ReadingOptions
     from bayes_hw.record import Columns as Columns
     from bayes_hw.record import Record as Record
     from bayes_hw.record import Units as Units
@@ -34,6 +35,7 @@ _HOMES = {
     "Columns": "bayes_hw.record",
     "HammersteinWiener": "bayes_hw.model.hammerstein_wiener",
     "InputError": "bayes_hw.errors",
+    "ReadingOptions": "bayes_hw.reading_options",
     "Record": "bayes_hw.record",
     "Units": "bayes_hw.record",
     "diagnose": "bayes_hw.interface.gap_diagnosis",

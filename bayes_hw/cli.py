@@ -164,7 +164,9 @@ def build_parser() -> argparse.ArgumentParser:
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records for the bands, not fitted to"
     )
     sub.add_argument("--model", metavar="MODEL.json", help="start from this model instead of identifying one")
-    sub.add_argument("--title", default="", help="title of the report")
+    sub.add_argument(
+        "--title", default="", help="title of the report (default: the name of the --out folder)"
+    )
     add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
     add_record_options(sub)
     add_start(sub)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
+from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
@@ -229,16 +230,15 @@ class Record:
         """
         chosen = options or ReadingOptions()
         given = units.to_dict() if isinstance(units, Units) else dict(units or {})
-        records = cls.read_all(
-            path,
-            replace(
+        with in_python():
+            asked = replace(
                 chosen,
                 columns=columns or chosen.columns,
                 sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
                 resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
                 units={**chosen.units, **given},
-            ),
-        )
+            )
+            records = cls.read_all(path, asked)
         if len(records) > 1:
             raise InputError(
                 f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"

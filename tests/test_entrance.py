@@ -16,8 +16,8 @@ from bayes_hw.cli import main
 from bayes_hw.entrance import enter
 from bayes_hw.errors import InputError
 from bayes_hw.identify import four_steps
-from bayes_hw.interface.doors import python_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.python_words import python_words
 from bayes_hw.record import Record, Units
 
 Change = Callable[[Record], Record]
@@ -173,9 +173,12 @@ def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
             "exchange --input and --output",
             "exchange columns=Columns(input=...) and columns=Columns(output=...)",
         ),
-        ("give --unwrap 360", "give unwrap=360"),
+        ("give --unwrap 360", "give options=ReadingOptions(unwrap=360)"),
         ("or --start rest to take it so", 'or start="rest" to take it so'),
-        ("leave it out with --part START STOP", "leave it out with `part` START STOP"),
+        (
+            "leave it out with --part START STOP",
+            "leave it out with options=ReadingOptions(part_s=(START, STOP))",
+        ),
     ],
 )
 def test_messages_speak_python(message: str, words: str) -> None:

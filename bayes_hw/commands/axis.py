@@ -76,7 +76,7 @@ def report_command(parsed: argparse.Namespace) -> None:
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
     analysis = analyse(
-        parsed.title or records[0].name,
+        parsed.title or out.resolve().name or records[0].name,
         records,
         holdout,
         np.random.default_rng(parsed.seed),

@@ -15,10 +15,11 @@ from bayes_hw.gap.posed_case import posed_case
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
-from bayes_hw.interface.doors import in_python, warn_of
+from bayes_hw.interface.doors import warn_of
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
+from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_diagnosis import gap_canvas
