@@ -208,8 +208,8 @@ class HyperbolicTangent:
 class NormalProbability:
     """value = 2 Phi(coordinate) - 1, for values between -1 and 1.
 
-    A uniform prior is a standard normal one of the coordinate; of an inverse tangent it has exponential tails,
-    which a sampler crosses slowly.
+    A uniform prior is a standard normal one of the coordinate; of an inverse tangent it has exponential
+    tails, which a sampler crosses slowly.
     """
 
     def to_value(self, coordinate: FloatArray) -> FloatArray:
