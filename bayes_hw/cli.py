@@ -22,6 +22,7 @@ from bayes_hw.commands import (
     design_experiment,
     diagnose,
     identifiability,
+    inspect,
     simulate,
 )
 from bayes_hw.commands.options import (
@@ -53,6 +54,7 @@ train, dead zone, with honest uncertainties.
   for the controller              bayes-hw design --posterior posterior/ --out design/
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
+  a log as it comes               bayes-hw inspect night.csv
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
   completion in your shell        bayes-hw completion bash
 
@@ -78,6 +80,7 @@ MODULES: tuple[Any, ...] = (
     blind,
     identifiability,
     convert,
+    inspect,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import read_records, sampler_settings
+from bayes_hw.commands.inputs import read_record, read_records, sampler_settings
 from bayes_hw.commands.speech import rounded, say, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
@@ -168,12 +168,12 @@ def predict_command(parsed: argparse.Namespace) -> None:
     kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
     check_output_file(out, [Path(parsed.record), *kept], ".csv")
     posterior = Posterior.read(parsed.posterior)
-    (record,) = read_records(parsed, [parsed.record], posterior.axis.model.units)
+    record = read_record(parsed, parsed.record, posterior.axis.model.units, needs_output=False)
     prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
-    if not parsed.quiet:
+    if not parsed.quiet and record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
         say(
