@@ -91,9 +91,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         )
         written = render(posterior_report(analysis, origin), out)
     discard_checkpoints(parsed.checkpoint)
-    say_verdict(analysis.dominant.posterior, parsed.quiet)
-    if analysis.everything is not None and not analysis.everything.posterior.converged:
-        warn("NOT CONVERGED with all of G free: " + "; ".join(analysis.everything.posterior.problems))
+    say_verdict(analysis.inference.posterior, parsed.quiet)
     if not parsed.quiet:
         say(f"report: {written.html} and {written.pdf}")
 
@@ -104,7 +102,7 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
     with staged(out) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits)
-        analysis.dominant.posterior.write(place, analysis.records)
+        analysis.inference.posterior.write(place, analysis.records)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
 

@@ -7,8 +7,9 @@ import os
 from typing import TypeVar
 
 FREE_HELP = (
-    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
-    "all: every pole and zero of G as well"
+    "all (default): limits, dead zone, noise and every pole and zero of G; dominant: limits, dead zone, "
+    "gain, dominant modes and noise, conditional on the other roots of G, and too narrow where "
+    "the same records gave those roots"
 )
 
 RECORD_HELP = "a record: text such as .csv, .mat, .h5, .parquet, .fits, .tdms, .mcap, .json"
