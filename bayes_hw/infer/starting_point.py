@@ -79,7 +79,10 @@ def starting_point(
     coordinates, covariance = _with_noise(axis, fit, noise, sampled)
     target = LogPosterior(axis, sampled, records)
     others = _other_modes(target, records, starts, noise, (coordinates, covariance))
-    mode, *further = (_along_the_plain(target, *one) for one in [(coordinates, covariance), *others])
+    modes = [(coordinates, covariance), *others]
+    heights = target(np.stack([one[0] for one in modes]))
+    modes = [modes[i] for i in np.argsort(-heights) if i == np.argmax(heights) or np.isfinite(heights[i])]
+    mode, *further = (_along_the_plain(target, *one) for one in modes)
     return StartingPoint(*mode, noise, sampled, starts, tuple(further))
 
 

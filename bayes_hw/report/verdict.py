@@ -64,7 +64,6 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
     hidden = [name for name in (*LIMITS, DEAD_ZONE, *_modes(posterior)) if name in not_shown(analysis)]
     conditional = (Badge("conditional", "warn", f"given {' and '.join(posterior.conditional_on)}"),)
     return (
-        *(conditional if posterior.conditional_on else ()),
         Badge(
             "converged" if posterior.converged else "not converged",
             ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
@@ -76,6 +75,7 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
             "good" if residuals.white else "bad",
             "; ".join(f"{test.name}: p‑value {format_p_value(test.p_value)}" for test in residuals.tests[:2]),
         ),
+        *(conditional if posterior.conditional_on else ()),
         _band_badge(analysis),
         Badge(
             "all blocks shown" if not hidden else "not all shown",
