@@ -157,7 +157,8 @@ class Record:
 
         `options` says everything that can be said about reading; the other arguments are its most used parts.
         Units, all or those of "input" or "output" alone, are what to convert to where the file states a unit,
-        else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file holds
+        else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file
+        holds
         no record, or gaps make several of it: `read_all` gives those.
         """
         chosen = options or ReadingOptions()
@@ -213,7 +214,7 @@ class Record:
     def converted(self, units: Units) -> Record:
         """The record in other units; raises InputError where they measure something else."""
         said = []
-        columns: dict[str, FloatArray] = {}
+        columns = {"u": self.u, "y": self.y}
         for column, role in (("u", "input"), ("y", "output")):
             held, wanted = getattr(self.units, role), getattr(units, role)
             if spelt(held) == spelt(wanted):
@@ -222,12 +223,13 @@ class Record:
                 factor = conversion(held, wanted)
             except InputError as error:
                 raise InputError(
-                    f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: convert "
+                    f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
+                    "convert "
                     f"the record, or correct the unit in the file, the model or --{role}-unit"
                 ) from None
-            columns[column] = getattr(self, column) * factor
+            columns[column] = columns[column] * factor
             said.append(f"{role} converted from {held} to {wanted}")
-        return replace(self, units=units, treatment=(*self.treatment, *said), **columns)
+        return replace(self, units=units, treatment=(*self.treatment, *said), u=columns["u"], y=columns["y"])
 
     def findings(self) -> tuple[Finding, ...]:
         """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""

@@ -114,6 +114,7 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     """A part in the units asked for, unwrapped, its command a velocity."""
     said = [*log.said, *part.said]
     units: dict[str, str] = {}
+    stated = {} if options.ignore_units else log.units
     u, y = part.u, part.y
     known_units = {name: log.units[name] for name in part.known if name in log.units}
     for role in ("input", "output"):
@@ -150,7 +151,8 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
             part.t, u, y, part.rate_hz, part.measured, part.known, digest, tuple(said), units, known_units
         )
     said.append(
-        f"command: forward difference of the position {options.input_position!r}; the last sample, which has none, "
+        f"command: forward difference of the position {options.input_position!r}; the last sample, which "
+        "has none, "
         "left out"
     )
     known = {name: values[:-1] for name, values in part.known.items()}
@@ -232,7 +234,8 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
         if sizes[largest] > LARGEST_VALUE:
             raise InputError(
                 f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
-                f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a larger unit"
+                f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
+                "larger unit"
             )
 
 

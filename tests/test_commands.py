@@ -90,7 +90,7 @@ def with_column(column: int, value: Callable[[int], str]) -> Callable[[list[str]
     ("change", "said"),
     [
         (with_header("t,command,y"), "no column 'u' for the input"),
-        (with_row(7, "0.25,nan,0"), "row 7, column 'u': 'nan' is not a finite number"),
+        (with_row(7, "0.25,nan,0"), "row 7, column 'u': empty cell or NaN, so not measured"),
         (with_row(7, "0.25,0,fast"), "row 7, column 'y': 'fast' is not a finite number"),
         (with_row(7, "0.25,0,"), "row 7, column 'y': empty cell"),
         (with_row(7, "0.20,0,0"), "row 7: time stamp repeats 0.2"),
@@ -221,7 +221,7 @@ def test_any_value_in_a_model_is_used_or_refused(
         (["--time", "none"], "give --sample-rate"),
         (["--input", "y"], "named twice"),
         (["--input", "velocity"], "no column 'velocity'"),
-        (["--input-unit", "V"], "--input-unit V: the model is in deg/s"),
+        (["--input-unit", "V"], "its input is in V, deg/s is asked for; 'V' cannot be converted"),
         (["--model", "missing.json"], "missing.json: cannot be read"),
         (["--out", ""], "--out"),
         (["--out", "train_1.csv"], "train_1.csv: is a file where a folder is to be"),

@@ -25,7 +25,7 @@ def astropy_fits(path: Path) -> ModuleType:
         raise InputError(
             f"{path}: FITS files need astropy; pip install 'bayes-hw[fits]', or give CSV, .mat or .h5"
         ) from None
-    return fits  # type: ignore[no-any-return]
+    return fits
 
 
 def read_fits(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:

@@ -1,4 +1,5 @@
-"""How a text file lays out its table: encoding, separator, decimal sign, where header, units and rows begin."""
+"""How a text file lays out its table: encoding, separator, decimal sign, where header, units and rows
+begin."""
 
 from __future__ import annotations
 
@@ -45,7 +46,8 @@ _MARKS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """Of a table in a text file: `first_row` is the number, from 0, of the first line with values; `units` are
+    """Of a table in a text file: `first_row` is the number, from 0, of the first line with values;
+    `units` are
     those of header and row of units, by column, "" where there is none."""
 
     encoding: str
