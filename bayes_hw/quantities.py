@@ -109,6 +109,8 @@ def speed_of(output: str, command: str) -> float | None:
     """The output's speed per s, in its unit, of a command of one that the axis follows exactly; None
     where the
     units do not tell, as of a command in V."""
+    if spelt(command) == f"{spelt(output)}/s":
+        return 1.0
     try:
         return conversion(command, f"({output})/s")
     except InputError:

@@ -219,8 +219,8 @@ def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -
             return Finding(
                 "scale",
                 f"the output moves {ratio:.3g} times as fast as the command says: {said}",
-                "say what it is with --output-unit, --input-unit or --time-unit, and --ignore-units where the file "
-                "states a wrong unit",
+                "say what it is with --output-unit, --input-unit or --time-unit, and --ignore-units where "
+                "the file states a wrong unit",
             )
     return None
 

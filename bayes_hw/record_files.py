@@ -119,9 +119,7 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     known_units = {name: log.units[name] for name in part.known if name in log.units}
     for role in ("input", "output"):
         is_position = role == "input" and options.input_position is not None
-        factor, unit, sentence = _in_unit(
-            path, role, log.units.get(role), options.units.get(role), is_position
-        )
+        factor, unit, sentence = _in_unit(path, role, stated.get(role), options.units.get(role), is_position)
         if unit is not None:
             units[role] = unit
         if factor != 1.0:

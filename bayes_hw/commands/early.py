@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import suppress
 from pathlib import Path
+
+from bayes_hw.errors import InputError
 
 ALONE = ("simulate", "predict")
 """Commands that take a command without any output."""
@@ -32,7 +35,9 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     options = reading_options(parsed, needs_output=parsed.command not in ALONE)
     parsed.read_already = {}
     stated = content.get("units") if isinstance(content, dict) else None
-    units = Units.from_dict(stated) if isinstance(stated, dict) and "posterior" not in parsed else None
+    units = None
+    with suppress(InputError):  # which reading the model will say
+        units = Units.from_dict(stated) if isinstance(stated, dict) else None
     for path in paths:
         for record in read_once(parsed, path, options):
             refuse_faults(record if units is None else in_units(record, units), parsed.accept)
