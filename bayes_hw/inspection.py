@@ -199,11 +199,7 @@ def quantisation_step(values: FloatArray) -> float | None:
         return None
     step = float(np.diff(distinct).min())
     counts = (distinct - distinct[0]) / step
-    if (
-        step <= 0
-        or counts[-1] > 2**40
-        or np.abs(counts - np.rint(counts)).max() > 0.01 * max(1.0, counts[-1] * 1e-4)
-    ):
+    if step <= 0 or counts[-1] > 2**40 or np.abs(counts - np.rint(counts)).max() > 0.05:
         return None
     return float(f"{float(distinct[-1] - distinct[0]) / float(np.rint(counts[-1])):.6g}")
 

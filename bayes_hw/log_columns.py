@@ -115,7 +115,8 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         stamps is None or stamps.origin_ns is None,
         tuple(said),
     )
-    return _in_part(path, _trimmed(_in_order(path, log), len(tables) > 1 or bool(table.clocks)), options)
+    is_joined = len(tables) > 1 or bool(table.clocks) or options.output_time is not None
+    return _in_part(path, _trimmed(_in_order(path, log), is_joined), options)
 
 
 def _source(tables: Sequence[tuple[Path, Table]], name: str) -> tuple[Path, Table] | None:

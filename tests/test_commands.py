@@ -363,3 +363,18 @@ def test_band_files_never_overwrite_each_other() -> None:
 def test_band_files_stay_in_their_folder(name: str) -> None:
     """A name that would leave the folder, or show as another, is replaced by a number."""
     assert band_file_names([name]) == ["bands_1.csv"]
+
+
+def test_a_command_alone_is_simulated(folder: Path) -> None:
+    """Its file lacks y, and holds the numbers that the whole record gives."""
+    rows = [line.split(",") for line in lines_of(folder / "train_1.csv")]
+    (folder / "command.csv").write_text("".join(f"{row[0]},{row[1]}\n" for row in rows))
+    for name in ("train_1", "command"):
+        assert (
+            main(["simulate", "--model", "model/model.json", f"{name}.csv", "--out", f"{name}_run.csv"]) == 0
+        )
+    alone, whole = (
+        np.genfromtxt(folder / f"{n}_run.csv", delimiter=",", names=True) for n in ("command", "train_1")
+    )
+    assert alone.dtype.names == ("t", "u", "w", "y_model")
+    np.testing.assert_array_equal(alone["y_model"], whole["y_model"])
