@@ -86,6 +86,17 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
         with _os_errors(other):
             _digest(other)
             tables.append((other, _present(other, absent, clocks, options)))
+    return _of_tables(path, tables, options, digest)
+
+
+def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
+    """The same of a table in memory, which `path` stands for in what is said."""
+    return _of_tables(path, [(path, table)], options, "")
+
+
+def _of_tables(
+    path: Path, tables: Sequence[tuple[Path, Table]], options: ReadingOptions, digest: str
+) -> list[FileContent]:
     log = log_columns(tables, options)
     if len(log.t) < FEWEST_SAMPLES:
         raise InputError(
