@@ -17,7 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One model, one record."""
     parser.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     parser.add_argument("--model", required=True, metavar="MODEL.json", help="the model to simulate")
-    add_output(parser, "CSV file with columns t,u,y,w,y_model; without y where the record is a command alone", "FILE.csv")
+    add_output(
+        parser,
+        "CSV file with columns t,u,y,w,y_model; without y where the record is a command alone",
+        "FILE.csv",
+    )
     add_record_options(parser)
     add_common(parser)
 

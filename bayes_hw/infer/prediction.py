@@ -50,7 +50,8 @@ class Prediction:
         return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
 
     def columns(self) -> dict[str, FloatArray]:
-        """Record, mean and bands under the column names of `bayes-hw predict`; no y where none was measured."""
+        """Record, mean and bands under the column names of `bayes-hw predict`; no y where none was
+        measured."""
         return {
             "t": self.record.t,
             "u": self.record.u,

@@ -84,7 +84,8 @@ def hdf5_faults(file: h5py.File) -> dict[str, str]:
         "matrix": "is 3 x 4; name a vector",
         "text": "does not hold real numbers",
         "complex": "does not hold real numbers",
-        "hole": "sample 4, data set 'hole': empty cell or NaN, so not measured (1 in all); give --gaps bridge",
+        "hole": "sample 4, data set 'hole': empty cell or NaN, so not measured (1 in all); give --gaps "
+        "bridge",
         "link": "is a link",
         "elsewhere": "is a link",
         "vast": "takes 76294 MB, more than the 256 MB",
