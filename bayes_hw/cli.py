@@ -138,7 +138,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_record_options(sub)
     add_start(sub)
     add_noise(sub)
-    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
+    sub.add_argument("--free", choices=("dominant", "all"), default="all", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
 

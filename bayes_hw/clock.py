@@ -1,7 +1,8 @@
 """Time stamps in the ways in which logs write them, as seconds.
 
 Numbers: s, or another unit that is stated; Unix stamps in s, ms, us or ns; Windows file times (100 ns since
-1601); modified Julian dates, Julian dates and MATLAB's datenum, in days. Text: ISO 8601 with or without a zone,
+1601); modified Julian dates, Julian dates and MATLAB's datenum, in days. Text: ISO 8601 with or without a
+zone,
 MATLAB's datetime, day/month/year and month/day/year, times of day, durations.
 """
 
@@ -63,7 +64,8 @@ if the first number says so."""
 class Stamps(NamedTuple):
     """Seconds (samples,), NaN where there is no stamp, and what was taken for what.
 
-    `origin_ns` is the Unix time in ns at which seconds are zero, None where the clock counts from nowhere known.
+    `origin_ns` is the Unix time in ns at which seconds are zero, None where the clock counts from nowhere
+    known.
     """
 
     seconds: FloatArray
@@ -281,7 +283,8 @@ def _other_dates(cells: Column, present: IntArray, plain: pd.Series[str]) -> tup
         at = int(np.flatnonzero(best[0])[0]) if best else 0
         raise StampError(
             int(present[at]),
-            f"time stamp {str(cells[present[at]])[:40]!r} is no time that is read; give s, Unix time, ISO 8601 "
+            f"time stamp {str(cells[present[at]])[:40]!r} is no time that is read; give s, Unix time, ISO "
+            "8601 "
             "(2026-03-14T22:41:07.05Z), MATLAB's datetime or MJD",
         )
     words = {"%d": "day", "%b": "month", "%m": "month", "%Y": "year", "%y": "year", "%j": "day of year"}

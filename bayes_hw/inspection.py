@@ -23,10 +23,27 @@ from bayes_hw.resample import MOST_SAMPLES
 MOST_COLUMNS = 24
 """Columns that are compared with each other."""
 
-COMMAND_WORDS = ("cmd", "command", "demand", "dem", "setpoint", "set", "target", "ref", "reference", "input", "desired",
-                 "commanded", "vir", "voltage")  # fmt: skip
-OUTPUT_WORDS = ("actual", "act", "meas", "measured", "enc", "encoder", "angle", "output", "pos", "position", "az", "el",
-                "feedback", "fb")  # fmt: skip
+COMMAND_WORDS = (
+    *("cmd", "command", "demand", "dem", "setpoint", "set", "target", "ref", "reference", "input", "desired"),
+    *("commanded", "vir", "voltage"),
+)
+OUTPUT_WORDS = (
+    *(
+        "actual",
+        "act",
+        "meas",
+        "measured",
+        "enc",
+        "encoder",
+        "angle",
+        "output",
+        "pos",
+        "position",
+        "az",
+        "el",
+    ),
+    *("feedback", "fb"),
+)
 SPEED_WORDS = ("vel", "rate", "speed")
 NAME_BONUS = 0.3
 AMBIGUOUS = 0.05
@@ -84,7 +101,7 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     lines += sentences
     if questions:
         return Inspection(tuple(lines), None, (), tuple(questions), ())
-    return _tried(path, table, options, lines)
+    return _tried(path, options, lines)
 
 
 def _whole(path: Path) -> Table:
@@ -98,7 +115,7 @@ def _whole(path: Path) -> Table:
         for name in names:
             try:
                 found[name] = read_table(path, [name], [name], most_rows=MOST_SAMPLES)
-            except InputError:  # noqa: PERF203
+            except InputError:
                 continue
         if not found:
             raise
@@ -175,13 +192,14 @@ def _facts(name: str, table: Table, values: FloatArray) -> ColumnFacts:
 
 
 def quantisation_step(values: FloatArray) -> float | None:
-    """The step of which all readings, shape (samples,), are whole multiples apart; None where there is none."""
+    """The step of which all readings, shape (samples,), are whole multiples apart; None where there is
+    none."""
     distinct = np.unique(values[: 2**17])
     if len(distinct) < 3:
         return None
     step = float(np.diff(distinct).min())
     counts = (distinct - distinct[0]) / step
-    if step <= 0 or counts[-1] > 2**40 or np.abs(counts - np.rint(counts)).max() > 0.01 * max(1.0, counts[-1] * 1e-4):
+    if step <= 0 or counts[-1] > 2**40 or np.abs(counts - np.rint(counts)).max() > 0.05:
         return None
     return float(f"{float(distinct[-1] - distinct[0]) / float(np.rint(counts[-1])):.6g}")
 
@@ -225,21 +243,31 @@ def _roles(
         reverse=True,
     )
     if not scored or scored[0][0] < FOLLOWS:
-        return options, [], [
-            "which columns are command and output? no output follows a command clearly: give --input NAME and "
-            f"--output NAME, of {', '.join(map(repr, names)) or 'columns that move'}"
-        ]
+        return (
+            options,
+            [],
+            [
+                "which columns are command and output? no output follows a command clearly: give --input "
+                "NAME and "
+                f"--output NAME, of {', '.join(map(repr, names)) or 'columns that move'}"
+            ],
+        )
     score, is_position, u, y = scored[0]
     rival = next((other for other in scored[1:] if other[0] > score - AMBIGUOUS), None)
     if rival is not None and rival[2:] != (u, y):
         option, one, two = ("--input", u, rival[2]) if rival[2] != u else ("--output", y, rival[3])
         if option == "--input" and is_position != rival[1]:
-            one, two = f"--input{'-position' if is_position else ''} {u}", f"--input{'-position' if rival[1] else ''} {two}"
+            one, two = (
+                f"--input{'-position' if is_position else ''} {u}",
+                f"--input{'-position' if rival[1] else ''} {two}",
+            )
             return options, [], [f"is the command velocity or position? give {one} or {two}"]
         return options, [], [f"which column? both follow alike: give {option} {one!r} or {option} {two!r}"]
     how = "position" if is_position else "velocity"
     word = f"command: {u!r} ({how}), output: {y!r}; agreement {min(score, 1.0):.2f} of 1 by names and numbers"
-    columns = replace(options.columns, input="u" if is_position else split_name(u)[0], output=split_name(y)[0])
+    columns = replace(
+        options.columns, input="u" if is_position else split_name(u)[0], output=split_name(y)[0]
+    )
     chosen = replace(options, columns=columns, input_position=split_name(u)[0] if is_position else None)
     return chosen, [word], []
 
@@ -281,7 +309,7 @@ def _filled(values: FloatArray) -> FloatArray:
     return np.interp(np.arange(len(values)), shown, values[shown])
 
 
-def _tried(path: Path, table: Table, options: ReadingOptions, lines: list[str]) -> Inspection:
+def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
     """The record read with these options, and with those that its refusals name."""
     tried: list[str] = []
     for _ in range(4):
@@ -301,7 +329,8 @@ def _tried(path: Path, table: Table, options: ReadingOptions, lines: list[str]) 
         return Inspection(tuple(lines), None, (), (tried[-1],), ())
     for record in records:
         lines.append(
-            f"{record.name}: {len(record)} samples at {record.sample_rate_hz:g} Hz, {record.duration_s:.4g} s, "
+            f"{record.name}: {len(record)} samples at {record.sample_rate_hz:g} Hz, "
+            f"{record.duration_s:.4g} s, "
             f"command in {record.units.input}, output in {record.units.output}"
         )
         lines += [f"  {said}" for said in record.treatment]
@@ -352,4 +381,5 @@ def arguments(options: ReadingOptions) -> tuple[str, ...]:
         found += ["--join", str(path)]
     if options.part_s is not None:
         found += ["--part", *(f"{limit:g}" for limit in options.part_s)]
-    return (*found, "--reverse") if options.reverse else tuple(found)
+    flags = {"--reverse": options.reverse, "--ignore-units": options.ignore_units}
+    return (*found, *(flag for flag, given in flags.items() if given))

@@ -1,4 +1,5 @@
-"""The columns of a log under one clock: stamps as seconds, other files and clocks interpolated, repeats gone."""
+"""The columns of a log under one clock: stamps as seconds, other files and clocks interpolated, repeats
+gone."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from bayes_hw.time_grid import MOST_BRIDGED
 class LogColumns:
     """Stamps, command, output (None where there is none) and known signals of one log, shape (rows,).
 
-    NaN is what was not measured. `rows` are the rows of the file, which `place` names in its words, `is_clock`
+    NaN is what was not measured. `rows` are the rows of the file, which `place` names in its words,
+    `is_clock`
     whether the stamps are the file's, `is_absolute` whether they were seconds as they are.
     """
 
@@ -53,9 +55,11 @@ class LogColumns:
 
 
 def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -> LogColumns:
-    """The columns that `options` name, from the record's own file, which is the first, and those joined to it.
+    """The columns that `options` name, from the record's own file, which is the first, and those joined
+    to it.
 
-    Raises InputError where one is in none of them, columns have different lengths without clocks of their own,
+    Raises InputError where one is in none of them, columns have different lengths without clocks of their
+    own,
     or stamps cannot be read, go back, or repeat with other values.
     """
     path, table = tables[0]
@@ -111,7 +115,8 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         stamps is None or stamps.origin_ns is None,
         tuple(said),
     )
-    return _in_part(path, _trimmed(_in_order(path, log), len(tables) > 1 or bool(table.clocks)), options)
+    is_joined = len(tables) > 1 or bool(table.clocks) or options.output_time is not None
+    return _in_part(path, _trimmed(_in_order(path, log), is_joined), options)
 
 
 def _source(tables: Sequence[tuple[Path, Table]], name: str) -> tuple[Path, Table] | None:
@@ -153,7 +158,8 @@ def _read(path: Path, table: Table, column: Column, name: str, unit: str | None)
     empty = np.flatnonzero(~np.isfinite(stamps.seconds))
     if len(empty):
         raise InputError(
-            f"{path}: {table.place(int(empty[0]))}, {table.kind} {name!r}: empty cell where a time stamp is to be; "
+            f"{path}: {table.place(int(empty[0]))}, {table.kind} {name!r}: empty cell where a time stamp "
+            "is to be; "
             "fill it in or remove the row"
         )
     return stamps
@@ -204,7 +210,8 @@ def _at(
         raise InputError(f"{path}: the time stamps of {name!r} do not increase; sort its rows")
     if when[0] > t[-1] or when[-1] < t[0]:
         raise InputError(
-            f"{path}: the clock of {name!r} has no time in common with the record: {when[0]:.6g} to {when[-1]:.6g} s "
+            f"{path}: the clock of {name!r} has no time in common with the record: {when[0]:.6g} to "
+            f"{when[-1]:.6g} s "
             f"against {t[0]:.6g} to {t[-1]:.6g} s; check which clocks they are"
         )
     step = float(np.median(np.diff(when)))
@@ -253,7 +260,8 @@ def _in_order(path: Path, log: LogColumns) -> LogColumns:
                 f"{float(log.t[at])!r}; remove the row, or give --time none --sample-rate RATE"
             )
         raise InputError(
-            f"{path}: {log.place_of(at)}: time stamp repeats {float(log.t[at])!r} with other values; remove one of "
+            f"{path}: {log.place_of(at)}: time stamp repeats {float(log.t[at])!r} with other values; "
+            "remove one of "
             "the rows, or give --time none --sample-rate RATE"
         )
     kept = log.chosen(np.setdiff1d(np.arange(len(log.t)), again))

@@ -14,24 +14,41 @@ if TYPE_CHECKING:
 SPELLINGS = {
     "s": ("sec", "second", "seconds"),
     "deg": ("degree", "degrees", "degs", "°", "º", "arcdeg"),
-    "deg/s": ("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s", "dps", "degps", "deg s-1", "deg s^-1",
-              "deg·s^-1", "deg.s-1", "deg*s^-1", "deg per s", "deg s**-1"),
+    "deg/s": (
+        *("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s", "dps", "degps"),
+        *("deg s-1", "deg s^-1", "deg·s^-1", "deg.s-1", "deg*s^-1", "deg per s", "deg s**-1"),
+    ),
     "rad": ("radian", "radians"),
     "rad/s": ("rad/sec", "radian/s", "radians/s", "radians/second", "rad s-1", "rad s^-1"),
     "arcsec": ("arcsecond", "arcseconds", "as", '"', "″", "asec"),
     "arcsec/s": ("arcsec/sec", "arcsecond/s", "arcseconds/s", '"/s', "″/s", "as/s", "arcsec s-1"),
     "arcmin": ("arcminute", "arcminutes", "'", "′", "amin"),
-}  # fmt: skip
+}
 """Of units, that mean the same."""
 
-COUNTS = frozenset({"count", "counts", "cts", "ct", "tick", "ticks", "lsb", "inc", "increment", "increments", "pulse",
-                    "pulses", "step", "steps"})  # fmt: skip
+COUNTS = frozenset(
+    (
+        "count",
+        "counts",
+        "cts",
+        "ct",
+        "tick",
+        "ticks",
+        "lsb",
+        "inc",
+        "increment",
+        "increments",
+        "pulse",
+        "pulses",
+    )
+)
 WORDS = {
-    "°": "deg", "º": "deg", "″": "arcsec", "′": "arcmin", "rev": "turn", "revs": "turn", "revolution": "turn",
-    "revolutions": "turn", "cycle": "turn", "sec": "s", "secs": "s", "as": "arcsec", "mas": "milliarcsecond",
-    "dps": "deg/s", "rps": "turn/s", "degps": "deg/s", "degs": "deg", "nm": "N*m", "knm": "kN*m", "mnm": "mN*m",
-    "n.m": "N*m", "n-m": "N*m", "amp": "ampere", "amps": "ampere", "volts": "volt", "gon": "grade", "usec": "us",
-    "msec": "ms", "hr": "hour", "hrs": "hour", "h": "hour", "asec": "arcsec", "amin": "arcmin", "mins": "min",
+    "°": "deg", "º": "deg", "″": "arcsec", "′": "arcmin", "rev": "turn", "revs": "turn",
+    "revolution": "turn", "revolutions": "turn", "cycle": "turn", "sec": "s", "secs": "s",
+    "as": "arcsec", "mas": "milliarcsecond", "dps": "deg/s", "rps": "turn/s", "degps": "deg/s",
+    "degs": "deg", "nm": "N*m", "knm": "kN*m", "mnm": "mN*m", "n.m": "N*m", "n-m": "N*m",
+    "amp": "ampere", "amps": "ampere", "volts": "volt", "gon": "grade", "usec": "us", "msec": "ms",
+    "hr": "hour", "hrs": "hour", "h": "hour", "asec": "arcsec", "amin": "arcmin", "mins": "min",
 }  # fmt: skip
 """Words of units as logs write them, for pint."""
 
@@ -60,7 +77,8 @@ def with_step(unit: str) -> tuple[float, str]:
 def conversion(stated: str, wanted: str) -> float:
     """What a number in the unit `stated` is multiplied by to be in `wanted`.
 
-    Both may begin with a step, such as `0.01 deg`. Raises InputError where one is no unit that is known, or both
+    Both may begin with a step, such as `0.01 deg`. Raises InputError where one is no unit that is known,
+    or both
     measure different things.
     """
     step, unit = with_step(stated)
@@ -71,7 +89,8 @@ def conversion(stated: str, wanted: str) -> float:
         return step / step_wanted
     if (unit.lower() in COUNTS) != (unit_wanted.lower() in COUNTS):
         raise InputError(
-            f"{stated!r} to {wanted!r}: what one count is worth is not stated; give its step as the unit, such as "
+            f"{stated!r} to {wanted!r}: what one count is worth is not stated; give its step as the unit, "
+            "such as "
             "'0.0001 deg' or '360/4096 deg'"
         )
     try:
@@ -87,8 +106,11 @@ def conversion(stated: str, wanted: str) -> float:
 
 
 def speed_of(output: str, command: str) -> float | None:
-    """The output's speed per s, in its unit, of a command of one that the axis follows exactly; None where the
+    """The output's speed per s, in its unit, of a command of one that the axis follows exactly; None
+    where the
     units do not tell, as of a command in V."""
+    if spelt(command) == f"{spelt(output)}/s":
+        return 1.0
     try:
         return conversion(command, f"({output})/s")
     except InputError:

@@ -34,7 +34,9 @@ class ReadingOptions:
     the command. `output_time` is the clock of the output where that has one of its own. `join` are files with
     clocks of their own. `gaps` says what becomes of missing samples, `unwrap` the turn at which the angle
     wraps, `known` further columns; `part_s` the stretch to read, in s after the first sample; `reverse` turns
-    the output's sign. Without `needs_output`, a file that lacks the output's column is a command alone.
+    the output's sign; with `ignore_units` what the file states as units is wrong and `units` say it.
+
+    Without `needs_output`, a file that lacks the output's column is a command alone.
 
     Raises InputError on a value that none of them can have.
     """
@@ -52,6 +54,7 @@ class ReadingOptions:
     known: tuple[str, ...] = ()
     part_s: tuple[float, float] | None = None
     reverse: bool = False
+    ignore_units: bool = False
     needs_output: bool = True
 
     def __post_init__(self) -> None:

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
+from bayes_hw.formats.xarray_table import table_of_xarray
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
-from bayes_hw.record_files import FileContent, read_parts
+from bayes_hw.record_files import FileContent, parts_of_table, read_parts
 from bayes_hw.resample import between_measured, describe, resample_columns
 
 if TYPE_CHECKING:
@@ -61,6 +62,12 @@ class Units:
         """Unit of output speed over command; brackets around what has a fraction of its own."""
         command = self.input if self.input.isalnum() else f"({self.input})"
         return f"({self.output}/{self.time})/{command}"
+
+
+def _one(contents: list[FileContent], name: str) -> list[FileContent]:
+    if len(contents) > 1:
+        raise InputError(f"{name}: its gaps make {len(contents)} records of it; select one before")
+    return contents
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,10 +284,24 @@ class Record:
             stated_units=frozenset(content.units),
         )
 
+    @classmethod
+    def from_xarray(
+        cls, dataset: Any, *, options: ReadingOptions | None = None, name: str = "record"
+    ) -> Record:
+        """One record of an `xarray.Dataset`, as if read from a file: variables and coordinates are
+        columns, times
+        may be numbers or dates, and attributes `units` are the units that it states.
+
+        Raises InputError where it holds no record.
+        """
+        chosen = options or ReadingOptions()
+        (content,) = _one(parts_of_table(Path(name), table_of_xarray(dataset), chosen), name)
+        return cls._of_content(Path(name), content, "")
+
     def converted(self, units: Units) -> Record:
         """The record in other units; raises InputError where they measure something else."""
         said = []
-        columns: dict[str, FloatArray] = {}
+        columns = {"u": self.u, "y": self.y}
         for column, role in (("u", "input"), ("y", "output")):
             held, wanted = getattr(self.units, role), getattr(units, role)
             if spelt(held) == spelt(wanted):
@@ -292,9 +313,9 @@ class Record:
                     f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
                     f"convert the record, or correct the unit in the file, the model or --{role}-unit"
                 ) from None
-            columns[column] = getattr(self, column) * factor
+            columns[column] = columns[column] * factor
             said.append(f"{role} converted from {held} to {wanted}")
-        return replace(self, units=units, treatment=(*self.treatment, *said), **columns)
+        return replace(self, units=units, treatment=(*self.treatment, *said), u=columns["u"], y=columns["y"])
 
     def findings(self) -> tuple[Finding, ...]:
         """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""

@@ -36,7 +36,8 @@ SPEED_SECONDS = (0.25, 1.0, 4.0)
 axis following best is taken, beyond its resonances and within its slow drifts."""
 
 POSITION_SLOPES = (0.1, 3.0)
-"""Output speed over the speed of a command that is a position; an output that is itself a speed shows others."""
+"""Output speed over the speed of a command that is a position; an output that is itself a speed shows
+others."""
 
 LONGEST_LAG_S = 1.5
 
@@ -182,7 +183,8 @@ def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | 
     if near_one and of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3:
         return Finding(
             "position",
-            f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not the "
+            f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not "
+            "the "
             f"command itself ({forward.correlation:.2f}): the command is a position",
             "give --input-position NAME instead of --input NAME",
         )
@@ -217,7 +219,8 @@ def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -
             return Finding(
                 "scale",
                 f"the output moves {ratio:.3g} times as fast as the command says: {said}",
-                "say what it is with --output-unit, --input-unit or --time-unit",
+                "say what it is with --output-unit, --input-unit or --time-unit, and --ignore-units where "
+                "the file states a wrong unit",
             )
     return None
 

@@ -86,6 +86,17 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
         with _os_errors(other):
             _digest(other)
             tables.append((other, _present(other, absent, clocks, options)))
+    return _of_tables(path, tables, options, digest)
+
+
+def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
+    """The same of a table in memory, which `path` stands for in what is said."""
+    return _of_tables(path, [(path, table)], options, "")
+
+
+def _of_tables(
+    path: Path, tables: Sequence[tuple[Path, Table]], options: ReadingOptions, digest: str
+) -> list[FileContent]:
     log = log_columns(tables, options)
     if len(log.t) < FEWEST_SAMPLES:
         raise InputError(
@@ -114,13 +125,12 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     """A part in the units asked for, unwrapped, its command a velocity."""
     said = [*log.said, *part.said]
     units: dict[str, str] = {}
+    stated = {} if options.ignore_units else log.units
     u, y = part.u, part.y
     known_units = {name: log.units[name] for name in part.known if name in log.units}
     for role in ("input", "output"):
         is_position = role == "input" and options.input_position is not None
-        factor, unit, sentence = _in_unit(
-            path, role, log.units.get(role), options.units.get(role), is_position
-        )
+        factor, unit, sentence = _in_unit(path, role, stated.get(role), options.units.get(role), is_position)
         if unit is not None:
             units[role] = unit
         if factor != 1.0:
@@ -150,7 +160,8 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
             part.t, u, y, part.rate_hz, part.measured, part.known, digest, tuple(said), units, known_units
         )
     said.append(
-        f"command: forward difference of the position {options.input_position!r}; the last sample, which has none, "
+        f"command: forward difference of the position {options.input_position!r}; the last sample, which "
+        "has none, "
         "left out"
     )
     known = {name: values[:-1] for name, values in part.known.items()}
@@ -232,7 +243,8 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
         if sizes[largest] > LARGEST_VALUE:
             raise InputError(
                 f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
-                f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a larger unit"
+                f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
+                "larger unit"
             )
 
 

@@ -1,4 +1,5 @@
-"""A log cut into records of a uniform rate: what its gaps, unmeasured samples and jittered stamps make of it."""
+"""A log cut into records of a uniform rate: what its gaps, unmeasured samples and jittered stamps make of
+it."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ class Part:
 
 
 def cut_into_parts(path: Path, log: LogColumns, options: ReadingOptions) -> list[Part]:
-    """The records of a log, by `options.gaps` and `options.resample_hz`; raises InputError where they leave none.
+    """The records of a log, by `options.gaps` and `options.resample_hz`; raises InputError where they
+    leave none.
 
     A record's rate is that of its grid, or the given one, which has to agree with it. Parts of fewer than 32
     samples are left out, and said.
@@ -89,7 +91,8 @@ def cut_into_parts(path: Path, log: LogColumns, options: ReadingOptions) -> list
                 found.append(part)
     if not found:
         raise InputError(
-            f"{path}: gaps leave no {FEWEST_SAMPLES} samples in a row, which a record needs; give --resample RATE "
+            f"{path}: gaps leave no {FEWEST_SAMPLES} samples in a row, which a record needs; give "
+            "--resample RATE "
             "(in Hz)" + ("" if options.gaps == "bridge" else ", or --gaps bridge")
         )
     found = [_at_given_rate(path, part, options) for part in _common_rate(found)]
@@ -163,7 +166,8 @@ def _uneven(path: Path, log: LogColumns, first: int, stop: int) -> InputError:
     at = first + (time_stamps.first_step_change(log.t[first:stop]) if stop - first > 2 else 1)
     before, here = np.diff(log.t)[at - 2 : at]
     return InputError(
-        f"{path}: {log.place_of(at)}: time step changes from {before:.4g} s to {here:.4g} s, on no uniform grid; "
+        f"{path}: {log.place_of(at)}: time step changes from {before:.4g} s to {here:.4g} s, on no uniform "
+        "grid; "
         "give --resample RATE (in Hz) to put the record on one"
     )
 
@@ -184,17 +188,19 @@ def _refuse_missing(path: Path, log: LogColumns, grids: Sequence[Grid]) -> None:
     counts = [f"{missing} single samples"] if missing else []
     counts += [f"{gaps} longer gaps"] if gaps else []
     raise InputError(
-        f"{path}: {log.place_of(at)}: time step changes from {median:.4g} s to {step:.4g} s: samples are missing "
+        f"{path}: {log.place_of(at)}: time step changes from {median:.4g} s to {step:.4g} s: samples are "
+        "missing "
         f"({', '.join(counts)} in all); {SPLIT_OR_BRIDGE}, or --resample RATE (in Hz)"
     )
 
 
 def _refuse_unmeasured(path: Path, log: LogColumns, options: ReadingOptions) -> None:
     for role, values in (("input", log.u), ("output", log.y)):
-        empty = np.flatnonzero(~np.isfinite(values)) if values is not None else []
+        empty = np.zeros(0, dtype=np.int64) if values is None else np.flatnonzero(~np.isfinite(values))
         if len(empty):
             raise InputError(
-                f"{path}: {log.place_of(int(empty[0]))}, {log.kind} {options.wanted[role]!r}: empty cell or NaN, so "
+                f"{path}: {log.place_of(int(empty[0]))}, {log.kind} {options.wanted[role]!r}: empty cell "
+                "or NaN, so "
                 f"not measured ({len(empty)} in all); {SPLIT_OR_BRIDGE}"
             )
 
@@ -208,7 +214,7 @@ def _parts_of(log: LogColumns, options: ReadingOptions, grid: Grid) -> list[Part
     nearest = rows[np.searchsorted(grid.places, np.arange(grid.samples), side="right") - 1]
     keeps_stamps = log.is_plain and not grid.missing and grid.jitter == 0
     found = []
-    for start, stop in parts(grid, present, MOST_BRIDGED if options.gaps == "bridge" else 0):
+    for start, stop in parts(present, MOST_BRIDGED if options.gaps == "bridge" else 0):
         chosen = slice(start, stop)
         t = log.t[rows[chosen]] if keeps_stamps else grid.start_s + np.arange(start, stop) / grid.rate_hz
         measured = np.zeros(stop - start, dtype=np.bool_) if y is None else np.isfinite(y[chosen])
@@ -232,7 +238,8 @@ def _said_of(u: FloatArray, measured: BoolArray, has_output: bool, grid: Grid) -
     said = []
     if grid.jitter:
         said.append(
-            f"stamps off a uniform grid of {grid.rate_hz:.6g} Hz by up to {100 * grid.jitter:.0f} % of a step: values "
+            f"stamps off a uniform grid of {grid.rate_hz:.6g} Hz by up to {100 * grid.jitter:.0f} % of a "
+            "step: values "
             "taken as they are, on the grid (--resample RATE interpolates them instead)"
         )
     if has_output and not measured.all():
@@ -282,7 +289,8 @@ def _check_rate(path: Path, rate: float, given: float) -> None:
 
 
 def _numbered(part: Part, number: int, found: Sequence[Part]) -> Part:
-    said = f"part {number} of {len(found)}: {part.t[0]:.6g} s to {part.t[-1]:.6g} s of the log, counted from its start"
+    stretch = f"{part.t[0]:.6g} s to {part.t[-1]:.6g} s of the log"
+    said = f"part {number} of {len(found)}: {stretch}, counted from its start"
     return replace(part, t=part.t - part.t[0], said=(*part.said, said))
 
 

@@ -1,7 +1,9 @@
-"""From the stamps of a log to uniform grids: which sample belongs where, what is missing, where a record ends."""
+"""From the stamps of a log to uniform grids: which sample belongs where, what is missing, where a record
+ends."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -44,19 +46,21 @@ class Grid(NamedTuple):
 
 
 def stretches(t: FloatArray) -> list[tuple[int, int]]:
-    """First and one past the last row of each stretch between gaps longer than may be bridged; t increases, in
+    """First and one past the last row of each stretch between gaps longer than may be bridged; t
+    increases, in
     s, shape (rows,)."""
     steps = np.diff(t)
     ends = np.flatnonzero(steps >= (MOST_BRIDGED + 1.5) * np.median(steps)) + 1
     edges = [0, *map(int, ends), len(t)]
-    return list(zip(edges[:-1], edges[1:], strict=True))
+    return list(pairwise(edges))
 
 
 def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
     """The uniform grid of increasing stamps, shape (rows,), in s, or None where some lie off every grid.
 
     Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
-    a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs to the place
+    a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs
+    to the place
     nearest to it, from which it may be off by `LARGEST_JITTER`.
     """
     rows = len(t)
@@ -90,7 +94,8 @@ def _follow(t: FloatArray, start: float) -> tuple[IntArray, float, float, float]
 
 
 def _fitted(t: FloatArray, places: FloatArray) -> tuple[IntArray, float, float, float] | None:
-    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from its."""
+    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from
+    its."""
     if (np.diff(places) <= 0).any():
         return None
     period, offset = _line(t, places)
@@ -118,7 +123,7 @@ def _simplified(period: float, off: float, span: float, t: FloatArray) -> float:
     return time_stamps.fewest_digits(1 / period, uncertainty)
 
 
-def parts(grid: Grid, present: BoolArray, most_missing: int) -> list[tuple[int, int]]:
+def parts(present: BoolArray, most_missing: int) -> list[tuple[int, int]]:
     """First and one past the last sample of each part of a grid that is left when it is cut where more than
     `most_missing` samples in a row are not `present`, shape (samples,)."""
     shown = np.flatnonzero(present)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from bayes_hw.arrays import FloatArray, IntArray
 
 STEP_TOLERANCE = 0.01

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
-from bayes_hw.record import Columns, Record, Units
+from bayes_hw.record import Columns, ReadingOptions, Record, Units
 from bayes_hw.record_files import FEWEST_SAMPLES
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
@@ -324,3 +324,26 @@ def test_every_practice_record_is_read_at_a_whole_rate_without_treatment():
         record = Record.read(path)
         assert record.sample_rate_hz in (20.0, 25.0, 50.0)
         assert record.treatment == ()
+
+
+@pytest.mark.parametrize("dates", [False, True])
+def test_an_xarray_dataset_is_a_record(dates):
+    xarray = pytest.importorskip("xarray")
+    t, u, y = columns()
+    when = np.datetime64("2026-03-14T22:41:07", "ns") + (1e9 * t).astype("timedelta64[ns]") if dates else t
+    attributes = {"units": "rad"}
+    data = {
+        "cmd": ("time", u),
+        "angle": ("time", y, attributes),
+        "image": (("time", "x"), np.zeros((100, 2))),
+    }
+    dataset = xarray.Dataset(data, coords={"time": when})
+    options = ReadingOptions(Columns("time", "cmd", "angle"), units={"output": "deg"})
+    record = Record.from_xarray(dataset, options=options, name="night")
+    np.testing.assert_allclose(record.y, np.degrees(y))
+    np.testing.assert_allclose(record.t, t, atol=1e-9)
+    assert (record.name, record.units) == ("night", Units())
+    with pytest.raises(
+        InputError, match="night: no variable 'wind' for the output; it has 'time', 'cmd', 'angle'"
+    ):
+        Record.from_xarray(dataset, options=ReadingOptions(Columns("time", "cmd", "wind")), name="night")

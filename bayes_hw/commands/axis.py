@@ -97,12 +97,10 @@ def report_command(parsed: argparse.Namespace) -> None:
         page = posterior_report(analysis, origin)
         written = render(page, out)
     discard_checkpoints(parsed.checkpoint)
-    say_estimates(analysis.dominant.posterior)
-    if analysis.everything is not None and not analysis.everything.posterior.converged:
-        warn("NOT CONVERGED with all of G free: " + "; ".join(analysis.everything.posterior.problems))
+    say_estimates(analysis.inference.posterior)
     say_page(page, written)
     following = ["design", "--posterior", str(out), "--out", "design/"]
-    if not analysis.dominant.residuals.white:
+    if not analysis.inference.residuals.white:
         source = parsed.model or str(out / "model.json")
         following = diagnose_next(source, parsed.records, parsed.holdout) or following
     say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
@@ -114,7 +112,7 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
     with staged(out) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits)
-        analysis.dominant.posterior.write(place, analysis.records)
+        analysis.inference.posterior.write(place, analysis.records)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+from contextlib import suppress
 from pathlib import Path
+
+from bayes_hw.errors import InputError
 
 ALONE = ("simulate", "predict")
 """Commands that take a command without any output."""
@@ -16,21 +19,28 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     Records are kept in `parsed.read_already`, so that the command does not read them again.
     """
     model = getattr(parsed, "model", None)
+    content: object = None
     if isinstance(model, str) and not model.lower().endswith(".mat"):
         from bayes_hw.model.model_file import load_model_json
 
-        load_model_json(Path(model))
+        content = load_model_json(Path(model))
     if "time" not in parsed:
         return
     paths = _records(parsed)
     if not paths:
         return
-    from bayes_hw.commands.inputs import read_once, reading_options
+    from bayes_hw.commands.inputs import in_units, read_once, reading_options, refuse_faults
+    from bayes_hw.record import Units
 
     options = reading_options(parsed, needs_output=parsed.command not in ALONE)
     parsed.read_already = {}
+    stated = content.get("units") if isinstance(content, dict) else None
+    units = None
+    with suppress(InputError):  # which reading the model will say
+        units = Units.from_dict(stated) if isinstance(stated, dict) else None
     for path in paths:
-        read_once(parsed, path, options)
+        for record in read_once(parsed, path, options):
+            refuse_faults(record if units is None else in_units(record, units), parsed.accept)
 
 
 def _records(parsed: argparse.Namespace) -> list[str]:
@@ -51,4 +61,3 @@ def _records_of_case(folder: Path) -> list[str]:
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return []
     return [str(folder / name) for name in names if isinstance(name, str)]
-

@@ -39,6 +39,7 @@ def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) ->
         known=tuple(parsed.known),
         part_s=None if parsed.part is None else (parsed.part[0], parsed.part[1]),
         reverse=parsed.reverse,
+        ignore_units=parsed.ignore_units,
         needs_output=needs_output,
     )
 
@@ -52,7 +53,8 @@ def read_records(
 ) -> list[Record]:
     """The records at `paths` as the options say; `units` are the model's, where there is one.
 
-    A record in other units than the model's, or the first record's, is converted; one whose units neither file
+    A record in other units than the model's, or the first record's, is converted; one whose units neither
+    file
     nor options state is taken to be in theirs. What was found to be decided about a file is said on stderr.
 
     Raises InputError when units cannot be converted, or a record is not what it is said to be and
@@ -63,9 +65,11 @@ def read_records(
     for path in paths:
         for record in read_once(parsed, path, options):
             target = units or (records[0].units if records else None)
-            if target is not None and target != record.units:
-                record = _in_units(record, target)
-            _check(record, parsed.accept)
+            if target is not None:
+                record = in_units(record, target)
+            refuse_faults(record, parsed.accept)
+            for finding in record.findings():
+                warn(f"{record.source or record.name}: {finding}")
             records.append(record)
     return records
 
@@ -86,27 +90,29 @@ def read_record(
     records = read_records(parsed, [path], units, needs_output=needs_output)
     if len(records) > 1:
         raise InputError(
-            f"{path}: its gaps make {len(records)} records of it; take one with --part START STOP (s), or write them "
+            f"{path}: its gaps make {len(records)} records of it; take one with --part START STOP (s), or "
+            "write them "
             "with bayes-hw convert"
         )
     return records[0]
 
 
-def _in_units(record: Record, target: Units) -> Record:
+def in_units(record: Record, target: Units) -> Record:
     """The record in the units of model or first record; what nobody stated is in them already."""
+    if record.units == target:
+        return record
     stated = {role: getattr(record.units, role) for role in record.stated_units}
     held = replace(target, **{role: unit for role, unit in stated.items() if role != "time"})
     return replace(record, units=held).converted(target)
 
 
-def _check(record: Record, accepted: Sequence[str]) -> None:
-    """Raise InputError at what would be fitted to nonsense, and warn of the rest."""
+def refuse_faults(record: Record, accepted: Sequence[str]) -> None:
+    """Raise InputError at what would be fitted to nonsense, unless it is accepted."""
     for finding in record.findings():
-        if finding.severity == "warning" or finding.kind in accepted:
-            warn(f"{record.source or record.name}: {finding.sentence}; {finding.remedy}")
-        else:
-            otherwise = f"; if it is so, give --accept {finding.kind}" if finding.kind != "wrapped" else ""
-            raise InputError(f"{record.source or record.name}: {finding}{otherwise}")
+        if finding.severity == "fatal" and finding.kind not in accepted:
+            raise InputError(
+                f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"
+            )
 
 
 def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:

@@ -20,7 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(parsed: argparse.Namespace) -> None:
-    """Say what is found; raises InputError on what is no log, and where a question is open, which it names."""
+    """Say what is found; raises InputError on what is no log, and where a question is open, which it
+    names."""
     from bayes_hw.commands.inputs import reading_options
     from bayes_hw.commands.speech import say
     from bayes_hw.errors import InputError

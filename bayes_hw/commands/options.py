@@ -7,8 +7,9 @@ import os
 from typing import TypeVar
 
 FREE_HELP = (
-    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
-    "all: every pole and zero of G as well"
+    "all (default): limits, dead zone, noise and every pole and zero of G; dominant: limits, dead zone, "
+    "gain, dominant modes and noise, conditional on the other roots of G, and too narrow where "
+    "the same records gave those roots"
 )
 
 RECORD_HELP = "a record: text such as .csv, .mat, .h5, .parquet, .fits, .tdms, .mcap, .json"
@@ -51,7 +52,7 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         "--input",
         default="u",
         metavar="NAME",
-        help="command column (default u); names without their units, or numbers from 1 where there is no header",
+        help="command column (default u); names without their units, or numbers from 1 without a header",
     )
     group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
     group.add_argument(
@@ -82,8 +83,8 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         "--gaps",
         choices=("refuse", "split", "bridge"),
         default="refuse",
-        help="missing samples: refused (default); split: every gap begins a new record; bridge: up to 3 in a row"
-        " stay in the record as unmeasured, longer gaps begin a new one",
+        help="missing samples: refused (default); split: every gap begins a new record; bridge: up to 3 in a"
+        " row stay in the record as unmeasured, longer gaps begin a new one",
     )
     group.add_argument(
         "--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s"
@@ -96,6 +97,11 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         help="unit of the command: what to convert to where the file states one, else what it is in (deg/s)",
     )
     group.add_argument("--output-unit", metavar="UNIT", help="unit of the output, likewise (deg)")
+    group.add_argument(
+        "--ignore-units",
+        action="store_true",
+        help="the units that the file states are wrong: --input-unit and --output-unit say what it is in",
+    )
     group.add_argument(
         "--accept",
         action="append",

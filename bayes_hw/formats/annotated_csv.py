@@ -32,7 +32,8 @@ def is_annotated(path: Path) -> bool:
 def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the fields, or columns, that `wanted` names; each field has the stamps of its own rows.
 
-    Any name of a clock means the column `_time`. Raises InputError on a value that is no number, OSError where
+    Any name of a clock means the column `_time`. Raises InputError on a value that is no number, OSError
+    where
     the file cannot be read.
     """
     _check_lines(path)

@@ -24,20 +24,23 @@ def rosbags_reader(path: Path) -> ModuleType:
         from rosbags import highlevel
     except ImportError:
         raise InputError(
-            f"{path}: bags and MCAP files need rosbags; pip install 'bayes-hw[ros]', or export CSV, .mat or .h5"
+            f"{path}: bags and MCAP files need rosbags; pip install 'bayes-hw[ros]', or export CSV, .mat "
+            "or .h5"
         ) from None
     return highlevel
 
 
 def read_bag(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
-    """Read the fields that `wanted` names, `topic.field` or `topic.field[0]` such as `/joint_states.position[0]`.
+    """Read the fields that `wanted` names, `topic.field` or `topic.field[0]` such as
+    `/joint_states.position[0]`.
 
-    Each has the stamps of its messages: those of their header, else those of the log, in ns. Raises InputError
+    Each has the stamps of its messages: those of their header, else those of the log, in ns. Raises
+    InputError
     on what is no sound bag, or a field that is no number.
     """
     highlevel = rosbags_reader(path)
     try:
-        with highlevel.AnyReader([path if path.is_dir() or path.suffix == ".bag" else path]) as reader:
+        with highlevel.AnyReader([path]) as reader:
             return _table(path, reader, wanted, most_rows)
     except InputError:
         raise
@@ -55,7 +58,9 @@ def _table(path: Path, reader: Any, wanted: Sequence[str], most_rows: int) -> Ta
             asked[name] = (topic, name.removeprefix("/").removeprefix(topic.removeprefix("/")).lstrip(".:"))
     found: dict[str, tuple[list[int], list[float]]] = {name: ([], []) for name in asked}
     names: dict[str, None] = {}
-    chosen = [each for each in reader.connections if not asked or each.topic in {t for t, _ in asked.values()}]
+    chosen = [
+        each for each in reader.connections if not asked or each.topic in {t for t, _ in asked.values()}
+    ]
     seen: set[str] = set()
     for connection, stamp, raw in reader.messages(connections=chosen):
         if not asked and connection.topic in seen:

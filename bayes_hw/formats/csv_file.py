@@ -29,9 +29,11 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
 
     Layout by `find_layout`; names by `header.matches`, or numbers from 1 where there is no header. Cells that
     are empty, NaN or NULL are NaN. Columns of `text` may hold anything, and then come as text. Where the
-    first of `text`, the clock, stands in the table several times, each column is given the one nearest before it.
+    first of `text`, the clock, stands in the table several times, each column is given the one nearest
+    before it.
 
-    Raises InputError, naming row and column, on another cell that is not a finite number, and on a file that is
+    Raises InputError, naming row and column, on another cell that is not a finite number, and on a file
+    that is
     not a table. Raises OSError when the file cannot be read.
     """
     _check_lines(path)

@@ -25,7 +25,7 @@ def astropy_fits(path: Path) -> ModuleType:
         raise InputError(
             f"{path}: FITS files need astropy; pip install 'bayes-hw[fits]', or give CSV, .mat or .h5"
         ) from None
-    return fits  # type: ignore[no-any-return]
+    return fits
 
 
 def read_fits(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
@@ -39,9 +39,9 @@ def read_fits(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         if stream.read(6) != b"SIMPLE":
             raise InputError(f"{path}: is not a sound FITS file; write it again, not compressed")
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), path.open("rb") as stream:
             warnings.simplefilter("ignore")
-            with fits.open(path, memmap=True, lazy_load_hdus=False) as file:
+            with fits.open(stream, memmap=False, lazy_load_hdus=False) as file:
                 return _table(path, fits, file, wanted, most_rows)
     except InputError:
         raise

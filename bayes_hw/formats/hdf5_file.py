@@ -37,7 +37,8 @@ def is_hdf5(path: Path) -> bool:
 def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the data sets named in `wanted`, at most `most_rows` of each; "group.u" is "group/u".
 
-    NaN is unmeasured; those of `text`, clocks, may hold text. A data set beside which another is named as a clock
+    NaN is unmeasured; those of `text`, clocks, may hold text. A data set beside which another is named as
+    a clock
     comes with those stamps where `text` are not of its length.
 
     Raises InputError on a file that is no sound HDF5 file, and on a data set that is not a vector of finite

@@ -1,4 +1,5 @@
-"""Reading columns from JSON: answers of InfluxDB queries, lists of rows, columns by name, one object a line."""
+"""Reading columns from JSON: answers of InfluxDB queries, lists of rows, columns by name, one object a
+line."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def is_model(path: Path) -> bool:
 def read_json(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the columns that `wanted` names; null is NaN, those of `text` may hold text.
 
-    Of several series, as InfluxDB answers, the one with most of the columns is the record; a column that another
+    Of several series, as InfluxDB answers, the one with most of the columns is the record; a column that
+    another
     has comes with that one's clock. Raises InputError on what is no table, OSError on an unreadable file.
     """
     if path.stat().st_size > MOST_BYTES:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -34,7 +35,8 @@ def pyarrow_parquet(path: Path) -> ModuleType:
 
 
 def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
-    """Read the columns named in `wanted`, at most `most_rows` rows; empty cells are NaN, and those of `text` may
+    """Read the columns named in `wanted`, at most `most_rows` rows; empty cells are NaN, and those of
+    `text` may
     hold text or dates.
 
     Raises InputError on a file that is no sound Parquet file, and on a column that does not hold finite real
@@ -110,16 +112,17 @@ def _columns(
     batches = file.iter_batches(BATCH_ROWS, columns=columns, use_threads=False)  # type: ignore[attr-defined]
     for batch in batches if names else ():
         for name, column in names.items():
-            start = rows
             values = _values(batch.column(column), is_stamp=name in text)
-            refuse_infinite(
-                path, name, "column", values, lambda index, start=start: f"row {start + index + 1}"
-            )
+            refuse_infinite(path, name, "column", values, partial(_row, rows))
             parts[name].append(values)
         rows += batch.num_rows
         if rows >= most_rows:
             break
     return {name: np.concatenate(part or [np.zeros(0)])[:most_rows] for name, part in parts.items()}
+
+
+def _row(before: int, index: int) -> str:
+    return f"row {before + index + 1}"
 
 
 def _values(column: object, *, is_stamp: bool) -> Column:

@@ -63,5 +63,6 @@ def refuse_infinite(path: object, label: str, kind: str, values: Column, place: 
             where, what = place(int(faults[0])), f"{kind} {label!r}"
             first, second = (where, what) if kind == "column" else (what, where)
             raise InputError(
-                f"{path}: {first}, {second}: {values[faults[0]]} is not a finite number; correct it or remove it"
+                f"{path}: {first}, {second}: {values[faults[0]]} is not a finite number; correct it or "
+                "remove it"
             )

@@ -29,7 +29,8 @@ def nptdms(path: Path) -> ModuleType:
 
 
 def read_tdms(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
-    """Read the channels that `wanted` names, as `channel` or `group/channel`; a channel that states its increment
+    """Read the channels that `wanted` names, as `channel` or `group/channel`; a channel that states its
+    increment
     (wf_increment) has that as its clock.
 
     Raises InputError on a file that is no sound TDMS file, or a channel that is no vector of numbers.
@@ -49,7 +50,9 @@ def read_tdms(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
 
 
 def _table(path: Path, file: Any, wanted: Sequence[str], most_rows: int) -> Table:
-    channels = {f"{group.name}/{channel.name}": channel for group in file.groups() for channel in group.channels()}
+    channels = {
+        f"{group.name}/{channel.name}": channel for group in file.groups() for channel in group.channels()
+    }
     if len(channels) > MOST_CHANNELS:
         raise InputError(f"{path}: has more than {MOST_CHANNELS} channels; save those of the record")
     full, short = list(channels), [name.split("/", 1)[1] for name in channels]
@@ -80,7 +83,9 @@ def _table(path: Path, file: Any, wanted: Sequence[str], most_rows: int) -> Tabl
 
 def _column(path: Path, name: str, channel: Any, most_rows: int) -> Column:
     if len(channel) * 8 > MOST_BYTES:
-        raise InputError(f"{path}: channel {name!r} is larger than {MOST_BYTES // 2**20} MB; cut the record into parts")
+        raise InputError(
+            f"{path}: channel {name!r} is larger than {MOST_BYTES // 2**20} MB; cut the record into parts"
+        )
     values = np.asarray(channel[:most_rows])
     if values.dtype.kind == "M":
         return values.astype("datetime64[ns]").astype(np.int64)

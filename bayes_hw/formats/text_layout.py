@@ -1,4 +1,5 @@
-"""How a text file lays out its table: encoding, separator, decimal sign, where header, units and rows begin."""
+"""How a text file lays out its table: encoding, separator, decimal sign, where header, units and rows
+begin."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,7 +46,8 @@ _MARKS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """Of a table in a text file: `first_row` is the number, from 0, of the first line with values; `units` are
+    """Of a table in a text file: `first_row` is the number, from 0, of the first line with values;
+    `units` are
     those of header and row of units, by column, "" where there is none."""
 
     encoding: str
@@ -121,7 +123,7 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
         2 * sum(is_value(row[j]) for row in sample if j < len(row)) > len(sample) for j in range(columns)
     ]
     is_data = {i: _columns(row) == columns and _is_data(row, is_numeric) for i, row in rows.items()}
-    first = next((i for i in filled if is_data[i]), None)
+    first = _first_of_many(filled, is_data)
     before = [i for i in filled if first is None or i < first]
     plain = [i for i in before if _is_header(rows[i], columns) and not lines[i].lstrip().startswith(COMMENTS)]
     if first is None:
@@ -159,6 +161,15 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
         _stated_step(lines[:first]),
         said,
     )
+
+
+def _first_of_many(filled: Sequence[int], is_data: Mapping[int, bool]) -> int | None:
+    """The first line of values that others follow: four of five, or as many as there are."""
+    for n, i in enumerate(filled):
+        following = [is_data[j] for j in filled[n : n + 5]]
+        if is_data[i] and 5 * sum(following) >= 4 * len(following):
+            return i
+    return next((i for i in filled if is_data[i]), None)
 
 
 def _cells(line: str, separator: str) -> list[str]:

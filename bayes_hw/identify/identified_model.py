@@ -157,8 +157,8 @@ def warnings_of(
     if joint.slow_poles_kept:
         found.append(
             f"{joint.slow_poles_kept} slow real poles of G are kept although the records do not ask for "
-            "them: they would lose travel at each reversal as a dead zone does, so the dead zone's "
-            "interval must allow for them"
+            "them: they would lose travel at each reversal as a dead zone does, and the interval of the dead "
+            "zone must allow for them"
         )
     if not joint.fit.structure.integrator:
         found.append("the records speak against an integrator; the output does not behave like a position")

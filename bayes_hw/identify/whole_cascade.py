@@ -18,7 +18,7 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
-from bayes_hw.identify.growth.slow_poles import with_slow_poles
+from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
 from bayes_hw.identify.linear_output_error import NEAR_INTEGRATOR, OrderCandidate, Progress
 
 SMALL_ORDER = 4
@@ -96,6 +96,7 @@ def identify_jointly(
     kept = best.structure.order
     if best.structure.dead_zone:
         best = with_slow_poles(best)
+    best = with_real_poles(best)
     report("whole cascade", parts, parts)
     return JointStage(
         cascade_fit(best),

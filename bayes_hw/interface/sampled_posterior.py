@@ -140,7 +140,7 @@ def sample(
     records: Record | Sequence[Record],
     *,
     seed: int = 1,
-    free: FreeSet = "dominant",
+    free: FreeSet = "all",
     start: Start = "auto",
     origin: Origin = "start",
     noise: NoiseKind = "normal",

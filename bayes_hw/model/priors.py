@@ -131,6 +131,30 @@ class ShiftedLogNormal:
         return f"{self.lower:.4g} plus {rest}"
 
 
+@dataclass(frozen=True)
+class TimeConstant:
+    """A pole p between 0 and 1 whose time constant -1 / log p, in samples, is log-normal about `median`.
+
+    A uniform density of p would hold a slow pole to be as unlikely as it is close to one; this one does not
+    care how fast the record was sampled.
+    """
+
+    median: float
+    log_sd: float
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        inside = (value > 0) & (value < 1)
+        rate = -np.log(np.where(inside, value, 0.5))
+        density = LogNormal(self.median, self.log_sd).log_density(1 / rate) - 2 * np.log(rate) + rate
+        return np.where(inside, density, -np.inf)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        return np.exp(-1 / LogNormal(self.median, self.log_sd).quantile(probability))
+
+    def describe(self, unit: str) -> str:
+        return f"its time constant in samples: {LogNormal(self.median, self.log_sd).describe(unit)}"
+
+
 class Transform(Protocol):
     """A monotone map between a parameter's value and an unbounded coordinate."""
 
@@ -220,3 +244,18 @@ class NormalProbability:
 
     def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
         return 0.5 * np.log(2 / np.pi) - 0.5 * np.asarray(coordinate) ** 2
+
+
+@dataclass(frozen=True)
+class TimeConstantLogarithm:
+    """value = exp(-exp(-coordinate)), a pole between 0 and 1: the coordinate is the logarithm of its time
+    constant in samples."""
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return np.exp(-np.exp(-coordinate))
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return -np.log(-np.log(value))
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return -np.exp(-coordinate) - coordinate

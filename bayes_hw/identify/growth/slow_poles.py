@@ -16,7 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade_roots import poles_of
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import evaluate
-from bayes_hw.identify.growth.extension import with_separate_pole
+from bayes_hw.identify.growth.extension import with_separate_pole, without_section
 from bayes_hw.identify.growth.score_test import Residual
 from bayes_hw.identify.growth.search import Grown, halved
 
@@ -26,6 +26,12 @@ SLOWEST_SHARE = 0.1
 
 FASTEST_SHARE, FEWEST_SAMPLES = 1 / 250, 10
 """A pole is slow from this share of the longest record on, and from as many samples."""
+
+STRONG_DAMPING, APART = 0.5, 0.3
+"""Damping ratio from which a pair may be two real poles, and how far these start from its modulus."""
+
+SEAM_NATS = 1.0
+"""Log-likelihood that two real poles may cost."""
 
 TIME_CONSTANTS = 9
 DESCENTS = 3
@@ -67,3 +73,33 @@ def _extended(item: Grown, poles: FloatArray) -> Grown:
         structure, values = with_separate_pole(structure, values, float(pole))
     response = CascadeResponse(structure, item.response.records)
     return Grown(response, evaluate(response, response.coordinates(values), item.point.whitener))
+
+
+def with_real_poles(item: Grown) -> Grown:
+    """`item` with strongly damped pairs replaced by two real poles each, where that costs next to nothing.
+
+    A posterior that straddles the border between a pair and two real poles has a seam there, which samplers
+    cross badly.
+    """
+    number = 0
+    while number < item.structure.sections:
+        a1, a2, b1, b2 = item.values.sections[:, number]
+        if a1 * a1 / 4 < a2 and _damping_ratio(a1, a2) > STRONG_DAMPING:
+            logarithm = 0.5 * np.log(a2)
+            poles = np.exp(logarithm * np.array([1 - APART, 1 + APART]))
+            structure, values = without_section(item.structure, item.values, number)
+            residues = np.linalg.solve(np.array([[1.0, 1.0], [-poles[1], -poles[0]]]), [b1, b2])
+            for pole, residue in zip(poles, residues, strict=True):
+                structure, values = with_separate_pole(structure, values, float(pole))
+                values.real[1, -1] = residue
+            split = Grown.at(structure, values, item.response.records).descended()
+            if split.log_likelihood > item.log_likelihood - SEAM_NATS:
+                item = split
+                continue
+        number += 1
+    return item
+
+
+def _damping_ratio(a1: float, a2: float) -> float:
+    pole = np.log(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)))
+    return float(-pole.real / abs(pole))
