@@ -1,0 +1,259 @@
+"""The gallery of effects: a page a label, from its description, its classes and the studies that measured it.
+
+The pages and their figures are written to docs/generated/gallery before Sphinx reads its sources. A figure is
+that of one simulated case of the effect, and is drawn again only where the plant has changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from study_numbers import REPORTS, looked_up
+
+from bayes_hw.gap.confusable import SHOWS
+from bayes_hw.gap.effects.catalogue import block_of, catalogue, known_labels
+from bayes_hw.gap.effects.descriptions import DESCRIPTIONS, Description
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.scale import AxisScale
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.plant.case import BlindCase, make_case
+from bayes_hw.plant.kinds import KINDS
+from bayes_hw.plant.nominal import refit
+from bayes_hw.record import Units
+from bayes_hw.report.drawing import drawing_settings, new_canvas
+from bayes_hw.report.palette import BLUE, DATA, MUTED, VERMILLION
+
+logger = logging.getLogger(__name__)
+
+HERE = Path(__file__).resolve().parents[1]
+FOLDER = HERE / "generated" / "gallery"
+PLANT = HERE.parent / "bayes_hw" / "plant"
+SEED = 3
+SEGMENT_S = 24.0
+KIND = replace(
+    KINDS["easy"],
+    gap_over_sigma=(4.0, 6.0),
+    excitations=("modulated_sweep", "steps_and_triangles", "acceptance_run"),
+)
+"""Gaps that can be seen by eye."""
+
+SCALE = AxisScale(20.0, 120.0, 4.0, 0.4, 0.005, 1.7, (520.0, 190.0), 1.0, Units())
+"""An axis of usual size: for the names and units of parameters."""
+
+BLOCK_WORDS = {
+    "input": "between command and drive",
+    "linear": "in the linear block",
+    "drive": "in the drive",
+    "disturbance": "a disturbance from outside",
+    "sensor": "in the encoder",
+}
+
+
+def described(label: str, effects: tuple[Effect, ...]) -> Description | None:
+    """What is said of a label, built in or of another package."""
+    if label in DESCRIPTIONS:
+        return DESCRIPTIONS[label]
+    return next((effect.description for effect in effects if effect.label == label), None)
+
+
+def stamp() -> str:
+    """A digest of the code that draws the figures."""
+    digest = hashlib.sha256()
+    for path in [*sorted(PLANT.rglob("*.py")), Path(__file__)]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def draw(label: str, path: Path) -> None:
+    """Draw a case of this label: a stretch of it, the error over time, the error over angle by direction."""
+    case = make_case(SEED, 0, KIND, [label])
+    rate = case.simulator.sample_rate_hz
+    fitted = refit(
+        case.simulator,
+        [record.command for record in case.train],
+        [record.without_noise for record in case.train],
+    )
+    errors = [record.measured - fitted.simulate(record.command) for record in case.train]
+    record, error = max(zip(case.train, errors, strict=True), key=lambda pair: float(np.std(pair[1])))
+    t = np.arange(len(error)) / rate
+    first = most_telling(error, round(SEGMENT_S * rate))
+    stretch = slice(first, first + round(SEGMENT_S * rate))
+    simulated = record.measured - error
+    with drawing_settings():
+        canvas = new_canvas(4.6, 7.2)
+        top, below = canvas.subfigures(2, 1, height_ratios=[1.15, 1.0])
+        axes = top.subplots()
+        axes.plot(t[stretch], record.measured[stretch], color=DATA, lw=1.0, label="measured")
+        axes.plot(t[stretch], simulated[stretch], color=VERMILLION, lw=1.0, ls="--", label="simulator")
+        axes.set(xlabel="time (s)", ylabel="angle (deg)")
+        axes.legend(loc="best", fontsize=8)
+        over_time, over_angle = below.subplots(1, 2, sharey=True)
+        over_time.plot(t, error, color=VERMILLION, lw=0.6)
+        over_time.axvspan(t[stretch][0], t[stretch][-1], color=MUTED, alpha=0.12, lw=0)
+        over_time.set(xlabel="time (s)", ylabel="error (deg)")
+        scatter(over_angle, case, errors, rate)
+        canvas.savefig(path, format="svg", metadata={"Date": None, "Creator": None})
+
+
+def scatter(axes, case: BlindCase, errors: list[np.ndarray], rate: float) -> None:
+    """Errors of all training records over the angle, by the direction of motion."""
+    measured = np.concatenate([record.noise_free for record in case.train])
+    error = np.concatenate(errors)
+    speed = np.concatenate([np.gradient(record.noise_free) * rate for record in case.train])
+    slow = 0.02 * np.abs(speed).max()
+    for name, chosen, colour in (
+        ("up", speed > slow, BLUE),
+        ("down", speed < -slow, VERMILLION),
+        ("at rest", np.abs(speed) <= slow, MUTED),
+    ):
+        axes.plot(measured[chosen], error[chosen], ".", ms=1.6, color=colour, label=name, rasterized=True)
+    axes.set(xlabel="angle (deg)")
+    axes.legend(loc="best", fontsize=7, markerscale=4)
+
+
+def most_telling(error: np.ndarray, samples: int) -> int:
+    """Where a stretch of `samples` begins that holds most of the squared error."""
+    total = np.concatenate([[0.0], np.cumsum(error**2)])
+    return int(np.argmax(total[samples:] - total[:-samples]))
+
+
+def law(effect: Effect) -> str:
+    """The docstring of an effect: its equation on the first line, then source and limits."""
+    first, _, rest = inspect.cleandoc(type(effect).__doc__ or "").partition("\n")
+    return f"{first}\n\n{' '.join(rest.split())}".rstrip()
+
+
+def parameter_rows(parameters: tuple[Parameter, ...]) -> list[str]:
+    """A table of parameters with units and what is expected before the records are seen."""
+    rows = ["| parameter | unit | prior |", "|---|---|---|"]
+    for one in parameters:
+        rows.append(f"| `{one.name}` | {one.unit or 'none'} | {type(one.prior).__name__} |")
+    return rows
+
+
+def richer(effects: tuple[Effect, ...]) -> list[Effect]:
+    """Effects with the forms that they are refined to."""
+    found = list(effects)
+    for effect in effects:
+        known = {one.name for one in found}
+        found += [form for form, _ in effect.refined(np.array(effect.test_values)) if form.name not in known]
+    return found
+
+
+def measured_lines(label: str) -> list[str]:
+    """What the studies say of a label; nothing where they have not been run."""
+    lines = []
+    if (REPORTS / "09_power" / "results.json").exists():
+        power = looked_up("09_power", "by_effect").get(label)
+        if power:
+            low, high = power["interval"]
+            size = f"{power['gap']:.2f}" if power["gap"] else "below the smallest tried"
+            upto = "beyond those tried" if high is None else f"{high:.2f}"
+            lines.append(
+                f"- Smallest gap named right with 90 % probability, in units of the noise, "
+                f"on records of 120 s: "
+                f"{size} (95 % interval {low:.2f} to {upto}, {power['trials']} cases; study 09)."
+            )
+    if (REPORTS / "10_leave_one_out" / "results.json").exists():
+        for entry in looked_up("10_leave_one_out", "entries"):
+            if entry["label"] == label:
+                named, other = entry["named_with"], entry["other"]
+                lines.append(
+                    f"- With its entry {named['hits']} of {named['trials']} cases are named, and the gap "
+                    f"closes by {100 * entry['closed_with']:.0f} % (median); without it {other['hits']} of "
+                    f"{other['trials']} are answered `other` (study 10)."
+                )
+    return lines
+
+
+def page(label: str, description: Description, effects: tuple[Effect, ...]) -> str:
+    """The page of one label in MyST."""
+    forms = richer(tuple(effect for effect in effects if effect.label == label))
+    neighbours = "\n".join(
+        f"- **[{DESCRIPTIONS[other].title}]({other}.md)** (`{other}`): {how}"
+        for other, how in description.neighbours.items()
+    )
+    parts = [
+        f"# {description.title}",
+        f"`{label}`, {BLOCK_WORDS[block_of(label, effects)]}: {description.meaning}.",
+        "## What it looks like",
+        description.looks,
+        f"```{{figure}} {label}.svg\n:alt: A simulated record with {description.title.lower()} and the error "
+        f"of its simulator\n\nA simulated axis with this effect, and the simulator without it, its base "
+        "parameters estimated again. Above the stretch with most of the error; below the error over time and "
+        "over the angle, by direction of motion.\n```",
+        "## How it is told from its neighbours",
+        neighbours,
+        f"The experiment that shows it alone: {SHOWS[label]}." if label in SHOWS else "",
+        "## What to do about it",
+        description.remedy,
+        "## What the catalogue holds" if forms else "## Its law",
+        description.law,
+    ]
+    for form in forms:
+        parts += [
+            f"### {form.form or description.title}",
+            law(form),
+            "\n".join(parameter_rows(form.parameters(SCALE))),
+        ]
+    measured = measured_lines(label)
+    if measured:
+        parts += ["## How well it is found", "\n".join(measured)]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def index(labels: list[str], effects: tuple[Effect, ...]) -> str:
+    """The gallery's first page."""
+    rows = ["| effect | label | where | in one line |", "|---|---|---|---|"]
+    for label in labels:
+        found = described(label, effects)
+        assert found is not None
+        rows.append(
+            f"| [{found.title}]({label}.md) | `{label}` | {BLOCK_WORDS[block_of(label, effects)]} | "
+            f"{found.meaning} |"
+        )
+    toc = "\n".join(labels)
+    return (
+        f"# Gallery of effects\n\nWhat a simulator may lack: {len(labels)} effects that `bayes-hw diagnose` "
+        "can name. Each page shows what the effect looks like in a record, how it is told from its "
+        "neighbours and what to do about it, and is made from the classes of the catalogue.\n\n"
+        + "\n".join(rows)
+        + f"\n\n```{{toctree}}\n:hidden:\n\n{toc}\n```\n"
+    )
+
+
+def write_if_changed(path: Path, text: str) -> None:
+    """Write a page unless it is there already, so that Sphinx reads again only what changed."""
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def generate(app: Sphinx) -> None:
+    """Write pages and figures."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    effects = catalogue()
+    labels = [label for label in known_labels() if described(label, effects)]
+    drawn, now = FOLDER / "figures.sha256", stamp()
+    fresh = drawn.exists() and drawn.read_text() == now
+    for label in labels:
+        figure = FOLDER / f"{label}.svg"
+        if label in DESCRIPTIONS and not (fresh and figure.exists()):
+            logger.info("drawing %s", label)
+            draw(label, figure)
+        found = described(label, effects)
+        assert found is not None
+        write_if_changed(FOLDER / f"{label}.md", page(label, found, effects))
+    write_if_changed(FOLDER / "index.md", index(labels, effects))
+    drawn.write_text(now)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Write the pages before Sphinx looks for its sources."""
+    app.connect("builder-inited", generate)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
