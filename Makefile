@@ -4,13 +4,17 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: study test fast-test lint format studies lock clean
+.PHONY: study test slow-test docs lint format studies lock clean
 
 study: $(STAMP)
 	$(BIN)/python studies/02_twin.py
 
 test: lint
 	$(BIN)/python -m pytest -n 2
+
+# What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
+slow-test: $(STAMP)
+	$(BIN)/python -m pytest -n 2 -m slow
 
 lint: $(STAMP)
 	$(BIN)/ruff format --check .

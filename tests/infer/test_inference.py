@@ -155,11 +155,13 @@ def ranks(small_axis: HammersteinWiener) -> Ranks:
     return simulated_ranks(small_axis, 40, ignore_correlation=False)
 
 
+@pytest.mark.slow
 def test_ranks_of_the_truth_are_uniform(ranks: Ranks) -> None:
     """40 replicates: no parameter's intervals are too wide, too narrow or off."""
     assert smallest_p_value(ranks.shares) > 0.01
 
 
+@pytest.mark.slow
 def test_calibration_catches_ignored_correlation(small_axis: HammersteinWiener) -> None:
     """White noise assumed where it is coloured: the same check fails within 20 replicates."""
     wrong = simulated_ranks(small_axis, 20, ignore_correlation=True)
