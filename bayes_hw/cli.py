@@ -23,6 +23,7 @@ from bayes_hw.commands import (
     diagnose,
     identifiability,
     simulate,
+    validate,
 )
 from bayes_hw.commands.options import (
     FREE_HELP,
@@ -54,6 +55,7 @@ train, dead zone, with honest uncertainties.
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  are these files as they should  bayes-hw validate model.json posterior.json
   completion in your shell        bayes-hw completion bash
 
 Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
@@ -78,6 +80,7 @@ MODULES: tuple[Any, ...] = (
     blind,
     identifiability,
     convert,
+    validate,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
