@@ -29,10 +29,10 @@ def check_file(path: Path, kind: str | None = None) -> str:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is not JSON ({error})") from None
     found = kind or kind_of(path, content)
-    error = best_match(Draft202012Validator(schema_of(found)).iter_errors(content))
-    if error is not None:
-        place = error.json_path.removeprefix("$").removeprefix(".") or "the top level"
-        raise InputError(f"{path}: {place}: {shortened(error.message)}; see the format of a {found}")
+    wrong = best_match(Draft202012Validator(schema_of(found)).iter_errors(content))
+    if wrong is not None:
+        place = wrong.json_path.removeprefix("$").removeprefix(".") or "the top level"
+        raise InputError(f"{path}: {place}: {shortened(wrong.message)}; see the format of a {found}")
     return found
 
 
