@@ -22,6 +22,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.doctest",
     "effect_gallery",
+    "architecture_diagram",
     "command_pages",
     "schema_pages",
     "study_numbers",

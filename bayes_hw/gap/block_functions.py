@@ -1,9 +1,9 @@
 """Which block a cause enters at that nobody named: what functions rich enough for any cause there take.
 
 They are held against the base's residuals beside a wandering discrepancy of unknown strength, a random walk
-fitted with them: autoregressive noise in its place counts what is slow for little. How surprising a function's
-gain is ranks the blocks. Stiffness and damping that change with the amplitude of the torsion are among the
-functions, since no function of the motion now follows ringing that drifts out of phase.
+fitted with them: autoregressive noise in its place counts what is slow for little. How surprising a
+function's gain is ranks the blocks. Stiffness and damping that change with the amplitude of the torsion are
+among the functions, since no function of the motion now follows ringing that drifts out of phase.
 
 A random walk also takes up what a torque does that wanders, most of a wind. Where the noise of such a torque
 is likelier than the walk and leaves no function anything, the functions are held against it, and what is slow
