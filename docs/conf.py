@@ -38,13 +38,14 @@ html_copy_source = False
 
 exclude_patterns = ["_build", "extensions"]
 nitpicky = False
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_enable_extensions = ["colon_fence", "deflist", "fieldlist"]
 myst_heading_anchors = 3
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 doctest_test_doctest_blocks = ""
-doctest_global_setup = """
-import os, pathlib, tempfile
+doctest_global_setup = f"""
+import os, tempfile
+HOW_TO = {str(HERE / "how-to")!r}
 os.chdir(tempfile.mkdtemp())
 """
 suppress_warnings = ["config.cache"]

@@ -5,7 +5,8 @@
     ```
 
 Sessions of one NAME share a folder that starts empty, so that a page goes on where it stopped. `bayes-hw` and
-`python` are those of the build; a command that fails ends the build, but where its line starts with `$! `.
+`python` are those of the build, `$PAGES` is the folder of the page; a command that fails ends the build, but
+where its line starts with `$! `.
 Options: `:lines: N` shows the last N lines of each output; `:hide:` runs and shows nothing.
 """
 
@@ -64,7 +65,8 @@ class SessionDirective(SphinxDirective):
             stderr=subprocess.STDOUT,
             text=True,
             timeout=SECONDS,
-            env=os.environ | {"COLUMNS": "100"},
+            env=os.environ
+            | {"COLUMNS": "100", "PAGES": str(Path(self.env.doc2path(self.env.docname)).parent)},
         )
         if (done.returncode != 0) != fails:
             raise FailedCommandError(
