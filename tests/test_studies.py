@@ -25,11 +25,14 @@ SLOW = {
     "02_twin.py",
     "06_performance.py",
     "11_gain_identifiability.py",
+    "12_next_experiment.py",
     "13_controller_margins.py",
+    "16_error_sources.py",
+    "17_interval_width.py",
     "18_two_axes.py",
     "19_decision_constants.py",
 }
-"""Studies whose quick form takes more than ten seconds."""
+"""Studies whose quick form takes more than five seconds, but that of the first hour."""
 
 SCRIPTS = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.name in SLOW else [])

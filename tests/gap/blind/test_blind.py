@@ -266,6 +266,7 @@ def test_commands_from_make_to_score(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert {path.name for path in Path(scored).iterdir()} == {"score.json", "report.html", "report.pdf"}
 
 
+@pytest.mark.slow
 def test_make_draws_unseen_faults_when_asked(tmp_path: Path) -> None:
     """The same seed gives other faults than without the option; what is drawn from stands in the truth."""
     details, origins = {}, {}
