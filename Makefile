@@ -46,7 +46,7 @@ $(STAMP): requirements.lock pyproject.toml
 
 # Needs uv on the PATH: resolves pyproject.toml for CPython 3.11 to 3.13 on every platform.
 lock:
-	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --no-emit-index-url \
+	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --extra docs --no-emit-index-url \
 	  --quiet pyproject.toml -o requirements.lock
 
 clean:
