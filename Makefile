@@ -24,8 +24,8 @@ lint: $(STAMP)
 
 # Offline: pages with what they run, warnings as errors, doctests. Ends in docs/_build/html/index.html.
 docs: $(STAMP)
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b doctest docs docs/_build/doctest
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -d docs/_build/doctrees -b html docs docs/_build/html
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -d docs/_build/doctrees -b doctest docs docs/_build/doctest
 
 format: $(STAMP)
 	$(BIN)/ruff format .

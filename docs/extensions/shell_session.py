@@ -26,7 +26,6 @@ from sphinx.errors import SphinxError
 from sphinx.util.docutils import SphinxDirective
 
 SECONDS = 600
-PROGRAMS = {"bayes-hw": f"{sys.executable} -m bayes_hw", "python": sys.executable}
 ELAPSED = re.compile(r"^.*: \d+\.\d s\n", re.MULTILINE)
 """How long a stage took: not the same twice."""
 
@@ -43,7 +42,7 @@ class SessionDirective(SphinxDirective):
     option_spec = {"lines": directives.positive_int, "hide": directives.flag}  # noqa: RUF012
 
     def run(self) -> list[nodes.Node]:
-        folder = Path(self.env.doctreedir).parent / "sessions" / self.arguments[0]
+        folder = sessions(self.env.app) / self.arguments[0]
         folder.mkdir(parents=True, exist_ok=True)
         shown = [self.one(line, folder) for line in self.content if line.strip()]
         if "hide" in self.options:
@@ -56,17 +55,15 @@ class SessionDirective(SphinxDirective):
     def one(self, line: str, folder: Path) -> str:
         """Run one line in `folder`; the line and its output, or the last lines of it."""
         fails, command = line.startswith("$! "), line.removeprefix("$! ").removeprefix("$ ")
-        name, space, rest = command.partition(" ")
         done = subprocess.run(
-            PROGRAMS.get(name, name) + space + rest,
+            command,
             shell=True,
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             timeout=SECONDS,
-            env=os.environ
-            | {"COLUMNS": "100", "PAGES": str(Path(self.env.doc2path(self.env.docname)).parent)},
+            env=environment(Path(self.env.doc2path(self.env.docname)).parent),
         )
         if (done.returncode != 0) != fails:
             raise FailedCommandError(
@@ -78,9 +75,20 @@ class SessionDirective(SphinxDirective):
         return "\n".join([f"$ {command}", *lines])
 
 
+def environment(page: Path) -> dict[str, str]:
+    """That of a command: the programs of the build first, and the folder of the page."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    return os.environ | {"PATH": path, "PAGES": str(page), "COLUMNS": "100"}
+
+
+def sessions(app: Sphinx) -> Path:
+    """Where the folders of all sessions are, beside what is built."""
+    return Path(app.srcdir) / "_build" / "sessions"
+
+
 def start_empty(app: Sphinx) -> None:
     """Remove what the sessions of an earlier build left."""
-    shutil.rmtree(Path(app.doctreedir).parent / "sessions", ignore_errors=True)
+    shutil.rmtree(sessions(app), ignore_errors=True)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
