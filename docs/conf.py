@@ -32,6 +32,7 @@ extensions = [
 html_theme = "furo"
 html_title = f"bayes_hw {release}"
 html_static_path = ["_static"]
+html_css_files = ["pages.css"]
 html_theme_options = {"source_directory": "docs/"}
 html_show_sourcelink = False
 html_copy_source = False

@@ -129,6 +129,11 @@ def law(effect: Effect) -> str:
     return f"{first}\n\n{' '.join(rest.split())}".rstrip()
 
 
+def heading(text: str) -> str:
+    """With a capital first letter."""
+    return text[:1].upper() + text[1:]
+
+
 def parameter_rows(parameters: tuple[Parameter, ...]) -> list[str]:
     """A table of parameters with units and what is expected before the records are seen."""
     rows = ["| parameter | unit | prior |", "|---|---|---|"]
@@ -198,7 +203,7 @@ def page(label: str, description: Description, effects: tuple[Effect, ...]) -> s
     ]
     for form in forms:
         parts += [
-            f"### {form.form or description.title}",
+            f"### {heading(form.form or description.title)}",
             law(form),
             "\n".join(parameter_rows(form.parameters(SCALE))),
         ]

@@ -2,7 +2,7 @@
 
 `{rate}` takes hits and trials: {rate}`08_blind_check:easy/headline/no false alarm` is "52 of 52, 100 %
 [93, 100]"; paths joined by `+` are added up. `{number}` takes one value with an optional format:
-{number}`09_power:by_setting/120 s, campaign/gap|.2f`; a last part `[0]` picks from a list.
+{number}`09_power:by_setting/120 s, campaign/gap;.2f`; a last part `[0]` picks from a list.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ def percent(hits: int, trials: int) -> str:
     if not trials:
         return "none tried"
     low, high = binomtest(hits, trials).proportion_ci(0.95)
-    return f"{hits} of {trials}, {100 * hits / trials:.0f} % [{100 * low:.0f}, {100 * high:.0f}]"
+    places = 1 if 0.995 <= hits / trials < 1 or 0 < hits / trials < 0.005 else 0
+    return f"{hits} of {trials}, {100 * hits / trials:.{places}f} % [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 class RateRole(SphinxRole):
@@ -73,7 +74,7 @@ class NumberRole(SphinxRole):
 
     def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
         study, _, rest = self.text.partition(":")
-        path, _, style = rest.partition("|")
+        path, _, style = rest.partition(";")
         value = looked_up(study, path)
         return [nodes.Text("beyond those tried" if value is None else format(value, style))], []
 
