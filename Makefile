@@ -4,13 +4,18 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: study test slow-test docs lint format studies lock clean
+.PHONY: study test slow-test kernels docs lint format studies lock clean
 
 study: $(STAMP)
 	$(BIN)/python studies/02_twin.py
 
-test: lint
+test: $(STAMP)
+	$(MAKE) --no-print-directory --jobs=2 lint kernels
 	$(BIN)/python -m pytest -n 2
+
+# Compiles what the modules of the tests need, once instead of in every worker.
+kernels: $(STAMP)
+	@$(BIN)/python -m pytest --collect-only -q > /dev/null
 
 # What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
 slow-test: $(STAMP)
