@@ -22,6 +22,7 @@ from bayes_hw.commands import (
     design_experiment,
     diagnose,
     identifiability,
+    inspect,
     simulate,
     validate,
 )
@@ -54,6 +55,7 @@ train, dead zone, with honest uncertainties.
   for the controller              bayes-hw design --posterior posterior/ --out design/
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
+  a log as it comes               bayes-hw inspect night.csv
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
   are these files as they should  bayes-hw validate model.json posterior.json
   completion in your shell        bayes-hw completion bash
@@ -80,6 +82,7 @@ MODULES: tuple[Any, ...] = (
     blind,
     identifiability,
     convert,
+    inspect,
     validate,
     completion,
 )
@@ -138,7 +141,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_record_options(sub)
     add_start(sub)
     add_noise(sub)
-    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
+    sub.add_argument("--free", choices=("dominant", "all"), default="all", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
 

@@ -66,7 +66,7 @@ def with_linear_solution(structure: Structure, poles: CascadeValues, solution: F
     starts = solution[order:].reshape(-1, order).copy()
     for i in range(structure.sections):
         pair = slice(n_real + 2 * i, n_real + 2 * i + 2)
-        starts[:, pair] = _section_states(values.sections[:, i], starts[:, pair])
+        starts[:, pair] = section_states(values.sections[:, i], starts[:, pair])
     return replace(values, starts=starts)
 
 
@@ -81,7 +81,7 @@ def _free_responses(real_poles: FloatArray, sections: FloatArray, samples: int) 
     return np.array(responses).reshape(-1, samples)
 
 
-def _section_states(section: FloatArray, outputs: FloatArray) -> FloatArray:
+def section_states(section: FloatArray, outputs: FloatArray) -> FloatArray:
     """States s(-1), s(-2) that give the first two free outputs `outputs` (records, 2)."""
     a1, a2, b1, b2 = section
     matrix = np.array([[b1, b2], [b1 * a1 + b2, -b1 * a2]])

@@ -17,9 +17,9 @@ from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
-    HyperbolicTangent,
     Logarithm,
     LogNormal,
+    NormalProbability,
     ShiftedLogarithm,
     ShiftedLogNormal,
     Uniform,
@@ -149,7 +149,7 @@ def noise_parameters(estimate: NoiseEstimate, unit: str) -> tuple[Parameter, ...
             "",
             float(np.clip(kappa, -0.9999, 0.9999)),
             Uniform(-1.0, 1.0),
-            HyperbolicTangent(),
+            NormalProbability(),
         )
         for i, kappa in enumerate(estimate.partial, start=1)
     )

@@ -17,11 +17,11 @@ from bayes_hw.model.mode_poles import mode_poles, squared_distances
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
     HalfNormal,
-    HyperbolicTangent,
     Identity,
     Logarithm,
     LogNormal,
     Normal,
+    NormalProbability,
     Uniform,
 )
 
@@ -276,7 +276,7 @@ class AxisParameters:
         for i, weight in zip(self._free_real, nested, strict=True):
             pole = float(np.clip(self._real_poles[i], -0.999999, 0.999999))
             found.append(
-                Parameter(f"real_pole{i + 1}.value", "", pole, Uniform(-1.0, 1.0), HyperbolicTangent())
+                Parameter(f"real_pole{i + 1}.value", "", pole, Uniform(-1.0, 1.0), NormalProbability())
             )
             found.append(_weight(f"real_pole{i + 1}.weight", per_sample, float(weight), spread))
         for name, residue in zip(self._pair_names, pairs, strict=True):

@@ -202,3 +202,21 @@ class HyperbolicTangent:
     def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
         magnitude = np.abs(coordinate)
         return 2 * (np.log(2) - magnitude - np.log1p(np.exp(-2 * magnitude)))
+
+
+@dataclass(frozen=True)
+class NormalProbability:
+    """value = 2 Phi(coordinate) - 1, for values between -1 and 1.
+
+    A uniform prior is a standard normal one of the coordinate; of an inverse tangent it has exponential
+    tails, which a sampler crosses slowly.
+    """
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return np.asarray(special.erf(coordinate / np.sqrt(2)))
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return np.sqrt(2) * np.asarray(special.erfinv(value))
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return 0.5 * np.log(2 / np.pi) - 0.5 * np.asarray(coordinate) ** 2

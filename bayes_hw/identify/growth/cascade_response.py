@@ -1,0 +1,252 @@
+"""Residuals of a cascade and their derivatives, in the coordinates of a descent.
+
+Coordinates, in this order: lower limit, upper limit and dead-zone half width, each where the structure has
+it; the integrator's residue; pole coordinate and residue of every real pole; two reflection coordinates, b1
+and b2 of every section; with `free_start` what every record holds before its first sample. Poles and
+reflection coefficients are hyperbolic tangents of their coordinates (see `bayes_hw.identify.cascade`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
+from bayes_hw.record import Record
+
+CLIPPED_SAMPLES, CLIPPED_SHARE = 5, 1e-3
+"""Samples, or share of all, that a limit clips at least."""
+
+BLOCK_SAMPLES = 65_536
+"""Samples that are linearised at a time: memory does not grow with a record."""
+
+
+@dataclass(frozen=True, eq=False)
+class CascadeResponse:
+    """The residuals y - n(G f(u)) of `records` as a function of the coordinates of `structure`."""
+
+    structure: Structure
+    records: Sequence[Record]
+
+    def coordinates(self, values: CascadeValues) -> FloatArray:
+        """Coordinates (size,) of natural parameters."""
+        s = self.structure
+        parts: list[float] = []
+        if s.lower:
+            parts.append(values.lower)
+        if s.upper:
+            parts.append(values.upper)
+        if s.dead_zone:
+            parts.append(values.half_width)
+        if s.integrator:
+            parts.append(values.integrator_residue)
+        for pole, residue in values.real.T:
+            parts += [_inverse(pole), residue]
+        for a1, a2, b1, b2 in values.sections.T:
+            parts += [_inverse(a1 / (1 + a2)), _inverse(a2), b1, b2]
+        found = np.array(parts, dtype=np.float64)
+        return np.concatenate([found, values.starts.ravel()]) if s.free_start else found
+
+    def values(self, coordinates: FloatArray) -> CascadeValues:
+        """Natural parameters at `coordinates` (size,)."""
+        s, rest = self.structure, list(coordinates[: self.structure.n_static + self.structure.n_linear])
+        lower = rest.pop(0) if s.lower else -np.inf
+        upper = rest.pop(0) if s.upper else np.inf
+        half_width = rest.pop(0) if s.dead_zone else 0.0
+        integrator = rest.pop(0) if s.integrator else 0.0
+        n_real = 2 * s.real_poles
+        real = np.array(rest[:n_real]).reshape(-1, 2).T.copy()
+        real[0] = np.tanh(real[0])
+        sections = np.array(rest[n_real:]).reshape(-1, 4).T.copy()
+        k1, k2 = np.tanh(sections[0]), np.tanh(sections[1])
+        sections[0], sections[1] = k1 * (1 + k2), k2
+        starts = (
+            coordinates[s.n_static + s.n_linear :].reshape(len(self.records), s.order)
+            if s.free_start
+            else np.zeros((len(self.records), s.order))
+        )
+        return CascadeValues(
+            float(lower), float(upper), float(half_width), 0.0, float(integrator), real, sections, starts
+        )
+
+    def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
+        """The nearest coordinates that mean something: limits keep their sign and clip some samples (nothing
+        would lead back from beyond all commands), a half width is not negative, reflection coordinates stay
+        within what `MAX_REFLECTION` allows."""
+        s, found, at = self.structure, coordinates.copy(), 0
+        for present, outermost in zip((s.lower, s.upper), self._outermost_limits, strict=True):
+            if present:
+                if found[at] * previous[at] <= 0.04 * previous[at] ** 2:
+                    found[at] = 0.2 * previous[at]
+                if abs(found[at]) > abs(outermost):
+                    found[at] = outermost
+                at += 1
+        if s.dead_zone:
+            found[at] = max(found[at], 0.0)
+        largest = _inverse(1.0)
+        rows = self.pole_rows()
+        found[rows] = np.clip(found[rows], -largest, largest)
+        return found
+
+    @cached_property
+    def _outermost_limits(self) -> tuple[float, float]:
+        commands = np.sort(np.concatenate([record.u for record in self.records]))
+        beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
+        return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
+
+    def pole_rows(self) -> list[int]:
+        """Positions of pole and reflection coordinates."""
+        s = self.structure
+        begin = s.n_static + int(s.integrator)
+        sections = begin + 2 * s.real_poles
+        real = [begin + 2 * i for i in range(s.real_poles)]
+        return real + [sections + 4 * i + j for i in range(s.sections) for j in (0, 1)]
+
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Measured less simulated output of every record."""
+        values = self.values(coordinates)
+        found = []
+        for number, record in enumerate(self.records):
+            w = self.intermediate(values, number)
+            found.append(record.y - dead_zone(w, values.half_width))
+        return found
+
+    def intermediate(self, values: CascadeValues, number: int) -> FloatArray:
+        """w of record `number`, shape (samples,)."""
+        integral, real, sections = self._states(values, number)
+        v = np.clip(self._delayed(number), values.lower, values.upper)
+        w = np.empty(len(v))
+        respond(v, values.integrator_residue, values.real, values.sections, integral, real, sections, w)
+        return w
+
+    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:
+        """Derivatives of y and, as the last row, the residual: pairs of rows (size + 1, samples) and the
+        number of samples at their start that belong to the block before, at least `overlap` of them."""
+        values = self.values(coordinates)
+        for number, record in enumerate(self.records):
+            states = self._states(values, number)
+            command, before = self._delayed(number), np.empty((0, 0))
+            for begin in range(0, len(record), BLOCK_SAMPLES):
+                part = slice(begin, begin + BLOCK_SAMPLES)
+                rows = self._block(values, number, command[part], record.y[part], begin, states)
+                kept = min(overlap, begin)
+                joined = np.concatenate([before[:, -kept:], rows], axis=1) if kept else rows
+                before = rows
+                yield joined, kept
+
+    def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, BoolArray]]:
+        """For every record the clipped, delayed command and where the output leaves the dead zone."""
+        values = self.values(coordinates)
+        found = []
+        for number in range(len(self.records)):
+            v = np.clip(self._delayed(number), values.lower, values.upper)
+            found.append((v, np.abs(self.intermediate(values, number)) > values.half_width))
+        return found
+
+    def _delayed(self, number: int) -> FloatArray:
+        u, delay = self.records[number].u, self.structure.delay_samples
+        delayed = np.full(len(u), float(u[0]) if self.structure.free_start else 0.0)
+        if delay < len(u):
+            delayed[delay:] = u[: len(u) - delay]
+        return delayed
+
+    def _states(self, values: CascadeValues, number: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What integrator, real poles and sections hold before the first sample of a record."""
+        s = self.structure
+        integral, real, sections = np.zeros(4), np.zeros((s.real_poles, 4)), np.zeros((s.sections, 8))
+        if not s.free_start:
+            return integral, real, sections
+        starts, n_integrator = values.starts[number], int(s.integrator)
+        if s.integrator:
+            integral[3] = starts[0]
+        for i in range(s.real_poles):
+            real[i, 0] = starts[n_integrator + i] / (values.real[1, i] or 1.0)
+        for i in range(s.sections):
+            first = n_integrator + s.real_poles + 2 * i
+            sections[i, 0], sections[i, 1] = starts[first], starts[first + 1]
+        return integral, real, sections
+
+    def _block(
+        self,
+        values: CascadeValues,
+        number: int,
+        u: FloatArray,
+        y: FloatArray,
+        begin: int,
+        states: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> FloatArray:
+        s = self.structure
+        integral, real, sections = states
+        size, samples = s.size(len(self.records)), len(u)
+        rows = np.zeros((size + 1, samples))
+        w, below_limit, above_limit = np.zeros(samples), np.zeros(samples), np.zeros(samples)
+        v = np.clip(u, values.lower, values.upper)
+        below, above = (u < values.lower).astype(float), (u > values.upper).astype(float)
+        at = s.n_static
+        if s.integrator:
+            integrate(
+                v, below, above, values.integrator_residue, integral, w, below_limit, above_limit, rows[at]
+            )
+            at += 1
+        for i in range(s.real_poles):
+            pole, residue = values.real[:, i]
+            first_order(
+                v, below, above, pole, residue, 1 - pole**2, real[i], w, below_limit, above_limit,
+                rows[at], rows[at + 1],
+            )  # fmt: skip
+            at += 2
+        for i in range(s.sections):
+            a1, a2 = values.sections[:2, i]
+            k1 = a1 / (1 + a2)
+            slopes = np.array([(1 - k1**2) * (1 + a2), k1 * (1 - a2**2), 1 - a2**2])
+            second_order(
+                v, below, above, values.sections[:, i], slopes, sections[i], w, below_limit, above_limit,
+                *rows[at : at + 4],
+            )  # fmt: skip
+            at += 4
+        at = 0
+        for present, row in ((s.lower, below_limit), (s.upper, above_limit)):
+            if present:
+                rows[at] = row
+                at += 1
+        if s.dead_zone:
+            rows[at] = -np.sign(w)
+        if s.free_start:
+            begin_rows = s.n_static + s.n_linear + number * s.order
+            rows[begin_rows : begin_rows + s.order] = self._free_responses(values, begin, samples)
+        gate(w, values.half_width, rows[:-1])
+        rows[-1] = y - dead_zone(w, values.half_width)
+        return rows
+
+    def _free_responses(self, values: CascadeValues, begin: int, samples: int) -> FloatArray:
+        """Response of w to each unit initial state, (order, samples), from sample `begin` on."""
+        s, length = self.structure, begin + samples
+        found, silent = [], np.zeros(length)
+        if s.integrator:
+            found.append(np.ones(samples))
+        found += [pole ** np.arange(begin, length) for pole in values.real[0]]
+        nothing = np.zeros((2, 0))
+        for i in range(s.sections):
+            for state in ([1.0, 0.0], [0.0, 1.0]):
+                w, section = np.empty(length), np.zeros((1, 8))
+                section[0, :2] = state
+                respond(
+                    silent, 0.0, nothing, values.sections[:, i : i + 1], np.zeros(4), np.zeros((0, 4)),
+                    section, w,
+                )  # fmt: skip
+                found.append(w[begin:])
+        return np.array(found).reshape(s.order, samples)
+
+
+def dead_zone(w: FloatArray, half_width: float) -> FloatArray:
+    """y of w (eq. 4 of the paper with unit gains): what exceeds the half width, with its sign."""
+    return np.sign(w) * np.maximum(np.abs(w) - half_width, 0.0)
+
+
+def _inverse(value: float) -> float:
+    return float(np.arctanh(np.clip(value, -MAX_REFLECTION, MAX_REFLECTION)))

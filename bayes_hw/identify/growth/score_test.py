@@ -1,0 +1,154 @@
+"""What a further pole or pair would gain, by score tests on the whitened derivatives (Rao 1948,
+doi 10.1017/S0305004100023987): no descent is needed to rank a few hundred candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.descent import Point
+from bayes_hw.identify.growth.sensitivity_kernel import filtered_pair, filtered_pole
+
+REAL_DECADES = np.linspace(0.15, 4.0, 14)
+PAIR_DAMPING = (0.01, 0.05, 0.15, 0.4, 0.8)
+LOW_FREQUENCIES, HIGH_FREQUENCIES = 24, 32
+SINGULAR = 1e-10
+"""Share of a column that must lie outside the present derivatives to count."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A real pole (`a2` None, `a1` the pole) or a section's denominator, with the gain it promises."""
+
+    a1: float
+    a2: float | None
+    gain: float
+
+
+def candidate_poles() -> FloatArray:
+    """Real poles on a grid of time constants, negative ones among them."""
+    positive = 1 - 10.0**-REAL_DECADES
+    return np.concatenate([positive, [0.0, -0.4, -0.8]])
+
+
+def candidate_pairs() -> FloatArray:
+    """Denominators (n, 2): frequencies from 1/2000 of the sample rate, in steps of a ratio and then even
+    ones, at several damping ratios."""
+    low = np.geomspace(2 * np.pi / 2000, 2 * np.pi / 20, LOW_FREQUENCIES, endpoint=False)
+    angle = np.concatenate([low, np.linspace(2 * np.pi / 20, 0.98 * np.pi, HIGH_FREQUENCIES)])
+    found = []
+    for damping in PAIR_DAMPING:
+        radius = np.exp(-angle * damping)
+        turned = angle * np.sqrt(1 - damping**2)
+        found.append(np.stack([2 * radius * np.cos(turned), radius**2], axis=1))
+    return np.concatenate(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """Whitened residual and derivatives of a point, ready for any number of score tests."""
+
+    response: CascadeResponse
+    point: Point
+    basis: FloatArray
+    residual: FloatArray
+
+    @classmethod
+    def of(cls, response: CascadeResponse, point: Point) -> Residual:
+        blocks = [
+            point.whitener.apply(rows, first)
+            for rows, first in response.linearise(point.coordinates, point.whitener.order)
+        ]
+        rows = np.concatenate(blocks, axis=1)
+        derivatives, e = rows[:-1], rows[-1]
+        norms = np.sqrt(np.sum(derivatives**2, axis=1))
+        used = derivatives[norms > 0] / norms[norms > 0, None]
+        basis = linalg.qr(used.T, mode="economic", check_finite=False)[0]
+        return cls(response, point, basis, e - basis @ (basis.T @ e))
+
+    def gains(self, columns: FloatArray) -> FloatArray:
+        """Promised gains of groups of columns (groups, columns of a group, samples), whitened already."""
+        groups, width, samples = columns.shape
+        flat = columns.reshape(-1, samples)
+        inside = flat @ self.basis
+        power = np.sum(flat**2, axis=1).reshape(groups, width)
+        products = (flat @ self.residual).reshape(groups, width)
+        inside = inside.reshape(groups, width, -1)
+        gram = np.einsum("gis,gjs->gij", columns, columns) - np.einsum("giq,gjq->gij", inside, inside)
+        scale = np.sqrt(np.maximum(power, np.finfo(float).tiny))
+        gram /= scale[:, :, None] * scale[:, None, :]
+        gram += SINGULAR * np.eye(width)
+        scaled = products / scale
+        explained = np.einsum("gi,gi->g", scaled, np.linalg.solve(gram, scaled[:, :, None])[:, :, 0])
+        share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
+        return -0.5 * samples * np.log1p(-share)
+
+    def pole_gains(self, poles: FloatArray) -> FloatArray:
+        """Of one further real pole each."""
+        return self.gains(self._columns(len(poles), 1, lambda i, v, out: filtered_pole(v, poles[i], out[0])))
+
+    def group_gains(self, poles: FloatArray, groups: Sequence[tuple[int, int]]) -> FloatArray:
+        """Of two further real poles each, given by their numbers among `poles`."""
+        columns = self._columns(len(poles), 1, lambda i, v, out: filtered_pole(v, poles[i], out[0]))
+        return self.gains(columns[np.array(groups), 0])
+
+    def pair_gains(self, pairs: FloatArray) -> FloatArray:
+        """Of one further section each, given its denominator (n, 2)."""
+        return self.gains(
+            self._columns(len(pairs), 2, lambda i, v, out: filtered_pair(v, *pairs[i], out[0], out[1]))
+        )
+
+    def _columns(
+        self, groups: int, width: int, fill: Callable[[int, FloatArray, FloatArray], None]
+    ) -> FloatArray:
+        parts = []
+        for v, outside in self.response.gated(self.point.coordinates):
+            part = np.empty((groups, width, len(v)))
+            for i in range(groups):
+                fill(i, v, part[i])
+            part *= outside
+            parts.append(self.point.whitener.apply(part.reshape(-1, len(v))).reshape(groups, width, -1))
+        return np.concatenate(parts, axis=2)
+
+
+def best_candidates(
+    response: CascadeResponse, point: Point, count: int
+) -> tuple[list[Candidate], list[Candidate]]:
+    """The most promising real poles and sections, `count` of each, no two neighbours on their grids."""
+    residual = Residual.of(response, point)
+    poles, pairs = candidate_poles(), candidate_pairs()
+    pole_gains, pair_gains = residual.pole_gains(poles), residual.pair_gains(pairs)
+    real = [Candidate(float(poles[i]), None, float(pole_gains[i])) for i in np.argsort(-pole_gains)]
+    sections = [
+        Candidate(float(pairs[i, 0]), float(pairs[i, 1]), float(pair_gains[i]))
+        for i in np.argsort(-pair_gains)
+    ]
+    return _apart(real, count), _apart(sections, count)
+
+
+def _apart(ranked: Sequence[Candidate], count: int) -> list[Candidate]:
+    chosen: list[Candidate] = []
+    for one in ranked:
+        if all(_distance(one, other) > 0.35 for other in chosen):
+            chosen.append(one)
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def _distance(one: Candidate, other: Candidate) -> float:
+    """Difference of the logarithms of continuous poles, which is that of frequencies and of damping."""
+    return float(abs(_logarithm(one) - _logarithm(other)))
+
+
+def _logarithm(candidate: Candidate) -> complex:
+    if candidate.a2 is None:
+        pole = complex(candidate.a1 or 1e-3)
+    else:
+        pole = candidate.a1 / 2 + np.sqrt(complex(candidate.a1**2 / 4 - candidate.a2))
+    return complex(np.log(-np.log(pole)))

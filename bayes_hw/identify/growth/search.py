@@ -1,0 +1,178 @@
+"""Order, delay and integrator of G, chosen on the whole cascade with its noise.
+
+Every larger cascade starts as a smaller one with a pole or pair of zero weight, so that no order fits worse
+than the one before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.descent import Point, descend, evaluate
+from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
+from bayes_hw.identify.growth.score_test import Candidate, best_candidates
+from bayes_hw.record import Record
+
+LIMIT_GRID = 12
+SMALLEST_LIMIT = 0.1
+"""Of the largest command on a side: where the grid of limits begins."""
+
+HALF_WIDTHS = (0.5, 3.0, 15.0)
+"""Half widths that descents start from, in standard deviations of the output's white part."""
+
+CANDIDATES = 3
+ROUNDS = ((4, 3), (10, 2))
+"""Successive halving: steps given to every candidate, and how many go on."""
+
+LAST_STEPS = 60
+LEAST_ORDER, PATIENCE = 6, 2
+"""The growth ends at an order of at least the first when the criterion has not improved for more orders than
+the second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grown:
+    """One fitted structure of the search."""
+
+    response: CascadeResponse
+    point: Point
+
+    @property
+    def structure(self) -> Structure:
+        return self.response.structure
+
+    @property
+    def values(self) -> CascadeValues:
+        return self.response.values(self.point.coordinates)
+
+    @property
+    def log_likelihood(self) -> float:
+        return self.point.log_likelihood
+
+    @property
+    def parameters(self) -> int:
+        """Coordinates and those of the noise."""
+        return len(self.point.coordinates) + self.point.whitener.order + 1
+
+    @property
+    def criterion(self) -> float:
+        """Bayesian information criterion (Schwarz 1978, doi 10.1214/aos/1176344136), smaller is better."""
+        return -2 * self.log_likelihood + self.parameters * float(np.log(self.point.samples))
+
+    @classmethod
+    def at(cls, structure: Structure, values: CascadeValues, records: Sequence[Record]) -> Grown:
+        """At given values, without any descent."""
+        response = CascadeResponse(structure, records)
+        return cls(response, evaluate(response, response.coordinates(values)))
+
+    def descended(self, steps: int = LAST_STEPS) -> Grown:
+        """After at most `steps` steps."""
+        if self.point.converged:
+            return self
+        return replace(self, point=descend(self.response, self.point, steps))
+
+
+def likeliest(items: Sequence[Grown]) -> Grown:
+    """The one of the largest log-likelihood."""
+    return max(items, key=lambda item: item.log_likelihood)
+
+
+def halved(items: Sequence[Grown]) -> Grown:
+    """The best of several starts by successive halving (doi 10.48550/arXiv.1502.07943)."""
+    remaining = list(items)
+    for steps, kept in ROUNDS:
+        if len(remaining) <= 1:
+            break
+        remaining = sorted((item.descended(steps) for item in remaining), key=lambda g: -g.log_likelihood)[
+            :kept
+        ]
+    return likeliest([item.descended() for item in remaining])
+
+
+def smallest_cascade(records: Sequence[Record], structure: Structure, noise_level: float) -> Grown:
+    """An integrator with limits and dead zone: limits by a grid, gain by least squares, then descents."""
+    commands = np.concatenate([record.u for record in records])
+    shares = np.linspace(SMALLEST_LIMIT, 1.0, LIMIT_GRID)
+    lowers = float(commands.min()) * shares if structure.lower else [-np.inf]
+    uppers = float(commands.max()) * shares if structure.upper else [np.inf]
+    grid = [
+        _integrated(records, structure, float(lower), float(upper)) for lower in lowers for upper in uppers
+    ]
+    _, lower, upper, gain = min(grid)
+    trials = []
+    for half_width in HALF_WIDTHS if structure.dead_zone else (0.0,):
+        values = CascadeValues(
+            lower, upper, half_width * noise_level, 0.0, gain,
+            np.zeros((2, 0)), np.zeros((4, 0)), np.zeros((len(records), 1)),
+        )  # fmt: skip
+        trials.append(Grown.at(structure, values, records))
+    return halved(trials)
+
+
+def _integrated(
+    records: Sequence[Record], structure: Structure, lower: float, upper: float
+) -> tuple[float, float, float, float]:
+    """Sum of squares that the integral of the clipped command leaves, with limits and gain."""
+    cross = power = 0.0
+    parts: list[tuple[FloatArray, FloatArray]] = []
+    for record in records:
+        v = np.clip(record.u, lower, upper)
+        w = np.concatenate([np.zeros(structure.delay_samples + 1), np.cumsum(v)])[: len(v)]
+        y = record.y
+        if structure.free_start:
+            w, y = w - w.mean(), y - y.mean()
+        parts.append((w, y))
+        cross += float(w @ y)
+        power += float(w @ w)
+    gain = cross / power if power > 0 else 0.0
+    return sum(float(np.sum((y - gain * w) ** 2)) for w, y in parts), lower, upper, gain
+
+
+def grow(
+    start: Grown,
+    largest_order: int,
+    progress: Callable[[int], None] | None = None,
+    least_order: int = LEAST_ORDER,
+) -> dict[int, Grown]:
+    """The best cascade of every order from that of `start` on, as far as the criterion asks."""
+    pool = {start.structure.order: start}
+    order = start.structure.order
+    while order < largest_order:
+        if progress is not None:
+            progress(order)
+        current = pool[order]
+        real, pairs = best_candidates(current.response, current.point, CANDIDATES)
+        _keep(pool, halved([extended(current, candidate) for candidate in real]))
+        if order + 2 <= largest_order:
+            _keep(pool, halved([extended(current, candidate) for candidate in pairs]))
+        order += 1
+        best_order = min(pool, key=lambda n: pool[n].criterion)
+        if order >= least_order and order > best_order + PATIENCE:
+            break
+    return pool
+
+
+def extended(current: Grown, candidate: Candidate) -> Grown:
+    """`current` with the candidate at zero weight."""
+    if candidate.a2 is None:
+        structure, values = with_real_pole(current.structure, current.values, candidate.a1)
+    else:
+        structure, values = with_section(current.structure, current.values, candidate.a1, candidate.a2)
+    response = CascadeResponse(structure, current.response.records)
+    return Grown(response, evaluate(response, response.coordinates(values), current.point.whitener))
+
+
+def _keep(pool: dict[int, Grown], found: Grown) -> None:
+    paired = repaired(found.structure, found.values)
+    if paired is not None:
+        again = Grown.at(found.structure, paired, found.response.records).descended()
+        found = likeliest([found, again])
+    order = found.structure.order
+    if order not in pool or pool[order].log_likelihood < found.log_likelihood:
+        pool[order] = found

@@ -1,0 +1,151 @@
+"""Compiled response of a cascade and its derivatives with respect to every parameter.
+
+Sections and poles as in `bayes_hw.identify.cascade`:
+
+    s(k) = v(k) + a1 s(k-1) - a2 s(k-2),    w_s(k) = b1 s(k-1) + b2 s(k-2),
+    r(k) = p r(k-1) + c v(k-1).
+
+With A = 1 - a1 q + a2 q^2 (q the unit delay) d w_s / d a1 = q w_s / A, d w_s / d a2 = -q^2 w_s / A,
+d w_s / d b_i = q^i v / A, and a limit of v acts through the same filters on the samples that it clips.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue):  # type: ignore[no-untyped-def]
+    """w += residue times the running sum of v up to the sample before; `state` (4,): sums of v, of the
+    samples below and above the limits, and the part of w before the first sample."""
+    total, low, high, start = state
+    for k in range(len(v)):
+        w[k] += residue * total + start
+        to_residue[k] = total
+        to_lower[k] += residue * low
+        to_upper[k] += residue * high
+        total += v[k]
+        low += below[k]
+        high += above[k]
+    state[0], state[1], state[2] = total, low, high
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_order(  # type: ignore[no-untyped-def]
+    v, below, above, pole, residue, slope, state, w, to_lower, to_upper, to_pole, to_residue
+):
+    """A first-order part of w; `slope` is d pole / d coordinate, `state` (4,) the filtered v, below, above
+    and w of this part."""
+    x, low, high, z = state
+    for k in range(len(v)):
+        part = residue * x
+        w[k] += part
+        to_residue[k] = x
+        to_lower[k] += residue * low
+        to_upper[k] += residue * high
+        to_pole[k] = slope * z
+        x = v[k] + pole * x
+        low = below[k] + pole * low
+        high = above[k] + pole * high
+        z = part + pole * z
+    state[0], state[1], state[2], state[3] = x, low, high, z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def second_order(  # type: ignore[no-untyped-def]
+    v, below, above, section, slopes, state, w, to_lower, to_upper, to_first, to_second, to_b1, to_b2
+):
+    """A second-order part of w; `section` (4,): a1, a2, b1, b2; `slopes` (3,): d a1 / d first coordinate,
+    d a1 and d a2 / d second coordinate; `state` (8,): s(k-1), s(k-2) of v, below, above and the part."""
+    a1, a2, b1, b2 = section
+    x1, x2, l1, l2, h1, h2, z1, z2 = state
+    for k in range(len(v)):
+        part = b1 * x1 + b2 * x2
+        w[k] += part
+        to_b1[k], to_b2[k] = x1, x2
+        to_lower[k] += b1 * l1 + b2 * l2
+        to_upper[k] += b1 * h1 + b2 * h2
+        to_first[k] = slopes[0] * z1
+        to_second[k] = slopes[1] * z1 - slopes[2] * z2
+        x1, x2 = v[k] + a1 * x1 - a2 * x2, x1
+        l1, l2 = below[k] + a1 * l1 - a2 * l2, l1
+        h1, h2 = above[k] + a1 * h1 - a2 * h2, h1
+        z1, z2 = part + a1 * z1 - a2 * z2, z1
+    state[:] = x1, x2, l1, l2, h1, h2, z1, z2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond(v, residue, real, sections, integral, real_state, section_state, w):  # type: ignore[no-untyped-def]
+    """w alone: `real` (2, n): poles and residues; `sections` (4, n); states as in the functions above."""
+    total, start = integral[0], integral[3]
+    for k in range(len(v)):
+        w[k] = residue * total + start
+        total += v[k]
+    integral[0] = total
+    for i in range(real.shape[1]):
+        pole, weight, x = real[0, i], real[1, i], real_state[i, 0]
+        for k in range(len(v)):
+            w[k] += weight * x
+            x = v[k] + pole * x
+        real_state[i, 0] = x
+    for i in range(sections.shape[1]):
+        a1, a2, b1, b2 = sections[:, i]
+        x1, x2 = section_state[i, 0], section_state[i, 1]
+        for k in range(len(v)):
+            w[k] += b1 * x1 + b2 * x2
+            x1, x2 = v[k] + a1 * x1 - a2 * x2, x1
+        section_state[i, 0], section_state[i, 1] = x1, x2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def filtered_pair(v, a1, a2, once, twice):  # type: ignore[no-untyped-def]
+    """s(k-1) and s(k-2) of one second-order denominator, from rest."""
+    x1 = x2 = 0.0
+    for k in range(len(v)):
+        once[k], twice[k] = x1, x2
+        x1, x2 = v[k] + a1 * x1 - a2 * x2, x1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def filtered_pole(v, pole, once):  # type: ignore[no-untyped-def]
+    """r(k) of one real pole with unit residue, from rest."""
+    x = 0.0
+    for k in range(len(v)):
+        once[k] = x
+        x = v[k] + pole * x
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untyped-def]
+    """Innovations of every row of `rows` (n, samples) from sample `first` on, `result` (n, samples - first).
+
+    `coefficients` (p + 1, p) holds the predictors of all orders up to p and `scales` (p + 1,) what their
+    innovations are divided by: before p samples have passed the predictor of that order is taken, which makes
+    the likelihood exact. `first` is 0 at the start of a record, at least p later.
+    """
+    order = len(scales) - 1
+    for c in range(rows.shape[0]):
+        row, out = rows[c], result[c]
+        begin = first
+        while begin < min(order, len(row)):
+            value = row[begin]
+            for i in range(begin):
+                value -= coefficients[begin, i] * row[begin - 1 - i]
+            out[begin - first] = value / scales[begin]
+            begin += 1
+        for k in range(begin, len(row)):
+            out[k - first] = row[k]
+        for i in range(order):
+            phi = coefficients[order, i]
+            for k in range(begin, len(row)):
+                out[k - first] -= phi * row[k - 1 - i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gate(w, half_width, rows):  # type: ignore[no-untyped-def]
+    """Rows of derivatives of w (n, samples) become those of y, in place: nothing passes a dead zone."""
+    for c in range(rows.shape[0]):
+        row = rows[c]
+        for k in range(len(w)):
+            if abs(w[k]) <= half_width:
+                row[k] = 0.0
