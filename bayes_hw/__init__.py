@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bayes_hw.record import Record as Record
     from bayes_hw.record import Units as Units
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "Columns": "bayes_hw.record",

@@ -24,6 +24,7 @@ from bayes_hw.commands import (
     identifiability,
     inspect,
     simulate,
+    validate,
 )
 from bayes_hw.commands.options import (
     FREE_HELP,
@@ -56,6 +57,7 @@ train, dead zone, with honest uncertainties.
   is that diagnosis right         bayes-hw blind make, run, score
   a log as it comes               bayes-hw inspect night.csv
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  are these files as they should  bayes-hw validate model.json posterior.json
   completion in your shell        bayes-hw completion bash
 
 Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
@@ -81,6 +83,7 @@ MODULES: tuple[Any, ...] = (
     identifiability,
     convert,
     inspect,
+    validate,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
