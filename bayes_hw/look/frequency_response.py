@@ -37,7 +37,6 @@ CENTRE_VARIANCE = 2.25
 """Variance of a parabola's value at the middle of many points, in units of the mean's."""
 
 TINY = float(np.finfo(np.float64).tiny)
-IMPOSSIBLE = (np.inf, *(np.nan,) * 5)
 DEGREE = 2
 FREEDOM = 5
 """Complex degrees of freedom that are left to the residuals, at least."""
@@ -131,10 +130,7 @@ def frequency_response(
         return None
     grid = frequencies(parts, sample_rate_hz, most_frequencies)
     tables = np.array(
-        [
-            [_local_fit(parts, float(f), float(step), weight) for weight in TRANSIENT_WEIGHTS]
-            for f, step in zip(grid, np.gradient(grid), strict=True)
-        ]
+        [_local_fits(parts, float(f), float(step)) for f, step in zip(grid, np.gradient(grid), strict=True)]
     )
     kept = np.isfinite(tables[:, :, 0]).all(axis=1)
     if not kept.any():
@@ -191,53 +187,55 @@ def _smooth(values: FloatArray, neighbours: int) -> FloatArray:
     return np.asarray(ndimage.uniform_filter(values, size, mode="nearest"))
 
 
-def _local_fit(
-    parts: Sequence[Spectra], frequency: float, spacing: float, weight: float
-) -> tuple[complex | float, ...]:
-    """Criterion, rate response, its variance, power of the command, power of the noise, degrees of freedom.
+def _local_fits(parts: Sequence[Spectra], frequency: float, spacing: float) -> ComplexArray:
+    """A row for every prior weight of T, shape (weights, 6); not finite where the fit is impossible.
 
-    The command's power is what it is worth beside T: that of a rough command with which G would have this
-    variance. The criterion is minus the restricted log-likelihood of the prior `weight` of T; not finite
-    where the fit is impossible.
+    A row is the criterion, rate response, its variance, power of the command, power of the noise, degrees of
+    freedom. The command's power is what it is worth beside T: that of a rough command with which G would have
+    this variance. The criterion is minus the restricted log-likelihood of the weight.
     """
     terms = DEGREE + 1
+    impossible = np.full((len(TRANSIENT_WEIGHTS), 6), np.nan, dtype=np.complex128)
     coarsest = max(part.step for part in parts)
     density = sum(coarsest / part.step for part in parts)
     reach = max(SPARE * spacing, coarsest * (terms * (1 + len(parts)) + FREEDOM) / density / 2)
     highest = min(float(part.lines[-1]) for part in parts)
     if min(frequency, highest - frequency) < EDGE * reach:
-        return IMPOSSIBLE
+        return impossible
     windows = [_window(part, frequency, reach) for part in parts]
     chosen = [(part, w) for part, w in zip(parts, windows, strict=True) if w.stop > w.start]
     rows = sum(w.stop - w.start for _, w in chosen)
-    free = terms * len(chosen)
-    if rows - terms < 3:
-        return IMPOSSIBLE
-    matrix = np.zeros((rows + free, free + terms), dtype=np.complex128)
+    free, freedom = terms * len(chosen), rows - terms
+    if freedom < 3:
+        return impossible
+    matrix = np.zeros((len(TRANSIENT_WEIGHTS), rows + free, free + terms), dtype=np.complex128)
     target = np.zeros(rows + free, dtype=np.complex128)
     row = 0
     for index, (part, window) in enumerate(chosen):
         offset = (part.lines[window] - frequency) / reach
         basis = np.vander(offset, terms, increasing=True)
         place = slice(row, row + len(offset))
-        matrix[place, terms * index : terms * (index + 1)] = basis
-        matrix[place, free:] = basis[:, ::-1] * part.command[window, None]
+        matrix[:, place, terms * index : terms * (index + 1)] = basis
+        matrix[:, place, free:] = basis[:, ::-1] * part.command[window, None]
         target[place] = part.rate[window]
         row += len(offset)
-    scales = np.tile(np.sqrt(weight) * TRANSIENT_DECAY ** np.arange(terms), len(chosen))
-    matrix[rows:, :free] = np.diag(1 / scales)
+    decays = np.tile(TRANSIENT_DECAY ** np.arange(terms), len(chosen))
+    scales = np.sqrt(np.array(TRANSIENT_WEIGHTS))[:, None] * decays
+    matrix[:, rows + np.arange(free), np.arange(free)] = 1 / scales
     left, triangle = np.linalg.qr(matrix)
-    diagonal = np.abs(np.diag(triangle))
-    if diagonal[free:].min() <= 1e-10 * diagonal[free:].max():
-        return IMPOSSIBLE
-    projected = left.conj().T @ target
-    solution = projected[-1] / triangle[-1, -1]
-    freedom = rows - terms
-    noise = max(float(np.sum(np.abs(target - left @ projected) ** 2)), TINY) / freedom
-    information = float(diagonal[-1]) ** 2
+    diagonal = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+    if (diagonal[:, free:].min(axis=1) <= 1e-10 * diagonal[:, free:].max(axis=1)).any():
+        return impossible
+    projected = np.einsum("wij,i->wj", left.conj(), target)
+    squares = np.sum(np.abs(target - np.einsum("wij,wj->wi", left, projected)) ** 2, axis=1)
+    noise = np.maximum(squares, TINY) / freedom
+    information = diagonal[:, -1] ** 2
+    criterion = freedom * np.log(noise) + 2 * (np.log(diagonal).sum(axis=1) + np.log(scales).sum(axis=1))
+    response = projected[:, -1] / triangle[:, -1, -1]
     power = CENTRE_VARIANCE * information / rows
-    criterion = freedom * np.log(noise) + 2 * float(np.sum(np.log(diagonal)) + np.sum(np.log(scales)))
-    return criterion, solution, noise / information, power, noise, float(freedom)
+    return np.column_stack(
+        [criterion, response, noise / information, power, noise, np.full(len(noise), float(freedom))]
+    )
 
 
 def _window(part: Spectra, frequency: float, reach: float) -> slice:

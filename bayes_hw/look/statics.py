@@ -53,6 +53,18 @@ class Statics:
     spread: FloatArray = field(default_factory=lambda: np.zeros((3, 0)))
     undisturbed: tuple[FloatArray, ...] = ()
 
+    @property
+    def seen(self) -> float:
+        """Share of the samples at which the angle is outside the dead zone, and so tells of the motion."""
+        if self.half_width is None:
+            return 1.0
+        inside = sum(int(np.count_nonzero(np.abs(w) <= self.half_width)) for w in self.undisturbed)
+        return max(1 - inside / sum(map(len, self.undisturbed)), 0.05)
+
+    def predicted(self, record: int) -> FloatArray:
+        """The output without noise."""
+        return _dead_zone(self.undisturbed[record], self.half_width or 0.0)
+
     def limited(self, u: FloatArray, shift: FloatArray | None = None) -> FloatArray:
         """The command as the drive takes it; limits moved by `shift`."""
         moved = np.zeros(3) if shift is None else shift
