@@ -22,6 +22,7 @@ from bayes_hw.commands import (
     design_experiment,
     diagnose,
     identifiability,
+    look,
     simulate,
 )
 from bayes_hw.commands.options import (
@@ -43,6 +44,7 @@ Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear d
 train, dead zone, with honest uncertainties.
 
   a guided first hour             bayes-hw demo
+  a first look at records         bayes-hw look azimuth.csv --out look/
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -78,6 +80,7 @@ MODULES: tuple[Any, ...] = (
     blind,
     identifiability,
     convert,
+    look,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
