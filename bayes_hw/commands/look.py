@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from pathlib import Path
 
 from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options
@@ -23,26 +24,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Look, write, and say what was seen; raises InputError on bad input before anything is written."""
-    import json
-
     from bayes_hw.commands.inputs import read_records
     from bayes_hw.commands.speech import say
-    from bayes_hw.files import check_output_folder, staged, write_text_atomically
-    from bayes_hw.look.look import look
-    from bayes_hw.report.look.page import to_html
+    from bayes_hw.files import check_output_folder
+    from bayes_hw.interface.seen_records import PAGE, look
 
     out = Path(parsed.out)
     check_output_folder(out)
     seen = look(read_records(parsed, parsed.records))
-    page = to_html(seen, parsed.title)
-    with staged(out) as place:
-        write_text_atomically(place / "look.json", json.dumps(seen.to_dict(), allow_nan=False, indent=1) + "\n")
-        write_text_atomically(place / "report.html", page)
+    seen.write(out, parsed.title)
     if parsed.quiet:
         return
-    say(seen.advice.sentence)
-    for heading, items in (("not shown", seen.advice.cannot_show), ("record next", seen.advice.record_next)):
-        for item in items:
-            say(f"{heading}: {item}")
-    say(f"page: {out / 'report.html'}")
-    say(f"next: bayes-hw identify {' '.join(parsed.records)} --out model/")
+    for line in str(seen).splitlines():
+        say(line)
+    say(f"page: {out / PAGE}")
+    say(f"next: bayes-hw identify {shlex.join(parsed.records)} --out model/")

@@ -59,16 +59,16 @@ function hands(chart, group) {
 }
 
 function timePlot(place, plot) {
-  const x = new Float64Array(bytes(plot.x)), group = [], key = "sync-" + plot.id;
+  const x = Float64Array.from({ length: plot.points }, (_, k) => k * plot.step), group = [], key = "sync-" + plot.id;
   plot.panels.forEach((panel, index) => {
     const last = index === plot.panels.length - 1, box = document.createElement("div");
     place.append(box);
     const y = Float64Array.from(new Float32Array(bytes(panel.values)), value => value + panel.origin);
     const chart = new uPlot({
-      width: place.clientWidth, height: last ? 185 : 145, legend: { show: false },
+      width: place.clientWidth, height: last ? 190 : 140, legend: { show: false },
       cursor: { sync: { key, scales: ["x", null] }, drag: { x: true, y: false } },
       scales: { x: { time: false } },
-      axes: [axis(last ? plot.x_label : null, last ? 34 : 22), axis(panel.label, 62)],
+      axes: [last ? axis(plot.x_label, 34) : axis(null, 10, { labelSize: 0, values: (_, ticks) => ticks.map(() => "") }), axis(panel.label, 62)],
       series: [{}, { stroke: colour(roles[panel.role]), width: 1.2, points: { show: false } }],
       hooks: { setScale: [(self, name) => {
         if (name !== "x" || self.following) return;
@@ -87,6 +87,7 @@ function timePlot(place, plot) {
 function curvePlot(place, plot) {
   const series = [{ label: plot.x_label, value: (_, v) => short(v) }], data = [plot.x], bands = [];
   if (plot.band) {
+    place.classList.add("banded");
     for (const edge of plot.band) { series.push({ label: "94 %", stroke: "transparent", width: 0, points: { show: false }, value: (_, v) => short(v) }); data.push(edge); }
     bands.push({ series: [2, 1], fill: colour("band") });
     series[1].label = "band, low"; series[2].label = "high";

@@ -1,7 +1,7 @@
 """The page as one self-contained HTML file: no script, style or picture from outside.
 
-uPlot draws the plots: it is made for long time series, zooms, keeps several panels on one axis of time, and is 50 kB;
-Bokeh's and Plotly's scripts are above the size that a page may have.
+uPlot draws the plots: it is made for long time series, zooms, keeps several panels on one axis of time, and
+is 50 kB; Bokeh's and Plotly's scripts are above the size that a page may have.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
-from bayes_hw.look.advice import coherent_band
-from bayes_hw.look.look import Look
+from bayes_hw.first_look.advice import coherent_band
+from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, plots
 from bayes_hw.report.palette import page_colours
 from bayes_hw.report.plain_text import visible
@@ -29,7 +29,9 @@ NO_BREAK_SPACE = "\u00a0"
 
 def to_html(look: Look, title: str = "") -> str:
     """The whole page."""
-    script = "\n".join([(FOLDER / "uplot" / "uPlot.iife.min.js").read_text("utf-8"), (FOLDER / "look.js").read_text("utf-8")])
+    script = "\n".join(
+        [(FOLDER / "uplot" / "uPlot.iife.min.js").read_text("utf-8"), (FOLDER / "look.js").read_text("utf-8")]
+    )
     style = "\n".join(
         [
             (SHARED / "report.css").read_text("utf-8"),
@@ -37,22 +39,28 @@ def to_html(look: Look, title: str = "") -> str:
             (FOLDER / "look.css").read_text("utf-8"),
         ]
     )
-    return _environment().get_template("look.html").render(
-        title=visible(title or ", ".join(record.name for record in look.records)),
-        subtitle=visible(subtitle(look)),
-        advice=look.advice,
-        cards=cards(look),
-        facts=facts(look),
-        records=[record.name for record in look.records],
-        distortion=look.distortion,
-        plots=_script_json(plots(look)),
-        has_response=look.response is not None,
-        has_noise=look.noise is not None,
-        limited=look.statics.lower is not None or look.statics.upper is not None or look.statics.half_width is not None,
-        style=Markup(style),
-        colours=page_colours(),
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
+    return (
+        _environment()
+        .get_template("look.html")
+        .render(
+            title=visible(title or ", ".join(record.name for record in look.records)),
+            subtitle=visible(subtitle(look)),
+            advice=look.advice,
+            cards=cards(look),
+            facts=facts(look),
+            records=[record.name for record in look.records],
+            distortion=look.distortion,
+            plots=_script_json(plots(look)),
+            has_response=look.response is not None,
+            has_noise=look.noise is not None,
+            limited=look.statics.lower is not None
+            or look.statics.upper is not None
+            or look.statics.half_width is not None,
+            style=Markup(style),
+            colours=page_colours(),
+            script=Markup(script),
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
+        )
     )
 
 
@@ -84,7 +92,8 @@ def cards(look: Look) -> list[dict[str, str]]:
         _card(
             "good" if met > 0 else "warn",
             f"limits asked for in {format_percent(met)} of the samples" if met > 0 else "limits not met",
-            f"below {format_percent(low)}, above {format_percent(high)}; the axis reverses {look.reversals} times",
+            f"below {format_percent(low)}, above {format_percent(high)}; "
+            f"the axis reverses {look.reversals} times",
         ),
         _card(
             "bad" if band is None else "good",
@@ -92,8 +101,12 @@ def cards(look: Look) -> list[dict[str, str]]:
             "coherence nowhere above 0.8" if band is None else "coherence above 0.8",
         ),
         _card(
-            "warn" if look.delay is None else "good",
-            "delay unknown" if look.delay is None else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
+            "warn"
+            if look.delay is None or look.delay.high - look.delay.low > 2.1 * look.delay.step_s
+            else "good",
+            "delay unknown"
+            if look.delay is None
+            else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
             "94 % interval",
         ),
         _card(
@@ -117,15 +130,23 @@ def facts(look: Look) -> list[tuple[str, str]]:
         ("resolution", _known(look.resolution, units.output, "no step seen")),
         ("drift", f"{format_number(slope, 2)} ± {format_number(error, 2)} {units.output}/h"),
         ("reversals", str(look.reversals)),
-        ("speed, falling less rising command", "not seen both ways" if look.speed.hysteresis != look.speed.hysteresis else format_percent(look.speed.hysteresis, 1)),
+        (
+            "speed, falling less rising command",
+            "not seen both ways"
+            if look.speed.hysteresis != look.speed.hysteresis
+            else format_percent(look.speed.hysteresis, 1),
+        ),
     ]
     for name, regime in look.regimes.items():
         if regime.stretches:
-            settling = "" if regime.settling_s is None else f", settles in {format_duration(regime.settling_s)}"
+            settling = (
+                "" if regime.settling_s is None else f", settles in {format_duration(regime.settling_s)}"
+            )
             rows.append(
                 (
                     f"{name}, {regime.stretches} stretches",
-                    f"{format_duration(regime.seconds)}, rms error {format_number(regime.error_rms, 3, units.output)}"
+                    f"{format_duration(regime.seconds)}, "
+                    f"rms error {format_number(regime.error_rms, 3, units.output)}"
                     f"{_arcsec(regime.error_rms, units.output)}{settling}",
                 )
             )
@@ -133,8 +154,8 @@ def facts(look: Look) -> list[tuple[str, str]]:
         rows.append(
             (
                 "what a linear response leaves",
-                f"explained by even powers of the command {format_percent(look.distortion.even)}, by odd ones "
-                f"{format_percent(look.distortion.odd)}; the rest is noise",
+                f"explained by even powers of the command {format_percent(look.distortion.even)}, "
+                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise",
             )
         )
     if look.feedback is not None:
@@ -152,7 +173,11 @@ def _known(value: float | None, unit: str, otherwise: str) -> str:
 
 
 def _arcsec(value: float, unit: str) -> str:
-    return f" ({format_number(value * ARCSEC[unit], 3)}{NO_BREAK_SPACE}arcsec)" if unit in ARCSEC and unit != "arcsec" else ""
+    return (
+        f" ({format_number(value * ARCSEC[unit], 3)}{NO_BREAK_SPACE}arcsec)"
+        if unit in ARCSEC and unit != "arcsec"
+        else ""
+    )
 
 
 def _environment() -> Environment:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.look.look import Look
+from bayes_hw.first_look.frequency_response import TRUSTED
+from bayes_hw.first_look.look import Look
 from bayes_hw.record import Record
 
 MOST_SAMPLES = 120_000
@@ -68,8 +69,7 @@ def plots(look: Look) -> list[dict[str, Any]]:
 def time_plot(name: str, record: Record, error: FloatArray, share: float) -> dict[str, Any]:
     """Command, angle and error of one record, in three panels on one axis of time."""
     stretch = 1 if share >= 1 else int(np.ceil(2 / share))
-    t = record.t - record.t[0]
-    times = t if stretch == 1 else np.repeat(t[::stretch], 2)
+    stretches = -(-len(record) // stretch)
     units = record.units
     panels = (
         (f"command, {units.input}", "command", record.u),
@@ -79,7 +79,8 @@ def time_plot(name: str, record: Record, error: FloatArray, share: float) -> dic
     return {
         "id": name,
         "kind": "time",
-        "x": _packed(times, "<f8"),
+        "step": (1 if stretch == 1 else stretch / 2) / record.sample_rate_hz,
+        "points": stretches if stretch == 1 else 2 * stretches,
         "x_label": f"time, {units.time}",
         "panels": [
             {"label": label, "role": role, "origin": (origin := float(np.median(v)))}
@@ -94,9 +95,9 @@ def response_plots(look: Look) -> list[dict[str, Any]]:
     assert look.response is not None
     linear, raw, units = look.response.linear, look.response.best_linear, look.records[0].units
     f, x = linear.frequency_hz, "frequency, Hz"
-    seen = linear.coherence > 0.3
+    seen = linear.coherence > TRUSTED
     shown = [np.where(seen, v, np.nan) for v in (linear.magnitude, linear.lower, linear.upper)]
-    as_recorded = np.where(raw.coherence > 0.3, raw.magnitude, np.nan)
+    as_recorded = np.where(raw.coherence > TRUSTED, raw.magnitude, np.nan)
     series = {"within the limits": shown[0]}
     if np.nanmax(np.abs(raw.magnitude / linear.magnitude - 1)) > 1e-9:
         series["as recorded"] = np.interp(f, raw.frequency_hz, as_recorded)
@@ -128,7 +129,10 @@ def response_plots(look: Look) -> list[dict[str, Any]]:
             "coherence",
             x,
             f,
-            {"within the limits": linear.coherence, "as recorded": np.interp(f, raw.frequency_hz, raw.coherence)},
+            {
+                "within the limits": linear.coherence,
+                "as recorded": np.interp(f, raw.frequency_hz, raw.coherence),
+            },
             log_x=True,
             span=(0.0, 1.02),
         ),

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.look.advice import Advice, advice
-from bayes_hw.look.delay import Delay, delay
-from bayes_hw.look.distortion import Distortion, Feedback, distortion, feedback
-from bayes_hw.look.frequency_response import FrequencyResponse
-from bayes_hw.look.motion import (
+from bayes_hw.first_look.advice import Advice, advice
+from bayes_hw.first_look.delay import Delay, delay
+from bayes_hw.first_look.distortion import Distortion, Feedback, distortion, feedback
+from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.first_look.motion import (
     PositionError,
     Regime,
     SpeedMap,
@@ -23,13 +24,20 @@ from bayes_hw.look.motion import (
     reversals,
     speed_map,
 )
-from bayes_hw.look.noise import NoiseSpectrum, drift, noise_spectrum, resolution, white_sigma
-from bayes_hw.look.response import MeasuredResponse, measured_response
-from bayes_hw.look.statics import Statics, statics
+from bayes_hw.first_look.noise import NoiseSpectrum, drift, noise_spectrum, resolution, white_sigma
+from bayes_hw.first_look.response import MeasuredResponse, measured_response
+from bayes_hw.first_look.statics import Statics, statics
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/look/1"
-TURNS = {"deg": 360.0, "rad": 2 * np.pi, "arcmin": 21600.0, "arcsec": 1296000.0, "rev": 1.0, "mrad": 2000 * np.pi}
+TURNS = {
+    "deg": 360.0,
+    "rad": 2 * np.pi,
+    "arcmin": 21600.0,
+    "arcsec": 1296000.0,
+    "rev": 1.0,
+    "mrad": 2000 * np.pi,
+}
 LEAST_SAMPLES = 64
 AT_ZERO = 4.0
 """A first angle within so many noise levels of zero counts as zero: the record's angles are then absolute."""
@@ -39,9 +47,9 @@ AT_ZERO = 4.0
 class Look:
     """What `records` show; arrays per record have the record's length.
 
-    `origins` are the angles that count as zero. `errors` are outputs less what the linear response to the command
-    within its limits explains, up to a constant, a slope and a factor. `response`, `noise`, `delay` are None where the
-    records are too short or the command never moves.
+    `origins` are the angles that count as zero. `errors` are outputs less what the linear response to the
+    command within its limits explains, up to a constant, a slope and a factor. `response`, `noise`, `delay`
+    are None where the records are too short or the command never moves.
     """
 
     records: tuple[Record, ...]
@@ -62,11 +70,15 @@ class Look:
     regimes: dict[str, Regime]
     reversals: int
     at_limits: tuple[float, float]
-    advice: Advice
 
     @property
     def duration_s(self) -> float:
         return sum(record.duration_s for record in self.records)
+
+    @cached_property
+    def advice(self) -> Advice:
+        """What is shown, what is not, and what to record next."""
+        return advice(self)
 
     def to_dict(self) -> dict[str, Any]:
         """The content of look.json."""
@@ -120,18 +132,11 @@ class Look:
             "record_next": list(self.advice.record_next),
         }
 
-    def _repr_html_(self) -> str:
-        """The first screen, for a notebook."""
-        from bayes_hw.report.look.page import first_screen
-
-        return first_screen(self)
-
-    def __repr__(self) -> str:
-        return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
-
 
 def look(records: Sequence[Record]) -> Look:
-    """What `records` of one axis show; raises InputError where they differ in rate or units, or are too short."""
+    """What `records` of one axis show; raises InputError where they differ in rate or units, or are too
+    short.
+    """
     _check(records)
     first = records[0]
     rate = first.sample_rate_hz
@@ -147,40 +152,34 @@ def look(records: Sequence[Record]) -> Look:
     sigma = noise.sigma if noise and noise.sigma > 0 else white
     lag = delay(opened, limited, rate, found.seen)
     errors = tuple(_error(y, found, k) for k, y in enumerate(outputs))
-    at_limits = tuple(
-        float(np.mean(np.concatenate([beyond(u) for u in commands])))
-        for beyond in (
-            lambda u: u < (-np.inf if found.lower is None else found.lower),
-            lambda u: u > (np.inf if found.upper is None else found.upper),
-        )
-    )
     longest = max(range(len(records)), key=lambda k: len(records[k]))
-    turned = sum(reversals(y, max(6 * sigma, 0.02 * float(np.ptp(y)))) for y in outputs)
-    loop = feedback(errors, commands, rate)
-    parts = {
-        "statics": found,
-        "response": response,
-        "noise_sigma": sigma,
-        "delay": lag,
-        "feedback": loop,
-        "reversals": turned,
-        "at_limits": at_limits,
-    }
     return Look(
         records=tuple(records),
         origins=origins,
         errors=errors,
+        statics=found,
+        response=response,
         noise=noise,
+        noise_sigma=sigma,
         white_sigma=white,
         resolution=resolution([record.y for record in records], sigma),
+        delay=lag,
         drift_per_hour=drift(errors[longest], rate),
         distortion=distortion(errors, commands, rate),
+        feedback=feedback(errors, commands, rate),
         speed=speed_map(outputs, commands, rate, lag.mean if lag else 0.0),
         position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
-        regimes=regimes(commands, errors, rate, sigma),
-        advice=advice(records, **parts),
-        **parts,
+        regimes=regimes(outputs, commands, rate, sigma),
+        reversals=sum(reversals(y, max(6 * sigma, 0.02 * float(np.ptp(y)))) for y in outputs),
+        at_limits=_at_limits(found, np.concatenate(commands)),
     )
+
+
+def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:
+    """Shares of the samples that ask for less than the lower and more than the upper limit."""
+    lower = -np.inf if found.lower is None else found.lower
+    upper = np.inf if found.upper is None else found.upper
+    return float(np.mean(commands < lower)), float(np.mean(commands > upper))
 
 
 def _check(records: Sequence[Record]) -> None:
@@ -197,7 +196,8 @@ def _check(records: Sequence[Record]) -> None:
             raise InputError(f"record {record.name}: units differ from those of {first.name}")
         if len(record) < LEAST_SAMPLES:
             raise InputError(
-                f"record {record.name}: {len(record)} samples are too few to show anything; give {LEAST_SAMPLES} or more"
+                f"record {record.name}: {len(record)} samples are too few to show anything; "
+                f"give {LEAST_SAMPLES} or more"
             )
 
 
@@ -217,9 +217,17 @@ def _error(y: FloatArray, found: Statics, record: int) -> FloatArray:
     return np.asarray(y - table @ np.linalg.lstsq(table, y, rcond=1e-10)[0])
 
 
-def _response(response: FrequencyResponse | None) -> dict[str, list[float]]:
+def _response(response: FrequencyResponse | None) -> dict[str, list[float | None]]:
     if response is None:
-        names = ("frequency_hz", "magnitude", "phase_deg", "coherence", "magnitude_lo", "magnitude_hi", "rate_magnitude")
+        names = (
+            "frequency_hz",
+            "magnitude",
+            "phase_deg",
+            "coherence",
+            "magnitude_lo",
+            "magnitude_hi",
+            "rate_magnitude",
+        )
         return {name: [] for name in names}
     return {
         "frequency_hz": _list(response.frequency_hz),

@@ -30,7 +30,7 @@ RATE_HZ = 50.0
 
 @dataclass(frozen=True)
 class Delay:
-    """Mean, standard deviation and 94 % interval in s; `step_s` is the sample period that they are read at."""
+    """Mean, standard deviation and 94 % interval in s; `step_s` is the period that they are read at."""
 
     mean: float
     sd: float
@@ -47,8 +47,8 @@ def delay(
 ) -> Delay | None:
     """None where the records are too short, or the command never moves.
 
-    `seen` is the share of the samples that tell of the motion, `Statics.seen`: of the others the criterion knows
-    nothing, and it counts for its square.
+    `seen` is the share of the samples that tell of the motion, `Statics.seen`: of the others the criterion
+    knows nothing, and it counts for its square.
     """
     factor = max(1, int(sample_rate_hz / RATE_HZ))
     step = factor / sample_rate_hz
@@ -76,7 +76,9 @@ def delay(
     middles = (lags - 0.5).clip(0.0) * step
     mean = float(share @ middles)
     sd = float(np.sqrt(share @ (middles - mean) ** 2 + step**2 / 12))
-    chosen = np.sort(np.argsort(share)[::-1][: int(np.searchsorted(np.sort(share)[::-1].cumsum(), PROBABILITY)) + 1])
+    chosen = np.sort(
+        np.argsort(share)[::-1][: int(np.searchsorted(np.sort(share)[::-1].cumsum(), PROBABILITY)) + 1]
+    )
     low, high = max(float(chosen[0]) - 1, 0.0) * step, float(chosen[-1]) * step
     return Delay(mean, sd, low, max(high, low), step)
 

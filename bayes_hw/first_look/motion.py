@@ -26,7 +26,9 @@ SETTLED = 3.0
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap:
-    """Median speed of the axis (output unit / s) in bins of the command, while it rises and while it falls; NaN where few."""
+    """Median speed of the axis (output unit / s) in bins of the command, while it rises and while it falls;
+    NaN where few.
+    """
 
     command: FloatArray
     rising: FloatArray
@@ -34,7 +36,9 @@ class SpeedMap:
 
     @property
     def hysteresis(self) -> float:
-        """Median difference of speed, falling less rising command, over their spread; NaN where no bin has both."""
+        """Median difference of speed, falling less rising command, over their spread; NaN where no bin has
+        both.
+        """
         both = np.isfinite(self.rising) & np.isfinite(self.falling)
         spread = np.nanmax(np.abs([self.rising, self.falling])) if both.any() else 0.0
         return float(np.median((self.falling - self.rising)[both]) / spread) if spread > 0 else float("nan")
@@ -73,7 +77,9 @@ def speed_map(
 
 @dataclass(frozen=True, eq=False)
 class PositionError:
-    """Mean error in bins of the angle, its standard error from the spread between passes; NaN where few samples."""
+    """Mean error in bins of the angle, its standard error from the spread between passes; NaN where few
+    samples.
+    """
 
     angle: FloatArray
     mean: FloatArray
@@ -108,7 +114,9 @@ def position_error(
 
 @dataclass(frozen=True)
 class Regime:
-    """Stretches of one kind: how many, how long in all, rms of the error once settled, median settling time."""
+    """Stretches of one kind: how many, how long in all, rms of the error once settled, median settling
+    time.
+    """
 
     stretches: int
     seconds: float
@@ -117,13 +125,17 @@ class Regime:
 
 
 def regimes(
-    commands: Sequence[FloatArray], errors: Sequence[FloatArray], sample_rate_hz: float, sigma: float
+    outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float, sigma: float
 ) -> dict[str, Regime]:
-    """"slew", "tracking" and "rest": stretches of steady command, told apart by its size."""
+    """ "slew", "tracking" and "rest": stretches of steady command, told apart by its size.
+
+    Errors are from the straight line through the second half of a stretch; it has settled where the angle
+    has come to stay within three of their rms, or of `sigma`.
+    """
     width = max(3, round(STEADY_S * sample_rate_hz))
     largest = max(float(np.abs(u).max()) for u in commands)
     found: dict[str, list[tuple[int, float, float | None]]] = {"slew": [], "tracking": [], "rest": []}
-    for u, error in zip(commands, errors, strict=True):
+    for y, u in zip(outputs, commands, strict=True):
         if len(u) < 2 * width:
             continue
         ahead = ndimage.maximum_filter1d(u, width) - ndimage.minimum_filter1d(u, width)
@@ -133,12 +145,16 @@ def regimes(
             if stop - start < width:
                 continue
             level = abs(float(np.median(u[start:stop])))
-            kind = "rest" if level < 1e-3 * largest else "slew" if level > SLEW_SHARE * largest else "tracking"
-            part = error[start:stop]
-            final = part[-max(len(part) // 3, 2) :]
-            outside = np.flatnonzero(np.abs(part - final.mean()) > SETTLED * max(final.std(), sigma))
+            kind = (
+                "rest" if level < 1e-3 * largest else "slew" if level > SLEW_SHARE * largest else "tracking"
+            )
+            k = np.arange(stop - start)
+            late = k >= len(k) // 2
+            away = y[start:stop] - np.polynomial.Polynomial.fit(k[late], y[start:stop][late], 1)(k)
+            rms = float(np.sqrt(np.mean(away[late] ** 2)))
+            outside = np.flatnonzero(np.abs(away[~late]) > SETTLED * max(rms, sigma))
             settling = (outside[-1] + 1) / sample_rate_hz if len(outside) and start > 0 else None
-            found[kind].append((stop - start, float(np.mean((final - final.mean()) ** 2)), settling))
+            found[kind].append((stop - start, rms**2, settling))
     return {kind: _regime(rows, sample_rate_hz) for kind, rows in found.items()}
 
 
@@ -149,14 +165,16 @@ def _regime(rows: list[tuple[int, float, float | None]], sample_rate_hz: float) 
     squares = np.array([row[1] for row in rows])
     times = [row[2] for row in rows if row[2] is not None]
     rms = float(np.sqrt(lengths @ squares / lengths.sum()))
-    return Regime(len(rows), float(lengths.sum()) / sample_rate_hz, rms, float(np.median(times)) if times else None)
+    return Regime(
+        len(rows), float(lengths.sum()) / sample_rate_hz, rms, float(np.median(times)) if times else None
+    )
 
 
 def reversals(y: FloatArray, threshold: float) -> int:
     """Turning points of the angle that are deeper than `threshold`."""
     count, direction, extreme = 0, 0, float(y[0])
     for value in y[:: max(1, len(y) // 20_000)].tolist():
-        if direction >= 0 and value > extreme or direction <= 0 and value < extreme:
+        if (direction >= 0 and value > extreme) or (direction <= 0 and value < extreme):
             if direction == 0 and abs(value - y[0]) > threshold:
                 direction = 1 if value > y[0] else -1
             if direction != 0:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.look.frequency_response import FrequencyResponse
+from bayes_hw.first_look.frequency_response import FrequencyResponse
 
 FIRST_LINES = 4
 """Frequencies at the low end that are left out of the noise's size: there drift is not noise."""
@@ -47,7 +47,7 @@ def noise_spectrum(response: FrequencyResponse) -> NoiseSpectrum:
 def white_sigma(outputs: Sequence[FloatArray]) -> float:
     """Standard deviation of white noise whose third differences have the median seen."""
     third = np.concatenate([np.diff(y, 3) for y in outputs])
-    return 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
+    return 1.4826 * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
 
 
 def resolution(outputs: Sequence[FloatArray], sigma: float) -> float | None:
@@ -89,7 +89,9 @@ def _lattice(y: FloatArray) -> float | None:
 
 
 def drift(error: FloatArray, sample_rate_hz: float) -> tuple[float, float]:
-    """Slope of the error over time in output units per hour, and its standard error from twenty block means."""
+    """Slope of the error over time in output units per hour, and its standard error from twenty block
+    means.
+    """
     blocks = np.array([block.mean() for block in np.array_split(error, 20)])
     hours = np.linspace(0.025, 0.975, 20) * len(error) / sample_rate_hz / 3600
     centred = hours - hours.mean()

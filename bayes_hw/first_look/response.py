@@ -9,8 +9,8 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.look.frequency_response import PROBABILITY, FrequencyResponse, frequency_response
-from bayes_hw.look.statics import Statics
+from bayes_hw.first_look.frequency_response import PROBABILITY, FrequencyResponse, frequency_response
+from bayes_hw.first_look.statics import Statics
 
 COARSE = 30
 """Frequencies at which the response is repeated with limits and half width moved."""
@@ -20,10 +20,11 @@ SIGMAS = float(stats.norm.ppf(0.5 + PROBABILITY / 2))
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
-    """`linear` is the response between the limits and outside the dead zone; `best_linear` that of the raw record.
+    """`linear` is the response between the limits and outside the dead zone; `best_linear` that of the raw
+    record.
 
-    Both have the same frequencies. The second is the best linear approximation under this very command: smaller
-    wherever limits or dead zone are met, by as much as this command meets them.
+    Both have the same frequencies. The second is the best linear approximation under this very command:
+    smaller wherever limits or dead zone are met, by as much as this command meets them.
     """
 
     linear: FrequencyResponse
@@ -33,7 +34,7 @@ class MeasuredResponse:
 def measured_response(
     outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float, statics: Statics
 ) -> MeasuredResponse | None:
-    """None where records are too short. The band of `linear` holds the uncertainty of limits and dead zone."""
+    """None where records are too short. The band of `linear` holds that of limits and dead zone."""
 
     def response(shift: FloatArray | None, most: int | None = None) -> FrequencyResponse | None:
         opened = [statics.opened(k, y, shift) for k, y in enumerate(outputs)]

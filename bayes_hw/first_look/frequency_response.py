@@ -42,8 +42,9 @@ FREEDOM = 5
 """Complex degrees of freedom that are left to the residuals, at least."""
 
 EDGE = 0.6
-"""Nearer to zero and to half the sample rate, in half widths of the window, nothing is estimated: a window that
-ends there would extrapolate."""
+"""Nearer to zero and to half the sample rate, in half widths of the window, nothing is estimated: a window
+that ends there would extrapolate.
+"""
 
 MOST_FREQUENCIES = 400
 LEAST_SAMPLES = 64
@@ -52,16 +53,18 @@ SPARE = 0.75
 
 
 COHERENCE_NEIGHBOURS = 4
+TRUSTED = 0.3
+"""Coherence above which a phase is followed, and a response worth drawing."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
     """Response of the output to the velocity command at `frequency_hz`; all arrays have that shape.
 
-    `response` is complex, in output units over command units (for deg and deg/s: s); `lower` and `upper` bound its magnitude with
-    probability 0.94. `coherence` is the share of the rate's power that the command explains linearly.
-    `noise_density` is the two-sided spectral density of what is left of the rate, (output unit/s)^2 / Hz, and
-    `command_density` that of the command.
+    `response` is complex, in output units over command units (for deg and deg/s: s); `lower` and `upper`
+    bound its magnitude with probability 0.94. `coherence` is the share of the rate's power that the command
+    explains linearly. `noise_density` is the two-sided spectral density of what is left of the rate,
+    (output unit/s)^2 / Hz, and `command_density` that of the command.
     """
 
     frequency_hz: FloatArray
@@ -79,8 +82,15 @@ class FrequencyResponse:
 
     @property
     def phase_deg(self) -> FloatArray:
-        """Unwrapped along the frequencies."""
-        return np.rad2deg(np.unwrap(np.angle(self.response)))
+        """Unwrapped from one coherent frequency to the next; those between lie within half a turn of the
+        last.
+        """
+        turns = np.angle(self.response) / (2 * np.pi)
+        last = turns[0]
+        for k, coherence in enumerate(self.coherence):
+            turns[k] -= np.round(turns[k] - last)
+            last = turns[k] if coherence > TRUSTED else last
+        return 360 * turns
 
     @property
     def rate_factor(self) -> FloatArray:
@@ -128,7 +138,7 @@ def frequency_response(
     ]
     if not parts:
         return None
-    grid = frequencies(parts, sample_rate_hz, most_frequencies)
+    grid = frequencies(parts, most_frequencies)
     tables = np.array(
         [_local_fits(parts, float(f), float(step)) for f, step in zip(grid, np.gradient(grid), strict=True)]
     )
@@ -157,9 +167,10 @@ def frequency_response(
     )
 
 
-def frequencies(parts: Sequence[Spectra], sample_rate_hz: float, most: int) -> FloatArray:
-    """Every line of the longest stretch from its first on; where these are more than `most`, evenly spaced in the square
-    root of frequency, so that no decade is empty."""
+def frequencies(parts: Sequence[Spectra], most: int) -> FloatArray:
+    """Every line of the longest stretch from its first on; where these are more than `most`, evenly spaced
+    in the square root of frequency, so that no decade is empty.
+    """
     longest = min(parts, key=lambda part: part.step)
     lines = longest.lines[1:-1]
     if len(lines) <= most:
@@ -169,7 +180,8 @@ def frequencies(parts: Sequence[Spectra], sample_rate_hz: float, most: int) -> F
 
 
 def averaged(tables: ComplexArray, criterion: FloatArray) -> ComplexArray:
-    """The fits under all prior weights averaged by their likelihoods; the variance holds the spread between them.
+    """The fits under all prior weights averaged by their likelihoods; the variance holds the spread between
+    them.
 
     Shapes (frequencies, weights, 5) and (frequencies, weights); criterion is minus a log-likelihood.
     """
@@ -181,8 +193,10 @@ def averaged(tables: ComplexArray, criterion: FloatArray) -> ComplexArray:
 
 
 def _smooth(values: FloatArray, neighbours: int) -> FloatArray:
-    """Mean along the first axis over `neighbours` on either side, so that a chance error of one estimate moves
-    what is decided about it little: those above a threshold would else be the ones that came out too large."""
+    """Mean along the first axis over `neighbours` on either side, so that a chance error of one estimate
+    moves what is decided about it little: those above a threshold would else be the ones that came out too
+    large.
+    """
     size = (2 * neighbours + 1, *(1,) * (values.ndim - 1))
     return np.asarray(ndimage.uniform_filter(values, size, mode="nearest"))
 
@@ -239,7 +253,9 @@ def _local_fits(parts: Sequence[Spectra], frequency: float, spacing: float) -> C
 
 
 def _window(part: Spectra, frequency: float, reach: float) -> slice:
-    """Lines within `reach`, moved inside at the ends of the spectrum; the lines at zero and Nyquist are real and left out."""
+    """Lines within `reach`, moved inside at the ends of the spectrum; the lines at zero and Nyquist are
+    real and left out.
+    """
     first, last = 1, len(part.lines) - 1
     low = int(np.ceil((frequency - reach) / part.step - 1e-9))
     high = int(np.floor((frequency + reach) / part.step + 1e-9)) + 1

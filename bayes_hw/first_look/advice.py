@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayes_hw.look.delay import Delay
-from bayes_hw.look.distortion import Feedback
-from bayes_hw.look.response import MeasuredResponse
-from bayes_hw.look.statics import Statics
+from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.record import Record
+
+if TYPE_CHECKING:
+    from bayes_hw.first_look.look import Look
 
 COHERENT = 0.8
 SHORT_S = 120.0
@@ -28,18 +28,11 @@ class Advice:
     record_next: tuple[str, ...]
 
 
-def advice(
-    records: Sequence[Record],
-    *,
-    statics: Statics,
-    response: MeasuredResponse | None,
-    noise_sigma: float,
-    delay: Delay | None,
-    feedback: Feedback | None,
-    reversals: int,
-    at_limits: tuple[float, ...],
-) -> Advice:
+def advice(look: Look) -> Advice:
     """From the measures of a look."""
+    records, statics, response = look.records, look.statics, look.response
+    delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
+    noise_sigma = look.noise_sigma
     units = records[0].units
     shows, cannot, following = [], [], []
     for name, limit, share in (
@@ -47,28 +40,41 @@ def advice(
         ("upper", statics.upper, at_limits[1]),
     ):
         if limit is None:
-            cannot.append(f"The {name} limit of the command is not met: it may lie anywhere beyond this record.")
+            cannot.append(f"The {name} limit of the command is not met: it may lie beyond this record.")
         else:
             shows.append(
-                f"The {name} limit, about {limit:.3g} {units.input}: {100 * share:.0f} % of the samples ask for more."
+                f"The {name} limit, about {limit:.3g} {units.input}: "
+                f"{100 * share:.0f} % of the samples ask for more."
             )
     if statics.lower is None or statics.upper is None:
         following.append("A sweep or steps whose command exceeds both limits, to both sides.")
     if statics.half_width is not None:
         shows.append(f"A dead zone of half width about {statics.half_width:.2g} {units.output}.")
     elif reversals < FEW_REVERSALS:
-        cannot.append(f"Dead zone and play: the axis reverses {reversals} times; some ten reversals show them.")
-        following.append("Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed.")
+        cannot.append(
+            f"Dead zone and play: the axis reverses {reversals} times; some ten reversals show them."
+        )
+        following.append(
+            "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
+        )
     else:
-        shows.append(f"No dead zone larger than the noise, {noise_sigma:.2g} {units.output}, in {reversals} reversals.")
+        shows.append(
+            f"No dead zone larger than the noise, {noise_sigma:.2g} {units.output}, in {reversals} reversals."
+        )
     band = coherent_band(response)
     if band is None:
-        cannot.append("The frequency response: nowhere does the command explain four fifths of the output's rate.")
+        cannot.append(
+            "The frequency response: nowhere does the command explain four fifths of the output's rate."
+        )
         following.append("A sweep of larger amplitude, slow enough to give each resonance some ten cycles.")
     else:
-        shows.append(f"The frequency response from {band[0]:.2g} to {band[1]:.2g} Hz (coherence above {COHERENT:g}).")
+        shows.append(
+            f"The frequency response from {band[0]:.2g} to {band[1]:.2g} Hz (coherence above {COHERENT:g})."
+        )
         if band[1] < 0.35 * records[0].sample_rate_hz / 2:
-            cannot.append(f"Resonances above {band[1]:.2g} Hz: the command does not excite them above the noise.")
+            cannot.append(
+                f"Resonances above {band[1]:.2g} Hz: the command does not excite them above the noise."
+            )
             following.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
     if delay is not None:
         if delay.high - delay.low <= 2.1 * delay.step_s:
@@ -78,7 +84,7 @@ def advice(
             following.append("Steps of the command, each held until the axis has settled, for the delay.")
     if feedback is not None and feedback.closed_loop:
         cannot.append(
-            "Noise apart from the axis: the command follows past noise, so a loop was closed around this record."
+            "Noise apart from the axis: the command follows past noise, a loop was closed around it."
         )
         following.append("The same with the position loop open, or with the reference recorded as well.")
     duration = sum(record.duration_s for record in records)
@@ -103,7 +109,7 @@ def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | N
     if band is None:
         return "These records tell little of the axis: the command does not stand out from the noise."
     if not cannot:
-        return "These records are good to identify the axis from: limits, dead zone, response and delay all show."
+        return "These records are good to identify from: limits, dead zone, response and delay all show."
     return (
         f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them; "
         "what they cannot show, and what to record next, is below."

@@ -88,9 +88,7 @@ class _Slow:
     y: FloatArray
 
 
-def statics(
-    outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float
-) -> Statics:
+def statics(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float) -> Statics:
     """Of records whose angles count from the origin."""
     factor = max(1, round(sample_rate_hz / SLOW_RATE_HZ))
     total = sum(len(y) // factor for y in outputs)
@@ -159,7 +157,7 @@ class _Fit:
     def simulated(self, limited: FloatArray, factor: int, samples: int) -> FloatArray:
         """w at the record's own rate, shape (samples,)."""
         slow = limited[: len(limited) // factor * factor].reshape(-1, factor).mean(axis=1)
-        w = np.cumsum(signal.lfilter(self.taps, 1.0, np.append(0.0, slow)[:-1]))
+        w = np.cumsum(signal.lfilter(self.taps, [1.0], np.append(0.0, slow)[:-1]))
         return np.interp(np.arange(samples), factor * np.arange(len(w)), w)
 
     def _descend(
@@ -220,7 +218,9 @@ class _Fit:
             right += table[keep].T @ z[keep]
             scale += float(z[keep] @ z[keep]) / len(z)
         normal += np.diag(self.penalty**2) * scale / len(self.records)
-        return np.asarray(linalg.solve(normal + 1e-12 * np.trace(normal) * np.eye(TAPS), right, assume_a="pos"))
+        return np.asarray(
+            linalg.solve(normal + 1e-12 * np.trace(normal) * np.eye(TAPS), right, assume_a="pos")
+        )
 
     def _cost(self, values: FloatArray, taps: FloatArray, noise: FloatArray) -> float:
         squares, rows = 0.0, 0
@@ -233,11 +233,9 @@ class _Fit:
 
     def _undisturbed(self, record: _Slow, values: FloatArray, taps: FloatArray) -> FloatArray:
         v = np.append(0.0, np.clip(record.u, values[0], values[1]).mean(axis=1))[:-1]
-        return np.cumsum(signal.lfilter(taps, 1.0, v))
+        return np.cumsum(signal.lfilter(taps, [1.0], v))
 
-    def _linearised(
-        self, values: FloatArray, taps: FloatArray
-    ) -> tuple[list[FloatArray], list[FloatArray]]:
+    def _linearised(self, values: FloatArray, taps: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
         """Increments of the residual and their gradient (samples, 3 + TAPS), per record."""
         residuals, gradients = [], []
         for record in self.records:
@@ -248,7 +246,7 @@ class _Fit:
             moving = np.abs(w) > values[2]
             for column, beyond in ((0, record.u < values[0]), (1, record.u > values[1])):
                 share = np.append(0.0, beyond.mean(axis=1))[:-1]
-                table[:, column] = np.cumsum(signal.lfilter(taps, 1.0, share))
+                table[:, column] = np.cumsum(signal.lfilter(taps, [1.0], share))
             table *= moving[:, None]
             table[:, 2] = -np.sign(w) * moving
             residuals.append(np.diff(record.y - _dead_zone(w, values[2])))
@@ -267,5 +265,5 @@ def _autoregression(residuals: Sequence[FloatArray]) -> FloatArray:
 
 def _whitened(values: FloatArray, noise: FloatArray) -> FloatArray:
     """Innovations along the first axis, the first as many as the order left out."""
-    filtered = signal.lfilter(np.append(1.0, -noise), 1.0, values, axis=0)
+    filtered = signal.lfilter(np.append(1.0, -noise), [1.0], values, axis=0)
     return np.asarray(filtered[len(noise) :])

@@ -1,4 +1,6 @@
-"""What of the output's rate is neither linear in the command nor noise, and whether the command listens to the noise."""
+"""What of the output's rate is neither linear in the command nor noise, and whether the command listens to
+the noise.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +20,17 @@ RATE_HZ = 25.0
 MOST_SAMPLES = 12_000
 FEEDBACK_LAGS = 20
 FEEDBACK_SIGMAS = 5.0
+FEEDBACK_LEAST = 0.1
+"""Smallest correlation that is a loop's: what a linear response leaves of a long record correlates by a few
+hundredths.
+"""
 
 
 @dataclass(frozen=True)
 class Distortion:
-    """Shares of the power of the error's increments: explained by even and by odd powers of the command; adjusted R^2."""
+    """Shares of the power of the error's increments: explained by even and by odd powers of the command;
+    adjusted R^2.
+    """
 
     even: float
     odd: float
@@ -67,7 +75,9 @@ def _explained(table: FloatArray, target: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Feedback:
-    """Largest correlation of the command with the noise before it, and how many standard deviations that is."""
+    """Largest correlation of the command with the noise before it, and how many standard deviations that
+    is.
+    """
 
     correlation: float
     lag_s: float
@@ -75,7 +85,7 @@ class Feedback:
 
     @property
     def closed_loop(self) -> bool:
-        return self.sigmas > FEEDBACK_SIGMAS
+        return self.sigmas > FEEDBACK_SIGMAS and abs(self.correlation) > FEEDBACK_LEAST
 
 
 def feedback(
@@ -100,7 +110,9 @@ def feedback(
         return None
     best = int(np.argmax(np.abs(sums)))
     correlation = float(sums[best]) / rows
-    return Feedback(correlation, (best + 1) * factor / sample_rate_hz, abs(correlation) * float(np.sqrt(rows)))
+    return Feedback(
+        correlation, (best + 1) * factor / sample_rate_hz, abs(correlation) * float(np.sqrt(rows))
+    )
 
 
 def _white(values: FloatArray) -> FloatArray:
@@ -109,4 +121,4 @@ def _white(values: FloatArray) -> FloatArray:
         return np.zeros(max(len(increments) - ORDER, 0))
     partial, _ = burg([increments], ORDER)
     weights = autoregression_from_partial(partial[:, None])[:, 0]
-    return np.asarray(signal.lfilter(np.append(1.0, -weights), 1.0, increments)[ORDER:])
+    return np.asarray(signal.lfilter(np.append(1.0, -weights), [1.0], increments), dtype=np.float64)[ORDER:]

@@ -1,0 +1,56 @@
+"""What do these records show, before any model?"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.first_look import look as first_look
+from bayes_hw.interface.arguments import records_given
+from bayes_hw.record import Record
+from bayes_hw.report.look.page import first_screen, to_html
+
+JSON, PAGE = "look.json", "report.html"
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRecords:
+    """What records show; `look` holds the measures as arrays."""
+
+    look: first_look.Look
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of look.json."""
+        return self.look.to_dict()
+
+    def __str__(self) -> str:
+        """The finding in words, and what to record next."""
+        advice = self.look.advice
+        rest = [f"not shown: {item}" for item in advice.cannot_show]
+        return "\n".join([advice.sentence, *rest, *(f"record next: {item}" for item in advice.record_next)])
+
+    def __repr__(self) -> str:
+        return f"SeenRecords({len(self.look.records)} records, {self.look.duration_s:g} s)"
+
+    def _repr_html_(self) -> str:
+        return first_screen(self.look)
+
+    def write(self, folder: Path | str, title: str = "") -> None:
+        """look.json and report.html, both or neither, as `bayes-hw look` writes them."""
+        page = to_html(self.look, title)
+        content = json.dumps(self.to_dict(), allow_nan=False, indent=1) + "\n"
+        with staged(Path(folder)) as place:
+            write_text_atomically(place / JSON, content)
+            write_text_atomically(place / PAGE, page)
+
+
+def look(records: Record | Sequence[Record]) -> SeenRecords:
+    """What `records` of one axis show, no model needed; as `bayes-hw look`.
+
+    Raises InputError on arguments that are no records, and on records that differ in rate or units.
+    """
+    return SeenRecords(first_look.look(records_given(records)))
