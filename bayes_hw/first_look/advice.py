@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 COHERENT = 0.8
 SHORT_S = 120.0
+FEW = 4
 FEW_REVERSALS = 6
 
 
@@ -98,11 +99,13 @@ def advice(look: Look) -> Advice:
 
 
 def coherent_band(response: MeasuredResponse | None) -> tuple[float, float] | None:
-    """From the lowest to the highest frequency at which the coherence is above COHERENT."""
+    """The widest run of frequencies, by their ratio, with a coherence above COHERENT; None where it has but few."""
     if response is None:
         return None
-    found = response.linear.frequency_hz[response.linear.coherence > COHERENT]
-    return (float(found[0]), float(found[-1])) if len(found) > 3 else None
+    frequency, above = response.linear.frequency_hz, response.linear.coherence > COHERENT
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], above.astype(int), [0]]))).reshape(-1, 2)
+    runs = [(float(frequency[start]), float(frequency[stop - 1])) for start, stop in edges if stop - start >= FEW]
+    return max(runs, key=lambda run: run[1] / run[0], default=None)
 
 
 def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | None) -> str:

@@ -161,7 +161,7 @@ def look(records: Sequence[Record]) -> Look:
         response=response,
         noise=noise,
         noise_sigma=sigma,
-        white_sigma=white,
+        white_sigma=min(white, sigma),
         resolution=resolution([record.y for record in records], sigma),
         delay=lag,
         drift_per_hour=drift(errors[longest], rate),

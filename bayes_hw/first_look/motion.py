@@ -16,12 +16,15 @@ LEAST_COUNT = 8
 SMOOTH_S = 0.2
 STEADY_S = 2.0
 STEADY_SHARE = 0.02
-"""A command that changes by less than this share of its largest value over STEADY_S is steady."""
+"""A command that changes over STEADY_S by no more than this share of its size there is steady."""
+
+REST_SHARE = 1e-3
+"""Below this share of the largest command the axis is at rest."""
 
 SLEW_SHARE = 0.5
 """Steady commands above this share of the largest are slews, other moving ones tracking."""
 
-SETTLED = 3.0
+SETTLED = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +133,7 @@ def regimes(
     """ "slew", "tracking" and "rest": stretches of steady command, told apart by its size.
 
     Errors are from the straight line through the second half of a stretch; it has settled where the angle
-    has come to stay within three of their rms, or of `sigma`.
+    has come to stay within four of their rms, or of `sigma`.
     """
     width = max(3, round(STEADY_S * sample_rate_hz))
     largest = max(float(np.abs(u).max()) for u in commands)
@@ -139,14 +142,16 @@ def regimes(
         if len(u) < 2 * width:
             continue
         ahead = ndimage.maximum_filter1d(u, width) - ndimage.minimum_filter1d(u, width)
-        steady = ndimage.binary_dilation(ahead < STEADY_SHARE * largest, iterations=width // 2 - 1)
+        around = ndimage.maximum_filter1d(np.abs(u), width)
+        still = ahead <= STEADY_SHARE * np.maximum(around, REST_SHARE * largest)
+        steady = ndimage.binary_dilation(still, iterations=width // 2 - 1)
         edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(int), [0]])))
         for start, stop in edges.reshape(-1, 2):
             if stop - start < width:
                 continue
             level = abs(float(np.median(u[start:stop])))
             kind = (
-                "rest" if level < 1e-3 * largest else "slew" if level > SLEW_SHARE * largest else "tracking"
+                "rest" if level < REST_SHARE * largest else "slew" if level > SLEW_SHARE * largest else "tracking"
             )
             k = np.arange(stop - start)
             late = k >= len(k) // 2
