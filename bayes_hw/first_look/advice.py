@@ -99,12 +99,12 @@ def advice(look: Look) -> Advice:
 
 
 def coherent_band(response: MeasuredResponse | None) -> tuple[float, float] | None:
-    """The widest run of frequencies, by their ratio, with a coherence above COHERENT; None where it has but few."""
+    """The widest run of frequencies, by their ratio, whose coherence is above COHERENT; None for a few."""
     if response is None:
         return None
     frequency, above = response.linear.frequency_hz, response.linear.coherence > COHERENT
     edges = np.flatnonzero(np.diff(np.concatenate([[0], above.astype(int), [0]]))).reshape(-1, 2)
-    runs = [(float(frequency[start]), float(frequency[stop - 1])) for start, stop in edges if stop - start >= FEW]
+    runs = [(float(frequency[a]), float(frequency[b - 1])) for a, b in edges if b - a >= FEW]
     return max(runs, key=lambda run: run[1] / run[0], default=None)
 
 

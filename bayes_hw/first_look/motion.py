@@ -149,10 +149,7 @@ def regimes(
         for start, stop in edges.reshape(-1, 2):
             if stop - start < width:
                 continue
-            level = abs(float(np.median(u[start:stop])))
-            kind = (
-                "rest" if level < REST_SHARE * largest else "slew" if level > SLEW_SHARE * largest else "tracking"
-            )
+            kind = _kind(abs(float(np.median(u[start:stop]))) / largest)
             k = np.arange(stop - start)
             late = k >= len(k) // 2
             away = y[start:stop] - np.polynomial.Polynomial.fit(k[late], y[start:stop][late], 1)(k)
@@ -161,6 +158,12 @@ def regimes(
             settling = (outside[-1] + 1) / sample_rate_hz if len(outside) and start > 0 else None
             found[kind].append((stop - start, rms**2, settling))
     return {kind: _regime(rows, sample_rate_hz) for kind, rows in found.items()}
+
+
+def _kind(share: float) -> str:
+    if share < REST_SHARE:
+        return "rest"
+    return "slew" if share > SLEW_SHARE else "tracking"
 
 
 def _regime(rows: list[tuple[int, float, float | None]], sample_rate_hz: float) -> Regime:
