@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import linalg, signal
+from scipy import linalg, optimize, signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import autoregression_from_partial, burg
@@ -33,10 +33,14 @@ ITERATIONS = 14
 CLEAR = 4.0
 """Standard deviations that a limit lies within the command's range, a half width above zero, to be met."""
 
-STARTS = (0.0, 0.03, 0.1, 0.3)
+STARTS = (0.0, 0.03, 0.15)
 """Half widths to start from, in units of what 95 % of the angles lie within."""
 
-LIMIT_STARTS = (1.0, 0.75, 0.5)
+LIMIT_STARTS = (1.0, 0.7)
+FIRST_ITERATIONS, FINALISTS = 2, 2
+SHORT_TAPS = 40
+CLEAR_SHARE = 0.12
+"""Angles beyond this share of `_Fit.angle` are taken to be clear of a dead zone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,18 +145,57 @@ class _Fit:
 
     def best(self) -> tuple[FloatArray, FloatArray] | None:
         """Lower, upper, half width, and their covariance; None where nothing is fitted."""
-        least, found = np.inf, None
-        for limit in LIMIT_STARTS:
-            for start in STARTS:
-                values = np.array([limit * self.smallest, limit * self.largest, start * self.angle])
-                result = self._descend(values, iterations=3)
-                if result is not None and result[0] < least:
-                    least, found = result[0], result
-        if found is None:
+        starts = [np.array([share * self.smallest, share * self.largest, 0.0]) for share in LIMIT_STARTS]
+        starts = [start + np.array([0.0, 0.0, size * self.angle]) for start in starts for size in STARTS]
+        limits = self._limits_clear_of_zero()
+        if limits is not None:
+            starts.append(np.array([*limits, self._half_width_for(limits)]))
+        tried = [found for start in starts if (found := self._descend(start, FIRST_ITERATIONS)) is not None]
+        if not tried:
             return None
-        final = self._descend(found[1], ITERATIONS, found[2]) or found
+        tried.sort(key=lambda found: found[0])
+        finals = [self._descend(found[1], ITERATIONS, found[2]) or found for found in tried[:FINALISTS]]
+        final = min(finals, key=lambda found: found[0])
         self.taps = final[2]
         return final[1], final[3]
+
+    def _limits_clear_of_zero(self) -> FloatArray | None:
+        """Limits from the increments of angles clear of zero, which a dead zone leaves as they are; None where few."""
+        clear = [np.abs(r.y) > CLEAR_SHARE * self.angle for r in self.records]
+        chosen = [
+            c[1:] & c[:-1] & (np.sign(r.y[1:]) == np.sign(r.y[:-1]))
+            for c, r in zip(clear, self.records, strict=True)
+        ]
+        if sum(int(c.sum()) for c in chosen) < 8 * SHORT_TAPS:
+            return None
+        z = np.concatenate([np.diff(r.y)[c] for c, r in zip(chosen, self.records, strict=True)])
+
+        def squares(limits: FloatArray) -> float:
+            if not limits[0] < 0 < limits[1]:
+                return np.inf
+            table = np.concatenate(
+                [
+                    linalg.toeplitz(_driven(r, limits), np.zeros(SHORT_TAPS))[1:][c]
+                    for c, r in zip(chosen, self.records, strict=True)
+                ]
+            )
+            normal, cross = table.T @ table, table.T @ z
+            normal += 1e-8 * max(float(np.trace(normal)), 1e-300) * np.eye(SHORT_TAPS)
+            return float(z @ z - cross @ linalg.solve(normal, cross, assume_a="pos"))
+
+        edge = np.array([min(self.smallest, -1e-12), max(self.largest, 1e-12)])
+        best = min((share * edge for share in (1.0, 0.85, 0.7, 0.55, 0.4)), key=squares)
+        simplex = np.array([best, best * [0.9, 1.0], best * [1.0, 0.9]])
+        options = {"initial_simplex": simplex, "maxfev": 45, "xatol": 1e-3 * float(edge[1])}
+        found = optimize.minimize(squares, best, method="Nelder-Mead", options=options).x
+        return np.array([max(found[0], edge[0]), min(found[1], edge[1])])
+
+    def _half_width_for(self, limits: FloatArray) -> float:
+        """The half width of least cost with the taps that increments clear of it give."""
+        sizes = np.append(0.0, np.geomspace(1e-3, 0.5, 16)) * self.angle
+        values = [np.array([*limits, size]) for size in sizes]
+        costs = [self._cost(value, self._taps_for(value), np.zeros(0)) for value in values]
+        return float(sizes[int(np.argmin(costs))])
 
     def simulated(self, limited: FloatArray, factor: int, samples: int) -> FloatArray:
         """w at the record's own rate, shape (samples,)."""
@@ -210,7 +253,7 @@ class _Fit:
         normal, right = np.zeros((TAPS, TAPS)), np.zeros(TAPS)
         scale = 0.0
         for record in self.records:
-            v = np.append(0.0, np.clip(record.u, values[0], values[1]).mean(axis=1))[:-1]
+            v = _driven(record, values)
             table = linalg.toeplitz(v, np.zeros(TAPS))[1:]
             z = np.diff(record.y + values[2] * np.sign(record.y) * (np.abs(record.y) > values[2] / 2))
             keep = np.abs(z) < 8 * np.median(np.abs(z)) + 1e-300
@@ -232,14 +275,14 @@ class _Fit:
         return rows * float(np.log(max(squares, 1e-300) / rows)) + float(np.sum((self.penalty * taps) ** 2))
 
     def _undisturbed(self, record: _Slow, values: FloatArray, taps: FloatArray) -> FloatArray:
-        v = np.append(0.0, np.clip(record.u, values[0], values[1]).mean(axis=1))[:-1]
+        v = _driven(record, values)
         return np.cumsum(signal.lfilter(taps, [1.0], v))
 
     def _linearised(self, values: FloatArray, taps: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
         """Increments of the residual and their gradient (samples, 3 + TAPS), per record."""
         residuals, gradients = [], []
         for record in self.records:
-            v = np.append(0.0, np.clip(record.u, values[0], values[1]).mean(axis=1))[:-1]
+            v = _driven(record, values)
             table = np.empty((len(v), 3 + TAPS))
             table[:, 3:] = np.cumsum(linalg.toeplitz(v, np.zeros(TAPS)), axis=0)
             w = table[:, 3:] @ taps
@@ -252,6 +295,11 @@ class _Fit:
             residuals.append(np.diff(record.y - _dead_zone(w, values[2])))
             gradients.append(np.diff(table, axis=0))
         return residuals, gradients
+
+
+def _driven(record: _Slow, values: FloatArray) -> FloatArray:
+    """The command within the limits, a sample late, as a drive that holds it shows it first."""
+    return np.append(0.0, np.clip(record.u, values[0], values[1]).mean(axis=1))[:-1]
 
 
 def _dead_zone(w: FloatArray, half_width: float) -> FloatArray:
