@@ -29,7 +29,7 @@ TAP_SIZE = 3.0
 """Prior standard deviation of a tap in units of the mean tap of the velocity gain."""
 
 NOISE_ORDER = 6
-ITERATIONS = 14
+ITERATIONS = 24
 CLEAR = 4.0
 """Standard deviations that a limit lies within the command's range, a half width above zero, to be met."""
 
@@ -37,7 +37,7 @@ STARTS = (0.0, 0.03, 0.15)
 """Half widths to start from, in units of what 95 % of the angles lie within."""
 
 LIMIT_STARTS = (1.0, 0.7)
-FIRST_ITERATIONS, FINALISTS = 2, 2
+FIRST_ITERATIONS, FINALISTS = 2, 3
 SHORT_TAPS = 40
 CLEAR_SHARE = 0.12
 """Angles beyond this share of `_Fit.angle` are taken to be clear of a dead zone."""
@@ -160,7 +160,9 @@ class _Fit:
         return final[1], final[3]
 
     def _limits_clear_of_zero(self) -> FloatArray | None:
-        """Limits from the increments of angles clear of zero, which a dead zone leaves as they are; None where few."""
+        """Limits from the increments of angles clear of zero, which a dead zone leaves as they are; None
+        where few.
+        """
         clear = [np.abs(r.y) > CLEAR_SHARE * self.angle for r in self.records]
         chosen = [
             c[1:] & c[:-1] & (np.sign(r.y[1:]) == np.sign(r.y[:-1]))
@@ -186,8 +188,12 @@ class _Fit:
         edge = np.array([min(self.smallest, -1e-12), max(self.largest, 1e-12)])
         best = min((share * edge for share in (1.0, 0.85, 0.7, 0.55, 0.4)), key=squares)
         simplex = np.array([best, best * [0.9, 1.0], best * [1.0, 0.9]])
-        options = {"initial_simplex": simplex, "maxfev": 45, "xatol": 1e-3 * float(edge[1])}
-        found = optimize.minimize(squares, best, method="Nelder-Mead", options=options).x
+        found = optimize.minimize(
+            squares,
+            best,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "maxfev": 45, "xatol": 1e-3 * float(edge[1])},
+        ).x
         return np.array([max(found[0], edge[0]), min(found[1], edge[1])])
 
     def _half_width_for(self, limits: FloatArray) -> float:
