@@ -116,3 +116,12 @@ def test_page_draws_offline_and_zooms(folder: Path, browser: Browser, width: int
     shown = browser.evaluate("drawn.slice(0, 3).map(one => one.scales.x.max - one.scales.x.min)")
     assert shown[0] < 0.8 * whole
     assert max(shown) - min(shown) < 1e-9 * whole
+
+
+@pytest.mark.parametrize("kind", ["stuck", "without noise", "short"])
+def test_odd_records_are_looked_at_without_a_warning(kind: str, tmp_path: Path) -> None:
+    t = np.arange(70 if kind == "short" else 900) / 20
+    u = np.sin(1.3 * t)
+    y = np.zeros(len(t)) if kind == "stuck" else np.cumsum(u) / 20
+    hw.look(Record(kind, t, u, y, 20.0, hw.Units())).write(tmp_path)
+    assert json.loads((tmp_path / "look.json").read_text())["schema"] == "bayes-hw/look/1"

@@ -73,14 +73,14 @@ def delay(
     score = np.array([[_criterion(gram, rows, int(d), n) for n in ORDERS] for d in lags])
     share = np.exp(-0.5 * seen**2 * (score - score.min())).sum(axis=1)
     share /= share.sum()
-    middles = (lags - 0.5).clip(0.0) * step
+    middles = (lags - 0.5).clip(0.5) * step
     mean = float(share @ middles)
     sd = float(np.sqrt(share @ (middles - mean) ** 2 + step**2 / 12))
     chosen = np.sort(
         np.argsort(share)[::-1][: int(np.searchsorted(np.sort(share)[::-1].cumsum(), PROBABILITY)) + 1]
     )
-    low, high = max(float(chosen[0]) - 1, 0.0) * step, float(chosen[-1]) * step
-    return Delay(mean, sd, low, max(high, low), step)
+    low, high = max(float(chosen[0]) - 1, 0.0) * step, max(float(chosen[-1]), 1.0) * step
+    return Delay(mean, sd, low, high, step)
 
 
 def _criterion(gram: FloatArray, rows: int, lag: int, order: int) -> float:

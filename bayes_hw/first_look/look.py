@@ -75,6 +75,9 @@ class Look:
     def duration_s(self) -> float:
         return sum(record.duration_s for record in self.records)
 
+    def __repr__(self) -> str:
+        return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
+
     @cached_property
     def advice(self) -> Advice:
         """What is shown, what is not, and what to record next."""

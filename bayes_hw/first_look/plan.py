@@ -9,6 +9,7 @@ model that has learnt the sweeps by heart is found out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,10 +24,11 @@ SLOW = 0.06
 
 REVERSALS = 10
 STEP_HOLD_S = 4.0
-STEP_LEVELS = (0.25, 0.0, -0.25, 0.0, 0.5, 0.0, -0.5, 0.0)
+STEP_LEVELS = (0.25, 0.0, -0.25, 0.0, 1.0, 0.0, -1.0, 0.0)
 STROKE_SHARE = 0.3
 """Of the stroke, the most that one swing takes."""
 
+FADE_S = 2.0
 SAMPLES_A_CYCLE = 4.0
 """Fewest samples in a cycle of the highest frequency."""
 
@@ -140,8 +142,8 @@ def _sweep(
     phase = 2 * np.pi * (frequency - lowest) / growth
     w = 2 * np.pi * frequency
     size = np.minimum(amplitude, np.minimum(0.9 * limits.acceleration / w, w * limits.swing / limits.gain))
-    ends = np.minimum(1.0, np.minimum(t, t[-1] - t) * min(lowest, 1.0) * 2)
-    command = size * ends * np.sin(phase)
+    ends = np.minimum(1.0, np.minimum(t, t[-1] - t) / FADE_S)
+    command = size * ends * np.cos(phase)
     command = command - ends * float(command.sum() / max(ends.sum(), 1.0))
     return _fitted(command, limits, rate)
 
@@ -186,11 +188,27 @@ def _multisine(
     lowest: float,
     highest: float,
 ) -> FloatArray:
-    command = random_phase_multisine(rng, rate, duration_s, 1.0, lowest, highest)
-    ends = np.minimum(1.0, np.minimum(np.arange(len(command)), np.arange(len(command))[::-1]) / (2 * rate))
+    corner = min(max(0.5 * limits.acceleration / (2 * np.pi * limits.velocity), lowest), highest)
+    bands = [(lowest, corner, 1.0), *_octaves(corner, highest)]
+    command = np.sum(
+        [
+            size * random_phase_multisine(rng, rate, duration_s, 1.0, low, high)
+            for low, high, size in bands
+            if high * duration_s >= np.floor(low * duration_s) + 1
+        ],
+        axis=0,
+    )
+    t = np.arange(len(command)) / rate
+    ends = np.minimum(1.0, np.minimum(t, t[-1] - t) / FADE_S)
     command = command * ends
     command -= ends * command.sum() / ends.sum()
     return _fitted(1e6 * command, limits, rate)
+
+
+def _octaves(corner: float, highest: float) -> list[tuple[float, float, float]]:
+    """Bands from the corner up, each of half the size of the one before, as the acceleration asks."""
+    edges = [corner * 2.0**k for k in range(int(np.ceil(np.log2(highest / corner))))] + [highest]
+    return [(low, high, 0.5**k) for k, (low, high) in enumerate(pairwise(edges))]
 
 
 def _fitted(command: FloatArray, limits: AxisLimits, rate: float) -> FloatArray:

@@ -93,7 +93,27 @@ class _Slow:
 
 
 def statics(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float) -> Statics:
-    """Of records whose angles count from the origin."""
+    """Of records whose angles count from the origin; nothing where command or angle never moves."""
+    input_scale = max((float(np.abs(u).max()) for u in commands), default=0.0)
+    output_scale = max((float(np.abs(y).max()) for y in outputs), default=0.0)
+    if input_scale == 0 or all(np.ptp(y) == 0 for y in outputs):
+        return Statics()
+    scaled = _scaled_statics(
+        [y / output_scale for y in outputs], [u / input_scale for u in commands], sample_rate_hz
+    )
+    return Statics(
+        None if scaled.lower is None else scaled.lower * input_scale,
+        None if scaled.upper is None else scaled.upper * input_scale,
+        None if scaled.half_width is None else scaled.half_width * output_scale,
+        scaled.spread * np.array([[input_scale], [input_scale], [output_scale]]),
+        tuple(w * output_scale for w in scaled.undisturbed),
+    )
+
+
+def _scaled_statics(
+    outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float
+) -> Statics:
+    """Of commands and angles of about one."""
     factor = max(1, round(sample_rate_hz / SLOW_RATE_HZ))
     total = sum(len(y) // factor for y in outputs)
     share = min(1.0, MOST_SAMPLES / max(total, 1))
