@@ -136,7 +136,7 @@ def regimes(
     has come to stay within four of their rms, or of `sigma`.
     """
     width = max(3, round(STEADY_S * sample_rate_hz))
-    largest = max(float(np.abs(u).max()) for u in commands)
+    largest = max(float(np.abs(u).max()) for u in commands) or 1.0
     found: dict[str, list[tuple[int, float, float | None]]] = {"slew": [], "tracking": [], "rest": []}
     for y, u in zip(outputs, commands, strict=True):
         if len(u) < 2 * width:
