@@ -27,15 +27,16 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.inputs import read_records
     from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_folder
-    from bayes_hw.interface.seen_records import PAGE, look
+    from bayes_hw.first_look.look import look
+    from bayes_hw.report.look.page import PAGE, write
 
     out = Path(parsed.out)
     check_output_folder(out)
     seen = look(read_records(parsed, parsed.records))
-    seen.write(out, parsed.title)
+    write(seen, out, parsed.title)
     if parsed.quiet:
         return
-    for line in str(seen).splitlines():
+    for line in str(seen.advice).splitlines():
         say(line)
     say(f"page: {out / PAGE}")
     say(f"next: bayes-hw identify {shlex.join(parsed.records)} --out model/")

@@ -28,6 +28,11 @@ class Advice:
     cannot_show: tuple[str, ...]
     record_next: tuple[str, ...]
 
+    def __str__(self) -> str:
+        """A line each: the sum, what is not shown, what to record next."""
+        missing = [f"not shown: {item}" for item in self.cannot_show]
+        return "\n".join([self.sentence, *missing, *(f"record next: {item}" for item in self.record_next)])
+
 
 def advice(look: Look) -> Advice:
     """From the measures of a look."""

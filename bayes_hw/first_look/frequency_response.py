@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, ndimage, stats
+from scipy import fft, ndimage, special
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 
@@ -153,7 +153,7 @@ def frequency_response(
     response = rate_response / (difference(found, sample_rate_hz) * sample_rate_hz)
     magnitude = np.sqrt(np.maximum(np.abs(rate_response) ** 2 - variance / 2, 0.0))
     signal, smooth_noise = (_smooth(p, COHERENCE_NEIGHBOURS) for p in (signal, noise))
-    half = stats.t.ppf(0.5 + PROBABILITY / 2, 2 * freedom) * np.sqrt(variance / 2)
+    half = special.stdtrit(2 * freedom, 0.5 + PROBABILITY / 2) * np.sqrt(variance / 2)
     factor = np.abs(difference(found, sample_rate_hz)) * sample_rate_hz
     return FrequencyResponse(
         frequency_hz=found,

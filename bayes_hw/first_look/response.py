@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import PROBABILITY, FrequencyResponse, frequency_response
@@ -15,7 +15,7 @@ from bayes_hw.first_look.statics import Statics
 COARSE = 30
 """Frequencies at which the response is repeated with limits and half width moved."""
 
-SIGMAS = float(stats.norm.ppf(0.5 + PROBABILITY / 2))
+SIGMAS = float(special.ndtri(0.5 + PROBABILITY / 2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.first_look import look as first_look
 from bayes_hw.interface.arguments import records_given
 from bayes_hw.record import Record
-from bayes_hw.report.look.page import first_screen, to_html
-
-JSON, PAGE = "look.json", "report.html"
+from bayes_hw.report.look import page
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,23 +25,17 @@ class SeenRecords:
 
     def __str__(self) -> str:
         """The finding in words, and what to record next."""
-        advice = self.look.advice
-        rest = [f"not shown: {item}" for item in advice.cannot_show]
-        return "\n".join([advice.sentence, *rest, *(f"record next: {item}" for item in advice.record_next)])
+        return str(self.look.advice)
 
     def __repr__(self) -> str:
         return f"SeenRecords({len(self.look.records)} records, {self.look.duration_s:g} s)"
 
     def _repr_html_(self) -> str:
-        return first_screen(self.look)
+        return page.first_screen(self.look)
 
     def write(self, folder: Path | str, title: str = "") -> None:
         """look.json and report.html, both or neither, as `bayes-hw look` writes them."""
-        page = to_html(self.look, title)
-        content = json.dumps(self.to_dict(), allow_nan=False, indent=1) + "\n"
-        with staged(Path(folder)) as place:
-            write_text_atomically(place / JSON, content)
-            write_text_atomically(place / PAGE, page)
+        page.write(self.look, Path(folder), title)
 
 
 def look(records: Record | Sequence[Record]) -> SeenRecords:

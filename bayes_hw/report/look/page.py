@@ -10,11 +10,13 @@ import base64
 import hashlib
 import json
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
+from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.first_look.advice import coherent_band
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, plots
@@ -22,6 +24,7 @@ from bayes_hw.report.palette import page_colours
 from bayes_hw.report.plain_text import visible
 from bayes_hw.report.rounding import format_duration, format_interval, format_number, format_percent
 
+JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
 SHARED = files("bayes_hw.report") / "templates"
 NO_BREAK_SPACE = "\u00a0"
@@ -62,6 +65,15 @@ def to_html(look: Look, title: str = "") -> str:
             script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
         )
     )
+
+
+def write(look: Look, folder: Path, title: str = "") -> None:
+    """look.json and report.html into `folder`, both or neither; raises InputError where it cannot be."""
+    page = to_html(look, title)
+    content = json.dumps(look.to_dict(), allow_nan=False, indent=1) + "\n"
+    with staged(folder) as place:
+        write_text_atomically(place / JSON, content)
+        write_text_atomically(place / PAGE, page)
 
 
 def first_screen(look: Look) -> str:
