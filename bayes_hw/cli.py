@@ -23,6 +23,8 @@ from bayes_hw.commands import (
     diagnose,
     identifiability,
     inspect,
+    look,
+    plan,
     simulate,
     validate,
 )
@@ -45,6 +47,8 @@ Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear d
 train, dead zone, with honest uncertainties.
 
   a guided first hour             bayes-hw demo
+  what to record                  bayes-hw plan --velocity 1.5 --acceleration 2 --stroke -5 5 --out plan/
+  a first look at records         bayes-hw look azimuth.csv --out look/
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -84,6 +88,8 @@ MODULES: tuple[Any, ...] = (
     convert,
     inspect,
     validate,
+    look,
+    plan,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
