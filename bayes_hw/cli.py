@@ -23,7 +23,10 @@ from bayes_hw.commands import (
     diagnose,
     identifiability,
     inspect,
+    look,
+    plan,
     simulate,
+    validate,
 )
 from bayes_hw.commands.options import (
     FREE_HELP,
@@ -44,6 +47,8 @@ Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear d
 train, dead zone, with honest uncertainties.
 
   a guided first hour             bayes-hw demo
+  what to record                  bayes-hw plan --velocity 1.5 --acceleration 2 --stroke -5 5 --out plan/
+  a first look at records         bayes-hw look azimuth.csv --out look/
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -56,6 +61,7 @@ train, dead zone, with honest uncertainties.
   is that diagnosis right         bayes-hw blind make, run, score
   a log as it comes               bayes-hw inspect night.csv
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  are these files as they should  bayes-hw validate model.json posterior.json
   completion in your shell        bayes-hw completion bash
 
 Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
@@ -81,6 +87,9 @@ MODULES: tuple[Any, ...] = (
     identifiability,
     convert,
     inspect,
+    validate,
+    look,
+    plan,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
