@@ -63,7 +63,12 @@ def read_records(
     options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
     for path in paths:
-        for record in read_once(parsed, path, options):
+        parts = read_once(parsed, path, options)
+        if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
+            warn(
+                f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"
+            )
+        for record in parts:
             target = units or (records[0].units if records else None)
             if target is not None:
                 record = in_units(record, target)

@@ -325,11 +325,11 @@ def nested_residues(poles: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _real_pole(name: str, pole: float) -> Parameter:
-    """A decaying pole by its time constant; one that is faster than FASTEST_DECAY samples, or alternates, by
-    itself."""
-    if pole > np.exp(-1 / FASTEST_DECAY):
-        median = float(-1 / np.log(pole))
-        return Parameter(name, "", pole, TimeConstant(median, TIME_CONSTANT_LOG_SD), TimeConstantLogarithm())
+    """A pole by its time constant, or by itself where that is below FASTEST_DECAY samples."""
+    if abs(pole) > np.exp(-1 / FASTEST_DECAY):
+        median, sign = float(-1 / np.log(abs(pole))), float(np.sign(pole))
+        prior = TimeConstant(median, TIME_CONSTANT_LOG_SD, sign)
+        return Parameter(name, "", pole, prior, TimeConstantLogarithm(sign))
     return Parameter(name, "", pole, Uniform(-1.0, 1.0), NormalProbability())
 
 
