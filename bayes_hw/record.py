@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.errors import InputError, storable_text
+from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.formats.xarray_table import table_of_xarray
 from bayes_hw.python_words import in_python
@@ -23,45 +23,12 @@ from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import FileContent, parts_of_table, read_parts
 from bayes_hw.resample import between_measured, describe, resample_columns
+from bayes_hw.units import Units
 
 if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["Columns", "ReadingOptions", "Record", "Units"]
-
-
-@dataclass(frozen=True)
-class Units:
-    """Units of a record's columns, as text: what goes in comes out in the same unit."""
-
-    time: str = "s"
-    input: str = "deg/s"
-    output: str = "deg"
-
-    @classmethod
-    def from_dict(cls, data: Any) -> Units:
-        """Read {"time", "input", "output"}; raises InputError on an unknown key or a value not text."""
-        if not isinstance(data, Mapping):
-            raise InputError('units: must be an object with "time", "input" and "output"')
-        for key, value in data.items():
-            if key not in ("time", "input", "output"):
-                raise InputError(f'units: unknown key {key!r}; use "time", "input" and "output"')
-            if not isinstance(value, str):
-                raise InputError(f"units.{key}: must be text")
-            storable_text(value, f"units.{key}")
-        units = cls(**data)
-        if units.time != "s":
-            raise InputError(f"units.time: {units.time!r} is not supported; give times in s")
-        return units
-
-    def to_dict(self) -> dict[str, str]:
-        return asdict(self)
-
-    @property
-    def velocity_gain(self) -> str:
-        """Unit of output speed over command; brackets around what has a fraction of its own."""
-        command = self.input if self.input.isalnum() else f"({self.input})"
-        return f"({self.output}/{self.time})/{command}"
 
 
 def _one(contents: list[FileContent], name: str) -> list[FileContent]:
@@ -288,11 +255,10 @@ class Record:
     def from_xarray(
         cls, dataset: Any, *, options: ReadingOptions | None = None, name: str = "record"
     ) -> Record:
-        """One record of an `xarray.Dataset`, as if read from a file: variables and coordinates are
-        columns, times
-        may be numbers or dates, and attributes `units` are the units that it states.
+        """One record of an `xarray.Dataset`, as if read from a file.
 
-        Raises InputError where it holds no record.
+        Variables and coordinates are columns, times may be numbers or dates, and attributes `units` are the
+        units that it states. Raises InputError where it holds no record.
         """
         chosen = options or ReadingOptions()
         (content,) = _one(parts_of_table(Path(name), table_of_xarray(dataset), chosen), name)
@@ -301,21 +267,27 @@ class Record:
     def converted(self, units: Units) -> Record:
         """The record in other units; raises InputError where they measure something else."""
         said = []
-        columns = {"u": self.u, "y": self.y}
-        for column, role in (("u", "input"), ("y", "output")):
+        factors = {"input": 1.0, "output": 1.0}
+        for role in factors:
             held, wanted = getattr(self.units, role), getattr(units, role)
             if spelt(held) == spelt(wanted):
                 continue
             try:
-                factor = conversion(held, wanted)
+                factors[role] = conversion(held, wanted)
             except InputError as error:
                 raise InputError(
                     f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
                     f"convert the record, or correct the unit in the file, the model or --{role}-unit"
                 ) from None
-            columns[column] = columns[column] * factor
             said.append(f"{role} converted from {held} to {wanted}")
-        return replace(self, units=units, treatment=(*self.treatment, *said), u=columns["u"], y=columns["y"])
+        return replace(
+            self,
+            units=units,
+            treatment=(*self.treatment, *said),
+            u=self.u * factors["input"],
+            y=self.y * factors["output"],
+            origin=self.origin * factors["output"],
+        )
 
     def findings(self) -> tuple[Finding, ...]:
         """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""
