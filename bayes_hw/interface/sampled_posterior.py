@@ -44,10 +44,9 @@ class PredictedOutput:
     prediction: prediction.Prediction
 
     def __repr__(self) -> str:
-        return (
-            f"<PredictedOutput of {self.prediction.record.name!r}: {len(self.prediction.record)} samples, "
-            f"fit {self.prediction.fit_percent:.1f} %>"
-        )
+        record = self.prediction.record
+        fit = f", fit {self.prediction.fit_percent:.1f} %" if record.has_output else ""
+        return f"<PredictedOutput of {record.name!r}: {len(record)} samples{fit}>"
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a sample: the columns of `bayes-hw predict`."""
