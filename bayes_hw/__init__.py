@@ -18,12 +18,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bayes_hw.errors import BayesHWWarning as BayesHWWarning
     from bayes_hw.errors import InputError as InputError
     from bayes_hw.interface.gap_diagnosis import diagnose as diagnose
     from bayes_hw.interface.identified_axis import identify as identify
     from bayes_hw.interface.sampled_posterior import sample as sample
     from bayes_hw.interface.seen_records import look as look
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener as HammersteinWiener
+    from bayes_hw.reading_options import ReadingOptions as ReadingOptions
     from bayes_hw.record import Columns as Columns
     from bayes_hw.record import Record as Record
     from bayes_hw.record import Units as Units
@@ -31,9 +33,11 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 _HOMES = {
+    "BayesHWWarning": "bayes_hw.errors",
     "Columns": "bayes_hw.record",
     "HammersteinWiener": "bayes_hw.model.hammerstein_wiener",
     "InputError": "bayes_hw.errors",
+    "ReadingOptions": "bayes_hw.reading_options",
     "Record": "bayes_hw.record",
     "Units": "bayes_hw.record",
     "diagnose": "bayes_hw.interface.gap_diagnosis",

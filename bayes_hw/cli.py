@@ -160,6 +160,7 @@ def build_parser() -> argparse.ArgumentParser:
     sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)
+    add_start(sub)
     add_common(sub)
 
     sub = command(
@@ -172,7 +173,9 @@ def build_parser() -> argparse.ArgumentParser:
         "--holdout", nargs="+", default=[], metavar="RECORD", help="records for the bands, not fitted to"
     )
     sub.add_argument("--model", metavar="MODEL.json", help="start from this model instead of identifying one")
-    sub.add_argument("--title", default="", help="title of the report")
+    sub.add_argument(
+        "--title", default="", help="title of the report (default: the name of the --out folder)"
+    )
     add_output(sub, "folder for report.html, report.pdf and the files of identify, sample and predict")
     add_record_options(sub)
     add_start(sub)
@@ -199,6 +202,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(given)
     parsed.parser, parsed.run_other = parser, main
     parsed.command_line = shlex.join(["bayes-hw", *given])
+    if "default_out" in parsed and parsed.out is None:
+        parsed.out = parsed.default_out(parsed)
     parsed.checkpoint = Path(getattr(parsed, "out", "")) / CHECKPOINT_FOLDER
     try:
         from bayes_hw import commands

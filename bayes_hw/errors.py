@@ -1,4 +1,4 @@
-"""The one exception that a user's input may raise."""
+"""The one exception that a user's input may raise, and the category of what is warned of."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ class InputError(ValueError):
     The message is one line that names the file, the row or key, and the remedy; the command line prints
     it on stderr and ends with exit status 2.
     """
+
+
+class BayesHWWarning(UserWarning):
+    """What was done without being asked, or must be known beside a result."""
 
 
 def storable_text(text: str, label: str) -> str:

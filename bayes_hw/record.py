@@ -2,59 +2,33 @@
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.errors import InputError, storable_text
+from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.formats.xarray_table import table_of_xarray
+from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
+from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import FileContent, parts_of_table, read_parts
 from bayes_hw.resample import between_measured, describe, resample_columns
+from bayes_hw.units import Units
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Columns", "ReadingOptions", "Record", "Units"]
-
-
-@dataclass(frozen=True)
-class Units:
-    """Units of a record's columns, as text: what goes in comes out in the same unit."""
-
-    time: str = "s"
-    input: str = "deg/s"
-    output: str = "deg"
-
-    @classmethod
-    def from_dict(cls, data: Any) -> Units:
-        """Read {"time", "input", "output"}; raises InputError on an unknown key or a value not text."""
-        if not isinstance(data, Mapping):
-            raise InputError('units: must be an object with "time", "input" and "output"')
-        for key, value in data.items():
-            if key not in ("time", "input", "output"):
-                raise InputError(f'units: unknown key {key!r}; use "time", "input" and "output"')
-            if not isinstance(value, str):
-                raise InputError(f"units.{key}: must be text")
-            storable_text(value, f"units.{key}")
-        units = cls(**data)
-        if units.time != "s":
-            raise InputError(f"units.time: {units.time!r} is not supported; give times in s")
-        return units
-
-    def to_dict(self) -> dict[str, str]:
-        return asdict(self)
-
-    @property
-    def velocity_gain(self) -> str:
-        """Unit of output speed over command; brackets around what has a fraction of its own."""
-        command = self.input if self.input.isalnum() else f"({self.input})"
-        return f"({self.output}/{self.time})/{command}"
 
 
 def _one(contents: list[FileContent], name: str) -> list[FileContent]:
@@ -70,7 +44,7 @@ class Record:
     `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
     the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
     the source, so it may start at any value and carry their rounding; the step to compute with is
-    1 / `sample_rate_hz`.
+    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`; see `bayes_hw.posing`.
 
     `measured`, shape (samples,), is False where y was not measured and holds a value between its
     neighbours; None where every sample was measured. A command without any output is a record of which no
@@ -93,6 +67,7 @@ class Record:
     known: Mapping[str, FloatArray] = field(default_factory=dict)
     known_units: Mapping[str, str] = field(default_factory=dict)
     stated_units: frozenset[str] = frozenset()
+    origin: float = 0.0
 
     def __post_init__(self) -> None:
         for column in ("t", "u", "y"):
@@ -129,6 +104,66 @@ class Record:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __repr__(self) -> str:
+        units, angle = self.units, self.y + self.origin
+        moves = f", angle {angle.min():.6g} to {angle.max():.6g} {units.output}" if self.has_output else ""
+        return (
+            f"<Record {self.name!r}: {len(self)} samples at {self.sample_rate_hz:.6g} Hz "
+            f"({self.duration_s:.4g} s), command {self.u.min():.4g} to {self.u.max():.4g} "
+            f"{units.input}{moves}>"
+        )
+
+    def _repr_html_(self) -> str:
+        done = "".join(f"<br>{html.escape(sentence)}" for sentence in self.treatment)
+        return f"<code>{html.escape(repr(self)[1:-1])}</code>{done}"
+
+    @classmethod
+    def from_arrays(
+        cls,
+        t: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        *,
+        sample_rate_hz: float | None = None,
+        units: Units | Mapping[str, str] | None = None,
+        name: str = "record",
+    ) -> Record:
+        """A record of columns (samples,): time in s, command, measured angle.
+
+        Without `t` the samples are `sample_rate_hz` apart; without `y` the record is a command alone. Raises
+        InputError where neither time nor rate is given, the two disagree, or the time is not uniform.
+        """
+        stamps, rate, command, angle = uniform_columns(name, t, u, y, sample_rate_hz)
+        measured = None
+        if angle is None:
+            angle, measured = np.zeros(len(command)), np.zeros(len(command), dtype=np.bool_)
+        held = units if isinstance(units, Units) else Units.from_dict(units or {})
+        return cls(name, stamps, command, angle, rate, held, measured=measured)
+
+    @classmethod
+    def from_dataframe(
+        cls,
+        table: pd.DataFrame,
+        *,
+        columns: Columns | None = None,
+        sample_rate_hz: float | None = None,
+        units: Units | Mapping[str, str] | None = None,
+        name: str = "record",
+    ) -> Record:
+        """A record of a table's columns t, u, y, or those that `columns` names.
+
+        Where there is no such column of time, an index of dates and times stands for it. Raises InputError as
+        `from_arrays`, and at a column that is missing.
+        """
+        found = columns_of_table(table, columns or Columns(), sample_rate_hz)
+        return cls.from_arrays(*found, sample_rate_hz=sample_rate_hz, units=units, name=name)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row a sample: t, u, the measured angle y and known signals, as `columns` gives them."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
+
     @property
     def has_output(self) -> bool:
         """Whether any sample of y was measured; a command alone has none."""
@@ -145,8 +180,8 @@ class Record:
         return self.y if self.measured is None else np.where(self.measured, self.y, np.nan)
 
     def columns(self) -> dict[str, FloatArray]:
-        """t, u, y (NaN where unmeasured, left out where there is none) and the known signals."""
-        output = {"y": self.y_or_nan} if self.has_output else {}
+        """t, u, the measured angle y (NaN where unmeasured, left out where there is none), known signals."""
+        output = {"y": self.y_or_nan + self.origin} if self.has_output else {}
         return {"t": self.t, "u": self.u, **output, **self.known}
 
     @classmethod
@@ -165,21 +200,19 @@ class Record:
         `options` says everything that can be said about reading; the other arguments are its most used parts.
         Units, all or those of "input" or "output" alone, are what to convert to where the file states a unit,
         else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file
-        holds
-        no record, or gaps make several of it: `read_all` gives those.
+        holds no record, or gaps make several of it: `read_all` gives those.
         """
         chosen = options or ReadingOptions()
         given = units.to_dict() if isinstance(units, Units) else dict(units or {})
-        records = cls.read_all(
-            path,
-            replace(
+        with in_python():
+            asked = replace(
                 chosen,
                 columns=columns or chosen.columns,
                 sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
                 resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
                 units={**chosen.units, **given},
-            ),
-        )
+            )
+            records = cls.read_all(path, asked)
         if len(records) > 1:
             raise InputError(
                 f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"
@@ -222,11 +255,10 @@ class Record:
     def from_xarray(
         cls, dataset: Any, *, options: ReadingOptions | None = None, name: str = "record"
     ) -> Record:
-        """One record of an `xarray.Dataset`, as if read from a file: variables and coordinates are
-        columns, times
-        may be numbers or dates, and attributes `units` are the units that it states.
+        """One record of an `xarray.Dataset`, as if read from a file.
 
-        Raises InputError where it holds no record.
+        Variables and coordinates are columns, times may be numbers or dates, and attributes `units` are the
+        units that it states. Raises InputError where it holds no record.
         """
         chosen = options or ReadingOptions()
         (content,) = _one(parts_of_table(Path(name), table_of_xarray(dataset), chosen), name)
@@ -235,22 +267,27 @@ class Record:
     def converted(self, units: Units) -> Record:
         """The record in other units; raises InputError where they measure something else."""
         said = []
-        columns = {"u": self.u, "y": self.y}
-        for column, role in (("u", "input"), ("y", "output")):
+        factors = {"input": 1.0, "output": 1.0}
+        for role in factors:
             held, wanted = getattr(self.units, role), getattr(units, role)
             if spelt(held) == spelt(wanted):
                 continue
             try:
-                factor = conversion(held, wanted)
+                factors[role] = conversion(held, wanted)
             except InputError as error:
                 raise InputError(
                     f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
-                    "convert "
-                    f"the record, or correct the unit in the file, the model or --{role}-unit"
+                    f"convert the record, or correct the unit in the file, the model or --{role}-unit"
                 ) from None
-            columns[column] = columns[column] * factor
             said.append(f"{role} converted from {held} to {wanted}")
-        return replace(self, units=units, treatment=(*self.treatment, *said), u=columns["u"], y=columns["y"])
+        return replace(
+            self,
+            units=units,
+            treatment=(*self.treatment, *said),
+            u=self.u * factors["input"],
+            y=self.y * factors["output"],
+            origin=self.origin * factors["output"],
+        )
 
     def findings(self) -> tuple[Finding, ...]:
         """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""

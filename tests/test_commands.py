@@ -293,7 +293,7 @@ def test_units_pass_through(folder: Path) -> None:
     """Units of model.json are those of the posterior."""
     units = {"time": "s", "input": "rpm", "output": "mrad"}
     model = changed_model(folder, {"units": units}).name
-    options = ["--walkers", "16", "--max-steps", "50", "--quiet", "--out", "post"]
+    options = ["--walkers", "32", "--max-steps", "50", "--quiet", "--out", "post"]
     assert main(["sample", "--model", model, "train_1.csv", *options]) == 0
     parameters = json.loads((folder / "post" / "posterior.json").read_text())["parameters"]
     assert parameters["saturation.upper"]["unit"] == "rpm"

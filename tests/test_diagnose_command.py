@@ -94,7 +94,7 @@ def verdict(folder: Path, name: str, *arguments: str) -> dict[str, object]:
 def test_a_case_folder_or_its_files_give_one_verdict(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An axis without a gap: no structural gap is said, on stdout too; --quiet says nothing."""
+    """An axis without a gap: no structural gap is said, on stdout too; --quiet says no more than that."""
     content = verdict(folder, "case_out", ".")
     printed = capsys.readouterr()
     assert printed.out.startswith("No structural gap")
@@ -105,7 +105,9 @@ def test_a_case_folder_or_its_files_give_one_verdict(
         header, *rows = csv.reader(stream)
     assert header[:5] == ["t", "before", "after", "lo", "hi"] and len(rows) == 400
     assert verdict(folder, "files_out", *MODEL, *TRAIN, *HOLDOUT, "--quiet") == content
-    assert capsys.readouterr() == ("", "")
+    quiet = capsys.readouterr()
+    assert quiet.err == "" and quiet.out.startswith("No structural gap")
+    assert printed.out.splitlines()[-1].startswith("next: bayes-hw diagnose . --")
 
 
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
@@ -161,3 +163,15 @@ def test_a_case_with_a_name_that_no_file_has(refused: Callable[..., str], folder
     case = {"model": "model/model.json", "train": [name], "holdout": list(HOLDOUT[1:])}
     (folder / "case.json").write_text(json.dumps(case))
     assert "cannot be read" in refused(".")
+
+
+def test_a_case_needs_no_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its results lie beside it under its name, which is said."""
+    case = folder / "azimuth"
+    case.mkdir()
+    content = json.loads((folder / "case.json").read_text())
+    moved = {key: [f"../{name}" for name in content[key]] for key in ("train", "holdout")}
+    (case / "case.json").write_text(json.dumps({"model": "../model/model.json"} | moved))
+    assert main(["diagnose", "azimuth", "--no-report", "--jobs", "1", "--quiet", *FEW]) == 0
+    assert (folder / "azimuth_diagnosis" / "verdict.json").exists()
+    assert "azimuth_diagnosis/verdict.json" in capsys.readouterr().out

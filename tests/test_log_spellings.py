@@ -255,7 +255,7 @@ def test_single_samples_that_are_missing_are_bridged(
         lines = [line + style if gone else line for line, gone in zip(lines, [False, *out], strict=True)]
     path = tmp_path / "log.csv"
     path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match="--gaps bridge"):
+    with pytest.raises(InputError, match=r"gaps=\"bridge\""):
         Record.read(path, options=ReadingOptions(Columns("time")))
     record = Record.read(path, options=ReadingOptions(Columns("time"), gaps="bridge"))
     np.testing.assert_array_equal(record.measured_samples, ~out)
@@ -340,7 +340,7 @@ def test_wrapped_angles(tmp_path: Path, turn: float, centred: bool) -> None:
             f"{a!r},{b!r},{c!r}\n" for a, b, c in zip(T.tolist(), U.tolist(), wrapped.tolist(), strict=True)
         )
     )
-    with pytest.raises(InputError, match=r"jumps from .* it wraps at .*give --unwrap"):
+    with pytest.raises(InputError, match=r"jumps from .* it wraps at .*give options=ReadingOptions\(unwrap"):
         Record.read(path)
     record = Record.read(path, options=ReadingOptions(unwrap=turn))
     np.testing.assert_allclose(record.y, y - y[0], atol=1e-9 * turn)

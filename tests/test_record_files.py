@@ -81,9 +81,10 @@ def test_a_missing_column_is_answered_with_those_there_are_and_the_option(tmp_pa
     path = write_csv(tmp_path / "a.csv", *columns(), header="time,command,angle")
     message = refusal(path, columns=Columns("time"))
     assert message == (
-        "no column 'u' for the input; it has 'time', 'command', 'angle': map one with --input NAME"
+        "no column 'u' for the input; it has 'time', 'command', 'angle': map one with "
+        'columns=Columns(input="NAME")'
     )
-    assert "--time none --sample-rate RATE" in refusal(path)
+    assert "columns=Columns(time=None) sample_rate_hz=RATE" in refusal(path)
 
 
 def test_one_column_cannot_play_two_parts(tmp_path):
@@ -97,7 +98,7 @@ def test_without_time_stamps_the_given_rate_counts_the_time(tmp_path):
     np.testing.assert_allclose(record.t, np.arange(100) / 40)
     assert record.sample_rate_hz == 40.0
     assert record.treatment == ("time counted from 0 s at the given rate of 40 Hz",)
-    assert "--sample-rate" in refusal(path, columns=Columns(time=None))
+    assert "sample_rate_hz" in refusal(path, columns=Columns(time=None))
 
 
 def test_a_given_rate_replaces_that_of_the_stamps_within_one_percent_and_is_refused_beyond(tmp_path):
@@ -107,7 +108,7 @@ def test_a_given_rate_replaces_that_of_the_stamps_within_one_percent_and_is_refu
     assert record.sample_rate_hz == 20.0
     assert "taken at the given 20 Hz, the time stamps saying 19.9" in record.treatment[0]
     message = refusal(path, sample_rate_hz=25.0)
-    assert "say 19.9005 Hz, --sample-rate says 25 Hz" in message
+    assert "say 19.9005 Hz, `sample_rate_hz` says 25 Hz" in message
 
 
 @pytest.mark.parametrize("option", ["sample_rate_hz", "resample_hz"])
@@ -122,7 +123,7 @@ def test_uneven_stamps_are_refused_with_the_row_and_both_steps_and_the_remedy(tm
     path = write_csv(tmp_path / "a.csv", *(column[kept] for column in columns()))
     message = refusal(path)
     assert message.startswith("row 52: time step changes from 0.05 s to 0.1 s: samples are missing (1 single")
-    for option in ("--gaps bridge", "--gaps split", "--resample RATE"):
+    for option in ('ReadingOptions(gaps="bridge")', 'ReadingOptions(gaps="split")', "resample_hz=RATE"):
         assert option in message
 
 
@@ -154,7 +155,7 @@ def test_asking_for_the_rate_that_a_record_has_changes_nothing(tmp_path):
 @pytest.mark.parametrize("rate_hz", [1.0, 1e9])
 def test_resampling_to_no_record_is_refused(tmp_path, rate_hz):
     path = write_csv(tmp_path / "a.csv", *columns())
-    assert f"--resample {rate_hz:g}" in refusal(path, resample_hz=rate_hz)
+    assert f"resample_hz={rate_hz:g}" in refusal(path, resample_hz=rate_hz)
 
 
 @pytest.mark.parametrize("resample_hz", [None, 10.0])
@@ -166,7 +167,10 @@ def test_repeated_and_backward_stamps_are_refused_with_the_row(tmp_path, stamp, 
     t, u, y = columns()
     t[40] = stamp
     message = refusal(write_csv(tmp_path / "a.csv", t, u, y), resample_hz=resample_hz)
-    assert message.startswith(f"row 42: {complaint}") and "--time none --sample-rate RATE" in message
+    assert (
+        message.startswith(f"row 42: {complaint}")
+        and "columns=Columns(time=None) sample_rate_hz=RATE" in message
+    )
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1e3, "ms"), (1e9, "ns"), (1 / 86400 / 1000, "")])
@@ -175,7 +179,7 @@ def test_stamps_that_are_not_in_seconds_are_refused(tmp_path, scale, unit):
     t, u, y = columns()
     said = refusal(write_csv(tmp_path / "a.csv", t * scale, u, y))
     assert "give times in s" in said
-    remedy = f"if they are in {unit}, which makes 20 Hz, give --time-unit {unit}"
+    remedy = f'if they are in {unit}, which makes 20 Hz, give options=ReadingOptions(time_unit="{unit}")'
     assert said.endswith(remedy) == bool(unit)
 
 
@@ -185,7 +189,7 @@ def test_a_constant_column_is_refused(tmp_path, role, column):
     table[column] = np.full(100, 0.25)
     message = refusal(write_csv(tmp_path / "a.csv", *table))
     assert message.startswith(f"column '{'tuy'[column]}' is 0.25 throughout")
-    assert f"--{role} NAME" in message
+    assert f'columns=Columns({role}="NAME")' in message
 
 
 def test_a_column_that_changes_by_rounding_alone_is_constant(tmp_path):

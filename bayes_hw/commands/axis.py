@@ -13,15 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import read_record, read_records, sampler_settings
-from bayes_hw.commands.speech import rounded, say, warn
+from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
+from bayes_hw.commands.records import records_of
+from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
+from bayes_hw.infer.doubts import said_of
 from bayes_hw.infer.inference import discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_coverage, predict
+from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
@@ -38,24 +42,26 @@ LONGEST_NAME = 200
 def identify_command(parsed: argparse.Namespace) -> None:
     """bayes-hw identify."""
     check_output_folder(Path(parsed.out))
-    records = read_records(parsed, parsed.records)
-    holdout = read_records(parsed, parsed.holdout)
+    given = records_of(parsed, parsed.records, parsed.holdout)
+    records, holdout = given.records, given.holdout
     identification = identify_with_progress(
         records,
         records[0].name,
-        parsed.start,
+        given.start,
         Progress(parsed.quiet),
     )
     fits = evaluate(identification, holdout)
     write_identification(Path(parsed.out), identification, fits)
     for warning in identification.warnings:
         warn(warning)
-    if parsed.quiet:
-        return
     for step in identification.steps:
         say(f"{step.name:32} rms error {step.cost:.4g}, fit {step.fit_percent:.2f} %")
     for fit in fits:
         say(f"{fit.record}: Hammerstein-Wiener {fit.hammerstein_wiener:.2f} %, linear {fit.linear:.2f} %")
+    model = Path(parsed.out) / "model.json"
+    say(f"model: {model}")
+    again = reading_options(parsed)
+    say_next(parsed, "sample", "--model", str(model), *parsed.records, *again, "--out", "posterior/")
 
 
 def report_command(parsed: argparse.Namespace) -> None:
@@ -65,18 +71,17 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
-    units = model.units if model is not None else None
-    records = read_records(parsed, parsed.records, units)
-    holdout = read_records(parsed, parsed.holdout, units)
+    given = records_of(parsed, parsed.records, parsed.holdout, model)
+    records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
     analysis = analyse(
-        parsed.title or records[0].name,
+        parsed.title or out.resolve().name or records[0].name,
         records,
         holdout,
         np.random.default_rng(parsed.seed),
         model=model,
-        start=parsed.start,
+        start=given.start,
         noise=parsed.noise,
         settings=settings,
         jobs=parsed.jobs,
@@ -89,11 +94,16 @@ def report_command(parsed: argparse.Namespace) -> None:
         origin = provenance(
             parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin
         )
-        written = render(posterior_report(analysis, origin), out)
+        page = posterior_report(analysis, origin)
+        written = render(page, out)
     discard_checkpoints(parsed.checkpoint)
-    say_verdict(analysis.inference.posterior, parsed.quiet)
-    if not parsed.quiet:
-        say(f"report: {written.html} and {written.pdf}")
+    say_estimates(analysis.inference.posterior)
+    say_page(page, written)
+    following = ["design", "--posterior", str(out), "--out", "design/"]
+    if not analysis.inference.residuals.white:
+        source = parsed.model or str(out / "model.json")
+        following = diagnose_next(source, parsed.records, parsed.holdout) or following
+    say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
 
 
 def write_analysis(out: Path, analysis: Analysis) -> None:
@@ -132,14 +142,15 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
-    records = read_records(parsed, parsed.records, model.units)
+    given = records_of(parsed, parsed.records, model=model)
+    records = given.records
     say_whether_resumed(parsed)
     inference = infer(
         model,
         records,
         np.random.default_rng(parsed.seed),
         free=parsed.free,
-        start=parsed.start,
+        start=given.start,
         noise=parsed.noise,
         settings=settings,
         jobs=parsed.jobs,
@@ -149,15 +160,13 @@ def sample_command(parsed: argparse.Namespace) -> None:
     )
     inference.posterior.write(out, records)
     discard_checkpoint(parsed.checkpoint)
-    say_verdict(inference.posterior, parsed.quiet)
-    if not inference.residuals.explained:
-        warn(
-            f"the model explains little of the records (fit {inference.residuals.fit_percent:.0f} %):"
-            " the noise model carries the rest"
-        )
+    say_estimates(inference.posterior)
+    for doubt in said_of(inference)[not inference.posterior.converged :]:
+        warn(doubt)
+    following = ["design", "--posterior", parsed.out, "--out", "design/"]
     if not inference.residuals.white:
-        failed = [test for test in inference.residuals.tests if not test.passed]
-        warn(f"the residuals are not white: {failed[0].name}: {failed[0].meaning}")
+        following = diagnose_next(parsed.model, parsed.records, []) or following
+    say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
 
 
 def predict_command(parsed: argparse.Namespace) -> None:
@@ -166,18 +175,21 @@ def predict_command(parsed: argparse.Namespace) -> None:
     kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
     check_output_file(out, [Path(parsed.record), *kept], ".csv")
     posterior = Posterior.read(parsed.posterior)
-    record = read_record(parsed, parsed.record, posterior.axis.model.units, needs_output=False)
-    prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
+    given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
+    (record,) = given.records
+    started = started_as(posterior, start_of_prediction(parsed.start, given.start))
+    prediction = predict(started, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
-    if not parsed.quiet and record.has_output:
+    if record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
         say(
             f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
             f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
         )
+    say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:
@@ -185,13 +197,13 @@ def write_prediction(path: Path, prediction: Prediction) -> None:
     write_csv(path, prediction.columns())
 
 
-def say_verdict(posterior: Posterior, quiet: bool) -> None:
-    """One line a parameter on stdout, and what has not converged on stderr."""
+def say_estimates(posterior: Posterior) -> None:
+    """One line a parameter on stdout, of the noise its size alone, and what has not converged on stderr."""
     if not posterior.converged:
         warn("NOT CONVERGED: " + "; ".join(posterior.problems))
-    if quiet:
-        return
     for name, summary in posterior.summaries.items():
+        if name.startswith("noise.") and name != "noise.sigma":
+            continue
         low, high = summary.hdi94
         unit = f" {summary.unit}" if summary.unit else ""
         mean, sd, lower, upper = (

@@ -83,6 +83,7 @@ def run(parsed: argparse.Namespace) -> None:
 
 
 def _make(parsed: argparse.Namespace) -> None:
+    from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say
     from bayes_hw.executor import make_executor
     from bayes_hw.files import check_output_folder
@@ -105,9 +106,11 @@ def _make(parsed: argparse.Namespace) -> None:
         progress=Progress(parsed.quiet),
     )
     say(f"{parsed.n} cases in {out / 'cases'}; truth sealed in {out / 'truth.zip'}, SHA-256 {seal}")
+    say_next(parsed, "blind", "run", str(out), "--out", "verdicts/")
 
 
 def _run(parsed: argparse.Namespace) -> None:
+    from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.executor import make_executor
     from bayes_hw.files import check_output_folder
@@ -129,6 +132,7 @@ def _run(parsed: argparse.Namespace) -> None:
     for case, error in failures(out).items():
         warn(f"{case}: no verdict: {error}")
     say(f"verdicts in {out}, SHA-256 {digest}")
+    say_next(parsed, "blind", "score", parsed.set, str(out), "--out", "score/")
 
 
 def _score(parsed: argparse.Namespace) -> None:
@@ -156,7 +160,6 @@ def _score(parsed: argparse.Namespace) -> None:
     write_text_atomically(out / "score.json", content + "\n")
     origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
     written = render(blind_report(score, evidence, origin), out)
-    if not parsed.quiet:
-        for name, value in score.headline.items():
-            say(f"{name:48} {share_text(value)}")
-        say(f"report: {written.html} and {written.pdf}")
+    for name, value in score.headline.items():
+        say(f"{name:48} {share_text(value)}")
+    say(f"report: {written.html} and {written.pdf}")

@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Read, check and write; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import reading_options
+    from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_file
     from bayes_hw.formats.json_file import is_model as is_model_file
@@ -51,8 +52,8 @@ def run(parsed: argparse.Namespace) -> None:
 
         model = HammersteinWiener.read(source)
         model.write(out)
-        if not parsed.quiet:
-            say(f"{out}: model {model.name}, {model.sample_rate_hz:g} Hz, {len(model.linear.poles)} poles")
+        say(f"{out}: model {model.name}, {model.sample_rate_hz:g} Hz, {len(model.linear.poles)} poles")
+        say_next(parsed, "simulate", "--model", str(out), "RECORD.csv", "--out", "run.csv")
         return
     records = Record.read_all(source, reading_options(parsed, needs_output=False))
     targets = [out] if len(records) == 1 else numbered(out, len(records))
@@ -60,14 +61,13 @@ def run(parsed: argparse.Namespace) -> None:
         check_output_file(target, [source])
     for record, target in zip(records, targets, strict=True):
         record.write(target)
-    if parsed.quiet:
-        return
     for record, target in zip(records, targets, strict=True):
         say(f"{target}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
         for treatment in record.treatment:
             say(treatment)
         for finding in record.findings():
             warn(f"{source}: {finding}")
+    say_next(parsed, "report", *map(str, targets), "--out", "axis/")
 
 
 def numbered(out: Path, count: int) -> list[Path]:

@@ -58,7 +58,8 @@ def run(parsed: argparse.Namespace) -> None:
 
     import numpy as np
 
-    from bayes_hw.commands.speech import say, warn
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.control.controller import Controller
     from bayes_hw.control.design import DesignSettings, design
     from bayes_hw.control.export import write_design
@@ -113,13 +114,13 @@ def run(parsed: argparse.Namespace) -> None:
     if not parsed.no_report:
         with progress.stage("report"):
             origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
-            written = render(design_report(found, origin), out)
-    if parsed.quiet:
-        return
+            page = design_report(found, origin)
+            written = render(page, out)
     for line in headlines(found):
         say(line)
     if not parsed.no_report:
-        say(f"report: {written.html} and {written.pdf}")
+        say_page(page, written)
+    say_next(parsed, "design-experiment", "--posterior", parsed.posterior, "--out", "next/")
 
 
 def headlines(found: Design) -> list[str]:

@@ -61,7 +61,8 @@ def run(parsed: argparse.Namespace) -> None:
     """Design, check when asked to, write, and say what won."""
     import numpy as np
 
-    from bayes_hw.commands.speech import say, warn
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
     from bayes_hw.identifiability.excitation_families import Circumstances
@@ -113,18 +114,18 @@ def run(parsed: argparse.Namespace) -> None:
     write_design(out, design, check)
     origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
     title = parsed.title or posterior.axis.model.name
-    written = render(experiment_report(title, design, posterior, check, origin), out)
+    page = experiment_report(title, design, posterior, check, origin)
+    written = render(page, out)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
     if check is not None and not check.passed:
         warn(f"predicted and obtained widths differ by {100 * check.largest_error:.0f} %")
-    if parsed.quiet:
-        return
     for candidate in design.candidates:
         say(f"{candidate.label:32} {candidate.score:.2f} nats")
     if design.repeated is not None:
         say(f"{design.repeated.label:32} {design.repeated.score:.2f} nats")
     if check is not None:
         say(f"widths obtained over predicted: within {100 * check.largest_error:.0f} %")
-    say(f"command: {out / 'command.csv'}")
-    say(f"report: {written.html} and {written.pdf}")
+    say(f"command: {out / 'command.csv'}; play it, and call the record played.csv")
+    say_page(page, written)
+    say_next(parsed, "identify", "played.csv", "--out", "model/")

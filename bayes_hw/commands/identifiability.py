@@ -36,8 +36,10 @@ def run(parsed: argparse.Namespace) -> None:
     """Analyse, write, and say one verdict a parameter."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records, sampler_settings
-    from bayes_hw.commands.speech import say, warn
+    from bayes_hw.commands.inputs import sampler_settings
+    from bayes_hw.commands.next_step import reading_options, say_next
+    from bayes_hw.commands.records import records_of
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.identifiability.analysis import analyse_identifiability
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -51,28 +53,30 @@ def run(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
-    records = read_records(parsed, parsed.records, model.units)
+    given = records_of(parsed, parsed.records, model=model)
+    records = given.records
     result = analyse_identifiability(
         parsed.title or model.name,
         model,
         records,
         np.random.default_rng(parsed.seed),
-        start=parsed.start,
+        start=given.start,
         settings=settings,
         jobs=parsed.jobs,
         progress=Progress(parsed.quiet),
     )
     result.write(out)
     origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
-    written = render(identifiability_report(result, origin), out)
+    page = identifiability_report(result, origin)
+    written = render(page, out)
     if not result.converged:
         warn("NOT CONVERGED: see identifiability.json")
     if not result.agreement.agrees:
         warn(f"invariants with and without the gains free differ by {result.agreement.largest:.1f} errors")
-    if parsed.quiet:
-        return
     for verdict in result.verdicts:
         say(f"{verdict.name:32} {verdict.verdict}: {verdict.reason}")
     for test in result.assumptions:
         say(f"{test.name + ' = 1':32} {test.decision}")
-    say(f"report: {written.html} and {written.pdf}")
+    say_page(page, written)
+    again = reading_options(parsed)
+    say_next(parsed, "sample", "--model", parsed.model, *parsed.records, *again, "--out", "posterior/")

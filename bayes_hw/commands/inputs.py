@@ -54,8 +54,8 @@ def read_records(
     """The records at `paths` as the options say; `units` are the model's, where there is one.
 
     A record in other units than the model's, or the first record's, is converted; one whose units neither
-    file
-    nor options state is taken to be in theirs. What was found to be decided about a file is said on stderr.
+    file nor options state is taken to be in theirs. What was found to be decided about a file is said on
+    stderr.
 
     Raises InputError when units cannot be converted, or a record is not what it is said to be and
     `parsed.accept` does not say that it is.

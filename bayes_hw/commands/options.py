@@ -31,10 +31,12 @@ def add_command(
     )
 
 
-def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR") -> None:
+def add_output(
+    parser: argparse.ArgumentParser, text: str, metavar: str = "DIR", *, required: bool = True
+) -> None:
     """--out, checked before anything is computed; a folder (DIR) is held for this process alone."""
     parser.set_defaults(out_is_folder=metavar == "DIR")
-    parser.add_argument("--out", required=True, metavar=metavar, help=text)
+    parser.add_argument("--out", required=required, metavar=metavar, help=text)
 
 
 def add_record_options(parser: argparse.ArgumentParser) -> None:
@@ -110,12 +112,21 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_start(parser: argparse.ArgumentParser) -> None:
-    """--start rest or free."""
-    parser.add_argument(
+    """--start auto, rest or free; --origin start or absolute."""
+    group = parser.add_argument_group("how the records begin")
+    group.add_argument(
         "--start",
-        choices=("rest", "free"),
-        default="rest",
-        help="rest (default): every record starts at rest at zero; free: its initial state is estimated",
+        choices=("auto", "rest", "free"),
+        default="auto",
+        help="rest: every record starts at rest; free: its initial state is estimated; auto (default): free"
+        " where a record begins in motion",
+    )
+    group.add_argument(
+        "--origin",
+        choices=("start", "absolute"),
+        default="start",
+        help="start (default): the angles of a record count from where it begins; absolute: from zero of the"
+        " encoder",
     )
 
 
@@ -169,4 +180,6 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="threads (default: all cores)"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument(
+        "--quiet", action="store_true", help="no progress on the way; answers and warnings stay"
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options
+from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 NAME = "simulate"
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "FILE.csv",
     )
     add_record_options(parser)
+    add_start(parser)
     add_common(parser)
 
 
@@ -30,19 +31,28 @@ def run(parsed: argparse.Namespace) -> None:
     """Simulate and write; raises InputError where the response overflows."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_record
+    from bayes_hw.commands.next_step import reading_options, say_next
+    from bayes_hw.commands.records import records_of
+    from bayes_hw.commands.speech import say
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
+    from bayes_hw.infer.start_state import simulate_from_motion
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-    from bayes_hw.model.sample_rate import check_rates
 
     out = Path(parsed.out)
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
-    record = read_record(parsed, parsed.record, model.units, needs_output=False)
-    check_rates(model, [record])
-    simulation = model.simulate(record.u)
+    given = records_of(parsed, [parsed.record], model=model, needs_output=False)
+    (record,) = given.records
+    simulation = (
+        simulate_from_motion(model, record)
+        if given.start == "free" and record.has_output
+        else model.simulate(record.u)
+    )
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
-    write_csv(out, columns | {"w": simulation.w, "y_model": simulation.y})
+    write_csv(out, columns | {"w": simulation.w + record.origin, "y_model": simulation.y + record.origin})
+    say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
+    again = reading_options(parsed)
+    say_next(parsed, "sample", "--model", parsed.model, parsed.record, *again, "--out", "posterior/")

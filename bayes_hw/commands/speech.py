@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
+from typing import TYPE_CHECKING
 
 from bayes_hw.report.plain_text import visible
+
+if TYPE_CHECKING:
+    from bayes_hw.report.document import Report
+    from bayes_hw.report.render import RenderedReport
 
 MOST_DECIMALS = 9
 """Decimals beyond which a number is written with a power of ten."""
@@ -25,6 +30,20 @@ def rounded(value: float, sd: float) -> str:
 def say(message: str) -> None:
     """One line on stdout."""
     print(visible(message))
+
+
+def say_page(page: Report, written: RenderedReport) -> None:
+    """The page's sentence and where it lies, on stdout; a warning for what is red on it."""
+    for badge in page.badges:
+        if badge.state == "bad":
+            warn(f"red on the page: {badge.label} ({badge.detail})")
+    say(page.verdict)
+    say(f"report: {written.html} and {written.pdf}")
+
+
+def note(message: str) -> None:
+    """One line on stdout of what was done without being asked; stderr stays for the one line of an error."""
+    print(visible(f"note: {' '.join(message.split())}"))
 
 
 def warn(message: str) -> None:

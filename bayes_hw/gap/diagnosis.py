@@ -354,13 +354,14 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
 
     All or none: see `staged`.
     """
-    columns = {
-        "t": diagnosis.case.holdout[0].t,
+    held = diagnosis.case.holdout[0]
+    angles = {
         "before": diagnosis.before,
         "after": diagnosis.after,
         "lo": diagnosis.low,
         "hi": diagnosis.high,
     }
+    columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
     with staged(out, instead_of=[FREE_RESIDUAL]) as place:
         write_csv(place / "holdout_prediction.csv", columns)
         if diagnosis.verdict.answer == (OTHER,):

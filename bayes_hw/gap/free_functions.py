@@ -228,11 +228,12 @@ def free_functions(
 
 def directions(columns: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Of the singular value decomposition of `columns` (samples, n) what `left` (samples,) has along its left
-    vectors (kept,), the values (kept,) and the right vectors (kept, n), those of small values left out.
+    vectors (kept,), the values (kept,) and the right vectors (kept, n), those of small values left out; none
+    where there are no columns.
 
     The left vectors are never made: a triangle has the same products with `left` as a last column beside it.
     """
     triangle = np.asarray(np.linalg.qr(np.concatenate([columns, left[:, None]], axis=1), mode="r"))
     u, s, vt = np.linalg.svd(triangle[:-1, :-1])
-    kept = s > SMALLEST_DIRECTION * s[0]
+    kept = s > SMALLEST_DIRECTION * s.max(initial=0.0)
     return u[:, kept].T @ triangle[:-1, -1], s[kept], vt[kept]

@@ -57,6 +57,10 @@ class Posterior:
     seconds: float
     convergence: Convergence | None = None
 
+    def __repr__(self) -> str:
+        state = "converged" if self.converged else "NOT CONVERGED"
+        return f"<Posterior of {self.axis.model.name!r}: {state}, draws {self.values.shape}>"
+
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         return (*self.axis.parameters, *self.noise_parameters)

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.start_state import with_start_state
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.sample_rate import check_rates
@@ -18,11 +19,6 @@ from bayes_hw.record import Record
 
 DRAWS = 300
 NEWTON_STEPS = 6
-START_SHARE = 0.25
-FEWEST_START_SAMPLES = 20
-START_ROUNDS = 5
-START_STEP = 1e-4
-START_CONDITION = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +46,9 @@ class Prediction:
         return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
 
     def columns(self) -> dict[str, FloatArray]:
-        """Record, mean and bands under the column names of `bayes-hw predict`; no y where none was
-        measured."""
-        return {
-            "t": self.record.t,
-            "u": self.record.u,
+        """Record, mean and bands, as angles of the encoder, under the column names of `bayes-hw predict`; no
+        y where none was measured."""
+        angles = {
             **({"y": self.record.y_or_nan} if self.record.has_output else {}),
             "mean": self.mean,
             "lo": self.lower,
@@ -62,6 +56,8 @@ class Prediction:
             "lo_parameters": self.lower_parameters,
             "hi_parameters": self.upper_parameters,
         }
+        measured = {name: angle + self.record.origin for name, angle in angles.items()}
+        return {"t": self.record.t, "u": self.record.u} | measured
 
     def hardest_stretch(self, share: float) -> tuple[float, float]:
         """Start and end time (s) of the part, `share` of the record long, with the largest squared error."""
@@ -159,23 +155,5 @@ def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> FloatA
     """Outputs (draws, samples), from rest or from the initial state that the record's first part shows."""
     if axis.start_positions is None or not record.has_output:
         return simulated_outputs(axis, draws.T, [record])[0]
-    one = AxisParameters(
-        axis.model,
-        axis.free,
-        output_scale=axis.output_scale,
-        start_positions=np.array([float(record.y[0])]),
-    )
-    rows = [row for row, name in enumerate(one.names) if name.startswith("start1.")]
-    values = draws.T[: len(one.names)].copy()
-    values[rows] = one.nominal[rows, None]
-    centre = values.mean(axis=1)
-    shown = max(round(START_SHARE * len(record)), min(len(record), FEWEST_START_SAMPLES))
-    for _ in range(START_ROUNDS):
-        trials = np.repeat(centre[:, None], len(rows) + 1, axis=1)
-        steps = START_STEP * one.output_scale
-        trials[rows, np.arange(1, len(rows) + 1)] += steps
-        outputs = simulated_outputs(one, trials, [record])[0][:, :shown]
-        slopes = (outputs[1:] - outputs[0]).T / steps
-        centre[rows] += np.linalg.lstsq(slopes, record.y[:shown] - outputs[0], rcond=START_CONDITION)[0]
-    values[rows] = centre[rows, None]
+    one, values = with_start_state(axis, draws, record)
     return simulated_outputs(one, values, [record])[0]

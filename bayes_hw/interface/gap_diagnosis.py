@@ -11,10 +11,15 @@ from matplotlib.figure import Figure
 
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.case import Case
+from bayes_hw.gap.posed_case import posed_case
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
+from bayes_hw.interface.doors import warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import Origin, Start
+from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_diagnosis import gap_canvas
@@ -39,6 +44,13 @@ class GapDiagnosis:
     def __str__(self) -> str:
         """The verdict in words."""
         return sentence(self.diagnosis)
+
+    def __repr__(self) -> str:
+        named = " and ".join(self.answer) or "no structural gap"
+        return f"<GapDiagnosis of {self.diagnosis.case.name!r}: {named}>"
+
+    def _repr_html_(self) -> str:
+        return table_with_words(self.to_dataframe(), str(self), self.verdict.notes)
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a label, most probable first: `probability` that it is present, whether in the answer."""
@@ -70,15 +82,22 @@ def diagnose(
     seed: int = 1,
     jobs: int | None = None,
     without: str | Sequence[str] = (),
+    start: Start = "auto",
+    origin: Origin = "start",
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
-    struck from the catalogue. Raises InputError on arguments that are not what they should be, and on
+    struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
+    record that begins in motion is cut to where it first rests, unless `start` is "rest". What was done is
+    warned of as BayesHWWarning. Raises InputError on arguments that are not what they should be, and on
     records that do not fit the model.
     """
-    simulator = model_given(model)
-    records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
-    rng, number, labels = generator(seed), threads(jobs), struck(without)
-    case = Case.of_records(simulator.name, simulator, records, held_out)
-    return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))
+    with in_python():
+        simulator = model_given(model)
+        records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
+        rng, number, labels = generator(seed), threads(jobs), struck(without)
+        given = Case.of_records(simulator.name, simulator, records, held_out)
+        case, notes = posed_case(given, origin=origin, start=start)
+        warn_of(notes)
+        return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))

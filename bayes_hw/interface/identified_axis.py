@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import get_args
 
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bayes_hw.errors import InputError
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
 from bayes_hw.interface.arguments import generator, records_given
+from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import Origin, Start
+from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.drawing import on_paper
 from bayes_hw.report.figures_fit import fit_canvas
@@ -38,6 +40,16 @@ class IdentifiedAxis:
         """What a reader of the estimate must know, in words."""
         return self.identification.warnings
 
+    def __repr__(self) -> str:
+        fits = ", ".join(
+            f"{fit.hammerstein_wiener:.2f} % of {fit.record}" for fit in self.identification.fits
+        )
+        doubts = f"; {len(self.warnings)} warnings" if self.warnings else ""
+        return f"<IdentifiedAxis: {self.model!r} explains {fits}{doubts}>"
+
+    def _repr_html_(self) -> str:
+        return table_with_words(self.to_dataframe(), repr(self)[1:-1], self.warnings)
+
     def to_dataframe(self) -> pd.DataFrame:
         """One row a parameter, named as in posterior.json: `value` and `unit`."""
         parameters = axis_for(self.model, self.records, "dominant", "rest").parameters
@@ -58,24 +70,25 @@ def identify(
     *,
     seed: int = 1,
     name: str | None = None,
-    start: StartCondition = "rest",
+    start: Start = "auto",
+    origin: Origin = "start",
 ) -> IdentifiedAxis:
     """The four-step estimate from `records` of one axis; as `bayes-hw identify`.
 
-    `name` is the model's (the first record's unless given). With `start` "free" the initial state of every
-    record is estimated; "rest" takes each to begin at rest at zero. `seed` is taken as in `sample` and
-    `diagnose`, so that all three are called alike; the estimate draws no random numbers.
-
-    Raises InputError when the arguments
-    are not what they should be, or the records cannot be used.
+    `name` is the model's (the first record's unless given). Angles count from where each record begins,
+    unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"
+    takes each to begin at rest, "auto" finds out. What was done, and what a reader of the estimate must know,
+    is warned of as BayesHWWarning. `seed` is taken as in `sample` and `diagnose`, so that all three are
+    called alike; the estimate draws no random numbers. Raises InputError when the arguments are not what they
+    should be, or the records cannot be used.
     """
-    if start not in get_args(StartCondition):
-        raise InputError(f"start={start!r}: unknown; use one of {', '.join(get_args(StartCondition))}")
-    generator(seed)
-    given = records_given(records)
-    found = four_steps.identify(
-        given,
-        name=name or given[0].name,
-        free_start=start == "free",
-    )
-    return IdentifiedAxis(found, given, start)
+    with in_python():
+        given = entered(records_given(records), start=start, origin=origin)
+        generator(seed)
+        found = four_steps.identify(
+            given.records,
+            name=name or given.records[0].name,
+            free_start=given.start == "free",
+        )
+    warn_of(found.warnings)
+    return IdentifiedAxis(found, given.records, given.start)

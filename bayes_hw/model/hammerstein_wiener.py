@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -207,11 +208,25 @@ class HammersteinWiener:
             "normalization": {"c1": gains.c1, "c2": gains.c2, "c3": gains.c3},
         }
 
-    def write(self, path: Path) -> None:
+    def __repr__(self) -> str:
+        units, saturation = self.units, self.saturation
+        modes = ", ".join(f"{mode.frequency_hz:.4g} Hz" for mode in self.dominant_modes) or "none"
+        return (
+            f"<HammersteinWiener {self.name!r} at {self.sample_rate_hz:g} Hz: limits "
+            f"{saturation.lower:.4g} to {saturation.upper:.4g} {units.input}, {len(self.linear.poles)} "
+            f"poles, delay {self.linear.delay_samples} samples, modes {modes}, dead zone "
+            f"{self.dead_zone.half_width:.3g} {units.output}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return f"<code>{html.escape(repr(self)[1:-1])}</code>"
+
+    def write(self, path: Path | str) -> None:
         """Write model.json, or an idnlhw structure where the path ends in .mat; see `write_idnlhw`.
 
         Raises InputError where the polynomials of an idnlhw structure do not tell the roots of this model.
         """
+        path = Path(path)
         if path.suffix.lower() == ".mat":
             with temporary_sibling(path) as temporary:
                 write_idnlhw(temporary, self.to_dict(), *self.linear.coefficients())

@@ -135,7 +135,7 @@ class ShiftedLogNormal:
 
 @dataclass(frozen=True)
 class TimeConstant:
-    """A pole p of the given `sign` whose time constant -1 / log |p|, in samples, is log-normal about `median`.
+    """A pole p of the given `sign` whose time constant -1 / log |p| in samples is log-normal about `median`.
 
     A uniform density of p would hold a slow pole to be as unlikely as it is close to one; this one does not
     care how fast the record was sampled.

@@ -63,13 +63,13 @@ def _data_section(analysis: Analysis) -> Section:
             format_duration(record.duration_s),
             f"{record.sample_rate_hz:g} Hz",
             format_interval(float(record.u.min()), float(record.u.max())),
-            format_interval(float(record.y.min()), float(record.y.max())),
+            format_interval(float(record.y.min()) + record.origin, float(record.y.max()) + record.origin),
         )
         for record, use in records
     )
     treated = [f"{record.name}: {step}" for record, _ in records for step in record.treatment]
     start = (
-        "Every record is taken to start at rest at zero."
+        "Every record is taken to start at rest."
         if analysis.start == "rest"
         else "The initial state of every record is estimated with the model."
     )

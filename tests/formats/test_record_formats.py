@@ -66,7 +66,9 @@ def test_columns_are_mapped_and_the_missing_ones_named(tmp_path: Path, suffix: s
     record = Record.read(path, columns=names)
     np.testing.assert_allclose(record.u, U, rtol=1e-6, atol=1e-7)
     message = refusal(path)
-    assert "for the time" in message and "'angle'" in message and "map one with --time" in message
+    assert (
+        "for the time" in message and "'angle'" in message and "map one with columns=Columns(time=" in message
+    )
 
 
 def hdf5_faults(file: h5py.File) -> dict[str, str]:
@@ -84,8 +86,7 @@ def hdf5_faults(file: h5py.File) -> dict[str, str]:
         "matrix": "is 3 x 4; name a vector",
         "text": "does not hold real numbers",
         "complex": "does not hold real numbers",
-        "hole": "sample 4, data set 'hole': empty cell or NaN, so not measured (1 in all); give --gaps "
-        "bridge",
+        "hole": "sample 4, data set 'hole': empty cell or NaN, so not measured (1 in all); give options=",
         "link": "is a link",
         "elsewhere": "is a link",
         "vast": "takes 76294 MB, more than the 256 MB",
@@ -234,7 +235,10 @@ def test_several_iddata_are_named(tmp_path: Path) -> None:
     path = tmp_path / "axis.mat"
     scipy.io.savemat(path, {"night": iddata(), "day": iddata()})
     message = refusal(path)
-    assert "2 iddata structures (night, day)" in message and "--input night.InputData" in message
+    assert (
+        "2 iddata structures (night, day)" in message
+        and 'columns=Columns(input="night.InputData")' in message
+    )
     by_name = Columns(None, "day.InputData", "day.OutputData")
     np.testing.assert_array_equal(Record.read(path, columns=by_name, sample_rate_hz=20).y, Y)
 
@@ -292,7 +296,7 @@ def test_times_in_another_unit_are_converted_and_in_none_refused(tmp_path: Path)
     np.testing.assert_allclose(Record.read(path).t, T, atol=1e-12)
     with h5py.File(path, "r+") as file:
         file["t"].attrs["units"] = "furlong"
-    assert refusal(path).startswith("states its times in 'furlong'; give --time-unit")
+    assert refusal(path).startswith("states its times in 'furlong'; give options=ReadingOptions(time_unit=")
 
 
 @pytest.mark.parametrize("unit", ["rad", np.array(["rad"], dtype=object)], ids=["text", "cell"])

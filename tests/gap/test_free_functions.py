@@ -123,3 +123,9 @@ def test_directions_are_those_of_the_singular_value_decomposition() -> None:
     assert len(amplitude) == len(values) == len(right) == 4
     np.testing.assert_allclose(values, s[:4])
     np.testing.assert_allclose(amplitude @ right, (u.T @ left)[:4] @ vt[:4], atol=1e-9)
+
+
+def test_shapes_without_columns_take_nothing() -> None:
+    """A command of one value has no hats over it."""
+    amplitude, s, vt = directions(np.zeros((50, 0)), np.ones(50))
+    assert len(amplitude) == len(s) == len(vt) == 0

@@ -30,7 +30,7 @@ def test_what_is_as_good_as_asked_for() -> None:
     ((["axis.csv"],), {}, "records: holds a str; give what Record.read returns"),
     ((RECORD,), {"seed": -1}, "seed: is -1; give a whole number"),
     ((RECORD,), {"seed": 1.5}, "seed: is 1.5"),
-    ((RECORD,), {"start": "soon"}, "start='soon': unknown; use one of rest, free"),
+    ((RECORD,), {"start": "soon"}, "start='soon': unknown; use one of auto, rest, free"),
 ])  # fmt: skip
 def test_identify_refuses(arguments: tuple[Any, ...], options: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError) as caught:

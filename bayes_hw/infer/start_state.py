@@ -1,0 +1,86 @@
+"""The state in which a record begins that does not begin at rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener, Simulation
+from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.posing import Start
+from bayes_hw.record import Record
+
+START_SHARE = 0.25
+FEWEST_START_SAMPLES = 20
+START_ROUNDS = 5
+START_STEP = 1e-4
+START_CONDITION = 1e-6
+
+
+def with_start_state(
+    axis: AxisParameters, draws: FloatArray, record: Record
+) -> tuple[AxisParameters, FloatArray]:
+    """The axis with one record's initial state among its parameters, and their values (parameters, draws).
+
+    Least squares finds the state from the first quarter of the record at the mean of `draws` (draws,
+    parameters), of which the parameters of other records' states are left out.
+    """
+    one = AxisParameters(
+        axis.model,
+        axis.free,
+        output_scale=axis.output_scale,
+        start_positions=np.array([float(record.y[0])]),
+    )
+    rows = [row for row, name in enumerate(one.names) if name.startswith("start1.")]
+    values = np.repeat(one.nominal[:, None], len(draws), axis=1)
+    values[: rows[0]] = draws.T[: rows[0]]
+    centre = values.mean(axis=1)
+    shown = max(round(START_SHARE * len(record)), min(len(record), FEWEST_START_SAMPLES))
+    measured = record.measured_samples[:shown]
+    for _ in range(START_ROUNDS):
+        trials = np.repeat(centre[:, None], len(rows) + 1, axis=1)
+        steps = START_STEP * one.output_scale
+        trials[rows, np.arange(1, len(rows) + 1)] += steps
+        outputs = simulated_outputs(one, trials, [record])[0][:, :shown]
+        slopes = (outputs[1:] - outputs[0]).T / steps
+        left = record.y[:shown] - outputs[0]
+        centre[rows] += np.linalg.lstsq(slopes[measured], left[measured], rcond=START_CONDITION)[0]
+    values[rows] = centre[rows, None]
+    return one, values
+
+
+def started_as(posterior: Posterior, start: Start) -> Posterior:
+    """The posterior for records that begin as `start` says, "free" or "rest"; "auto" leaves it as it is."""
+    axis = posterior.axis
+    if start == "auto" or (start == "free") == (axis.start_positions is not None):
+        return posterior
+    structure = len(AxisParameters(axis.model, axis.free, output_scale=axis.output_scale).parameters)
+    positions = np.zeros(1) if start == "free" else None
+    other = AxisParameters(axis.model, axis.free, output_scale=axis.output_scale, start_positions=positions)
+    noise = posterior.values[..., len(axis.parameters) :]
+    shape = (*noise.shape[:-1], len(other.parameters) - structure)
+    states = np.broadcast_to(other.nominal[structure:], shape)
+    values = np.concatenate([posterior.values[..., :structure], states, noise], axis=-1)
+    estimate = posterior.point_estimate
+    moved = [estimate[:structure], other.nominal[structure:], estimate[len(axis.parameters) :]]
+    return replace(posterior, axis=other, values=values, point_estimate=np.concatenate(moved))
+
+
+def start_of_prediction(asked: Start, found: Start) -> Start:
+    """How a record to predict begins: as `asked`; with "auto" free where `found` so, else as sampled."""
+    return "free" if asked == "auto" and found == "free" else asked
+
+
+def simulate_from_motion(model: HammersteinWiener, record: Record) -> Simulation:
+    """The noise-free response to a record's command from the state that its first quarter shows."""
+    scale = max(float(np.max(np.abs(record.y - record.y[0]))), 1e-300)
+    axis = AxisParameters(model, "dominant", output_scale=scale)
+    one, values = with_start_state(axis, axis.nominal[None], record)
+    form = one.modal_form(values, 0)
+    found = simulate_batch(form, record.u, model.linear.delay_samples, float(record.u[0]))
+    return Simulation(model.saturation(record.u), found.w[0], found.y[0])

@@ -1,0 +1,57 @@
+"""Errors in the words of who called: options of the command line as arguments of Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from bayes_hw.errors import InputError
+
+COLUMNS = ("time", "input", "output")
+UNITS = {"input-unit": "input", "output-unit": "output"}
+ARGUMENTS = {"sample-rate": "sample_rate_hz", "resample": "resample_hz"}
+READING = {
+    name: name.replace("-", "_")
+    for name in ("time-unit", "input-position", "output-time", "join", "gaps", "unwrap", "known", "reverse")
+} | {"part": "part_s"}
+"""Options that are parts of `ReadingOptions`."""
+
+WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min"
+VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|[-+]?\d[-+.\de]*(?<![-+.e])|\w+\.\w+|(?:{WORDS})\b"
+"""What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
+
+OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]*)(?: (?P<value>{VALUE}))?")
+
+
+def python_words(message: str) -> str:
+    """A message that names options of the command line, with the arguments of Python in their place."""
+    return OPTION.sub(_argument, message)
+
+
+def _argument(found: re.Match[str]) -> str:
+    name, value = found["name"], found["value"]
+    literal = "..." if value is None else "None" if value == "none" else value
+    is_name = value is not None and name in COLUMNS and value[0].isalpha() and value != "none"
+    if value in WORDS.split("|")[1:] or is_name:
+        literal = f'"{value}"'
+    if name in COLUMNS:
+        return f"columns=Columns({name}={literal})"
+    if name in UNITS:
+        return f'units={{"{UNITS[name]}": {literal}}}'
+    if name in READING:
+        inside = (
+            "True" if name == "reverse" else f"({literal.replace(' ', ', ')})" if name == "part" else literal
+        )
+        return f"options=ReadingOptions({READING[name]}={inside})"
+    argument = ARGUMENTS.get(name, name.replace("-", "_"))
+    return f"`{argument}`" if value is None else f"{argument}={literal}"
+
+
+@contextmanager
+def in_python() -> Iterator[None]:
+    """Errors of what runs inside speak of arguments, not of options."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(python_words(str(error))) from error.__cause__

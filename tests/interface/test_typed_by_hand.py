@@ -1,0 +1,91 @@
+"""What an engineer types at a prompt or in a notebook: short answers, arrays and tables, signatures."""
+
+from __future__ import annotations
+
+import inspect
+import pydoc
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from simulated_records import measured
+
+import bayes_hw as hw
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+T = np.arange(200) / 20
+U, Y = np.sin(T), 134.2 - np.cos(T)
+
+
+def test_a_record_of_arrays() -> None:
+    stamped, counted = Record.from_arrays(T, U, Y), Record.from_arrays(u=U, y=Y, sample_rate_hz=20)
+    assert stamped.sample_rate_hz == counted.sample_rate_hz == pytest.approx(20)
+    np.testing.assert_array_equal(stamped.t, counted.t)
+    np.testing.assert_array_equal(stamped.y, Y)
+    assert stamped.units == hw.Units()
+    other = Record.from_arrays(T.tolist(), U, Y, units={"input": "V"}, name="bench")
+    assert other.units.input == "V" and other.name == "bench"
+    assert not Record.from_arrays(T, U).has_output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "said"),
+    [
+        ((), {"y": Y}, "no command"),
+        ((None, U, Y), {}, "neither time nor rate"),
+        ((T[::-1], U, Y), {}, "t does not increase"),
+        ((T**1.1, U, Y), {}, "t is not uniform"),
+        ((T, U, Y), {"sample_rate_hz": 200}, "t says 20 Hz, sample_rate_hz says 200 Hz"),
+        ((T, U[:-1], Y), {}, "columns of one length"),
+        ((T, np.stack([U, U]), Y), {}, "one value a sample"),
+        ((T, ["fast"] * 200, Y), {}, "u holds what is no number"),
+        ((T, U, Y), {"units": {"angle": "deg"}}, "units: unknown key"),
+    ],
+)
+def test_arrays_that_are_no_record(
+    arguments: tuple[object, ...], options: dict[str, object], said: str
+) -> None:
+    with pytest.raises(hw.InputError, match=said):
+        Record.from_arrays(*arguments, **options)  # type: ignore[arg-type]
+
+
+def test_tables_in_and_out() -> None:
+    """By any names, with dates for an index; and the same columns come back."""
+    record = Record.from_arrays(T, U, Y)
+    pd.testing.assert_frame_equal(record.to_dataframe(), pd.DataFrame({"t": T, "u": U, "y": Y}))
+    back = Record.from_dataframe(record.to_dataframe())
+    np.testing.assert_array_equal(back.y, Y)
+    index = pd.date_range("2026-03-01", periods=200, freq="50ms", tz="UTC")
+    table = pd.DataFrame({"command": U, "angle": Y}, index=index)
+    dated = Record.from_dataframe(table, columns=hw.Columns(input="command", output="angle"))
+    assert dated.sample_rate_hz == pytest.approx(20) and dated.t[0] == 0
+    with pytest.raises(hw.InputError, match=r"no column 'u'.*'command', 'angle'"):
+        Record.from_dataframe(table)
+    with pytest.raises(hw.InputError, match="no column 't' for the time"):
+        Record.from_dataframe(pd.DataFrame({"u": U, "y": Y}))
+
+
+def test_help_shows_the_arguments() -> None:
+    for name in ("identify", "sample", "diagnose"):
+        function = getattr(hw, name)
+        parameters = inspect.signature(function).parameters
+        assert {"seed", "start", "origin"} <= set(parameters)
+        assert not any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters.values())
+        assert "origin" in pydoc.render_doc(function)
+
+
+def test_answers_are_short(small_axis: HammersteinWiener, tmp_path: Path) -> None:
+    record = measured(small_axis, 400, seed=1)
+    found = hw.identify([record, measured(small_axis, 400, seed=2)])
+    for shown in (record, small_axis, found):
+        assert len(repr(shown)) < 400 and "\n" not in repr(shown)
+        assert "<script" not in shown._repr_html_()
+    assert "angle" in repr(record) and "limits -0.8 to 1 deg/s" in repr(small_axis)
+    found.model.write(str(tmp_path / "model.json"))
+    assert hw.HammersteinWiener.read(tmp_path / "model.json").name == found.model.name
+
+
+def test_a_name_is_no_markup() -> None:
+    assert "<b>" not in Record.from_arrays(T, U, Y, name="<b>x</b>")._repr_html_()

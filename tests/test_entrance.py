@@ -1,0 +1,185 @@
+"""Mistakes are named in one sentence before anything is fitted, on the command line as in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from simulated_records import measured
+
+import bayes_hw
+from bayes_hw.cli import main
+from bayes_hw.entrance import enter
+from bayes_hw.errors import InputError
+from bayes_hw.identify import four_steps
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.python_words import python_words
+from bayes_hw.record import Record, Units
+
+Change = Callable[[Record], Record]
+
+RADIANS = Units(input="rad/s", output="rad")
+
+
+def at_rate(factor: float) -> Change:
+    """The record as stamps that count `factor` times too slow, or a wrong --sample-rate, tell it."""
+    return lambda r: replace(r, t=r.t / factor, sample_rate_hz=r.sample_rate_hz * factor)
+
+
+MISTAKES: dict[str, tuple[Change, str]] = {
+    "swapped": (lambda r: replace(r, u=r.y, y=r.u), "the two are swapped"),
+    "radians": (lambda r: replace(r, y=np.radians(r.y)), "in radians and the other in degrees"),
+    "ten times too fast": (at_rate(10.0), "its rate is rather 20 Hz than 200 Hz"),
+    "ten times too slow": (at_rate(0.1), "its rate is rather 20 Hz than 2 Hz"),
+}
+"""Made in a record without a model beside it."""
+
+AGAINST_A_MODEL: dict[str, tuple[Change, str]] = {
+    "swapped": MISTAKES["swapped"],
+    "radians": (MISTAKES["radians"][0], "it is rad where the model has deg"),
+    "inverted": (lambda r: replace(r, y=-r.y), "moves against what the model says"),
+    "rate": (at_rate(10.0), "sampled at 200 Hz"),
+    "units": (lambda r: replace(r, units=RADIANS), "in rad/s, that of"),
+}
+
+
+@pytest.fixture(scope="module")
+def records(small_axis: HammersteinWiener) -> tuple[Record, Record, Record]:
+    """Two to train on and one to hold out, 60 s each."""
+    first, second, third = (
+        replace(measured(small_axis, 1200, seed=seed), name=name)
+        for seed, name in ((1, "first"), (2, "second"), (3, "third"))
+    )
+    return first, second, third
+
+
+def written(folder: Path, records: tuple[Record, ...], change: Change) -> list[str]:
+    paths = [folder / f"{record.name}.csv" for record in records]
+    for path, record in zip(paths, records, strict=True):
+        change(record).write(path)
+    return [str(path) for path in paths]
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The line with which a command that must be refused ends."""
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_identify_names_it_at_both_doors(
+    records: tuple[Record, ...], mistake: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change, said = MISTAKES[mistake]
+    with pytest.raises(InputError, match=said) as caught:
+        bayes_hw.identify([change(record) for record in records])
+    assert "--" not in str(caught.value)
+    paths = written(tmp_path, records, change)
+    assert said in (line := refused(capsys, "identify", *paths, "--out", str(tmp_path / "new")))
+    assert line.startswith(f"bayes-hw: error: {paths[0]}: ")
+
+
+@pytest.mark.parametrize("mistake", AGAINST_A_MODEL)
+def test_sample_and_diagnose_name_it_in_python(
+    records: tuple[Record, ...], small_axis: HammersteinWiener, mistake: str
+) -> None:
+    change, said = AGAINST_A_MODEL[mistake]
+    first, second, held_out = (change(record) for record in records)
+    calls: tuple[Callable[[], Any], ...] = (
+        lambda: bayes_hw.sample(small_axis, [first, second]),
+        lambda: bayes_hw.diagnose(small_axis, [first, second], held_out),
+    )
+    for call in calls:
+        with pytest.raises(InputError, match=said) as caught:
+            call()
+        assert "--" not in str(caught.value)
+
+
+@pytest.mark.parametrize("mistake", ["swapped", "radians", "inverted", "rate"])
+def test_sample_and_diagnose_name_it_on_the_command_line(
+    records: tuple[Record, ...],
+    small_axis: HammersteinWiener,
+    mistake: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    change, said = AGAINST_A_MODEL[mistake]
+    small_axis.write(tmp_path / "model.json")
+    first, second, held_out = written(tmp_path, records, change)
+    model = ("--model", str(tmp_path / "model.json"), "--out", str(tmp_path / "new"))
+    assert said in refused(capsys, "sample", first, second, *model)
+    assert said in refused(capsys, "diagnose", "--train", first, second, "--holdout", held_out, *model)
+
+
+def test_a_record_twice_or_as_its_own_hold_out(
+    records: tuple[Record, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second, _ = records
+    with pytest.raises(InputError, match="first: holds the samples of first again; leave one out"):
+        bayes_hw.identify([first, second, first])
+    with pytest.raises(InputError, match="is held out but its samples are in first"):
+        enter([first, second], [first.window(10.0, 30.0)])
+    a, b, _ = written(tmp_path, records, lambda record: record)
+    out = ("--out", str(tmp_path / "new"))
+    assert "leave one out" in refused(capsys, "identify", a, b, a, *out)
+    assert "hold out another record" in refused(capsys, "identify", a, b, "--holdout", b, *out)
+
+
+def test_an_inverted_sign_without_a_model_is_warned_of(
+    records: tuple[Record, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A drive may be wired so; the estimate is made, with a warning."""
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(four_steps, "identify", stop)
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.normal(0, 1, 60), 20)
+    y = -np.cumsum(u) / 20 + 1e-3 * rng.standard_normal(1200)
+    record = replace(records[0], u=u, y=y)
+    with pytest.warns(bayes_hw.BayesHWWarning, match="against"), pytest.raises(KeyboardInterrupt):
+        bayes_hw.identify(record)
+
+
+def test_sound_records_pass_unchanged(records: tuple[Record, ...], small_axis: HammersteinWiener) -> None:
+    found = enter(records[:2], records[2:], model=small_axis)
+    assert found.notes == () and found.start == "rest"
+    assert all(a is b for a, b in zip((*found.records, *found.holdout), records, strict=True))
+
+
+def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
+    """A command of a motor before its gear passes where its unit says so."""
+    first = records[0]
+    geared = replace(first, u=60 * first.u)
+    with pytest.raises(InputError, match="at the motor"):
+        enter([geared])
+    stated = replace(geared, units=Units(input="deg/s at the motor"))
+    assert enter([stated]).records == (stated,)
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ("resample with --resample 20", "resample with resample_hz=20"),
+        ("give --time none --sample-rate RATE", "give columns=Columns(time=None) sample_rate_hz=RATE"),
+        ("map one with --input NAME", 'map one with columns=Columns(input="NAME")'),
+        (
+            "exchange --input and --output",
+            "exchange columns=Columns(input=...) and columns=Columns(output=...)",
+        ),
+        ("give --unwrap 360", "give options=ReadingOptions(unwrap=360)"),
+        ("or --start rest to take it so", 'or start="rest" to take it so'),
+        (
+            "leave it out with --part START STOP",
+            "leave it out with options=ReadingOptions(part_s=(START, STOP))",
+        ),
+    ],
+)
+def test_messages_speak_python(message: str, words: str) -> None:
+    assert python_words(message) == words
