@@ -19,6 +19,7 @@ MOST_BRIDGED = 3
 
 FIRST_STAMPS = 16
 STARTS = (0.0, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
+LAWSON_ROUNDS = 30
 
 
 class Grid(NamedTuple):
@@ -46,9 +47,8 @@ class Grid(NamedTuple):
 
 
 def stretches(t: FloatArray) -> list[tuple[int, int]]:
-    """First and one past the last row of each stretch between gaps longer than may be bridged; t
-    increases, in
-    s, shape (rows,)."""
+    """First and one past the last row of each stretch between gaps longer than may be bridged; t increases,
+    in s, shape (rows,)."""
     steps = np.diff(t)
     ends = np.flatnonzero(steps >= (MOST_BRIDGED + 1.5) * np.median(steps)) + 1
     edges = [0, *map(int, ends), len(t)]
@@ -60,8 +60,7 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
 
     Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
     a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs
-    to the place
-    nearest to it, from which it may be off by `LARGEST_JITTER`.
+    to the place nearest to it, from which it may be off by `LARGEST_JITTER`.
     """
     rows = len(t)
     if rows < 2:
@@ -94,12 +93,15 @@ def _follow(t: FloatArray, start: float) -> tuple[IntArray, float, float, float]
 
 
 def _fitted(t: FloatArray, places: FloatArray) -> tuple[IntArray, float, float, float] | None:
-    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from
-    its."""
+    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from its
+    place on the least-squares line and on the line that is nearest to the farthest."""
     if (np.diff(places) <= 0).any():
         return None
     period, offset = _line(t, places)
     off = np.abs(t - offset - period * places).max() / period
+    if LARGEST_JITTER <= off < 1.5 * LARGEST_JITTER:
+        period, offset = _nearest_line(t, places)
+        off = np.abs(t - offset - period * places).max() / period
     if not off < LARGEST_JITTER:
         return None
     whole = (places - places[0]).astype(np.int64)
@@ -110,11 +112,25 @@ def _fitted(t: FloatArray, places: FloatArray) -> tuple[IntArray, float, float, 
     return whole, start_s, rate, 0.0 if exact else float(off)
 
 
-def _line(t: FloatArray, places: FloatArray) -> tuple[float, float]:
+def _line(t: FloatArray, places: FloatArray, weights: FloatArray | None = None) -> tuple[float, float]:
     """Slope and value at place 0 of the least-squares line of stamps over places."""
-    k, s = places - places.mean(), t - t.mean()
-    slope = float(k @ s) / float(k @ k)
-    return slope, float(t.mean()) - slope * float(places.mean())
+    centre, middle = np.average(places, weights=weights), np.average(t, weights=weights)
+    k = places - centre
+    weighted = k if weights is None else k * weights
+    slope = float(weighted @ (t - middle)) / float(weighted @ k)
+    return slope, float(middle - slope * centre)
+
+
+def _nearest_line(t: FloatArray, places: FloatArray) -> tuple[float, float]:
+    """Slope and value at place 0 of the line whose farthest stamp is nearest, by Lawson's algorithm (Rice and
+    Usow, 1968, doi:10.2307/2004760)."""
+    weights = np.full(len(t), 1 / len(t))
+    slope, start = _line(t, places)
+    for _ in range(LAWSON_ROUNDS):
+        weights *= np.abs(t - start - slope * places)
+        weights /= weights.sum()
+        slope, start = _line(t, places, weights)
+    return slope, start
 
 
 def _simplified(period: float, off: float, span: float, t: FloatArray) -> float:

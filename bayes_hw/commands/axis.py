@@ -201,7 +201,7 @@ def say_estimates(posterior: Posterior) -> None:
     """One line a parameter on stdout, of the noise its size alone, and what has not converged on stderr."""
     if not posterior.converged:
         warn("NOT CONVERGED: " + "; ".join(posterior.problems))
-    for name, summary in posterior.summaries.items():
+    for name, summary in posterior.reported.items():
         if name.startswith("noise.") and name != "noise.sigma":
             continue
         low, high = summary.hdi94

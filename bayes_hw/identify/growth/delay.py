@@ -22,7 +22,6 @@ LONGEST_SHARE = 0.1
 
 SCAN_RATIO = 1.35
 SCAN_STEPS = 2
-SLACK_NATS = 1.0
 SAFE_SHARE = 0.75
 """Of a delay that is too long."""
 
@@ -74,14 +73,15 @@ def safe_delay(item: Grown) -> int:
 
 
 def with_longer_delay(item: Grown) -> Grown:
-    """`item` with as much delay as costs no more than SLACK_NATS a sample.
+    """`item` with as much delay as costs no more, a sample, than the criterion allows one parameter.
 
-    A sample of delay that G's poles have made up costs nothing to state as delay, and sets a pole free.
+    That the impulse response is zero for a sample longer is a hypothesis of one parameter less.
     """
     longest = longest_delay(item.response.records)
+    slack = 0.5 * float(np.log(item.point.samples))
     while item.structure.delay_samples < longest:
         moved = at_delay(item, item.structure.delay_samples + 1).descended()
-        if moved.log_likelihood < item.log_likelihood - SLACK_NATS:
+        if moved.log_likelihood < item.log_likelihood - slack:
             return item
         item = moved
     return item
