@@ -60,7 +60,7 @@ def test_identifiability_writes_its_files(
     content = json.loads((out / "identifiability.json").read_text())
     assert content["schema"] == "bayes-hw/identifiability/1"
     assert content["structure"]["flat_directions"] == [2]
-    assert content["verdicts"]["velocity_gain"]["verdict"] == "identified"
+    assert content["verdicts"]["gain"]["verdict"] == "identified"
     kinds = [setting["kind"] for setting in content["structure"]["settings"]]
     assert kinds == ["normalization", "normalization", "assumption", "assumption"]
     page = (out / "report.html").read_text()

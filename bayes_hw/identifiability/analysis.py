@@ -123,7 +123,16 @@ def analyse_identifiability(
     progress = progress or Progress(quiet=True)
     model = with_unit_slopes(model)
     structure_rng, infer_rng, freed_rng = rng.spawn(3)
-    inference = infer(model, records, infer_rng, start=start, settings=settings, jobs=jobs, progress=progress)
+    inference = infer(
+        model,
+        records,
+        infer_rng,
+        free="dominant",
+        start=start,
+        settings=settings,
+        jobs=jobs,
+        progress=progress,
+    )
     with progress.stage("flat directions"):
         structure = analyse_structure(model, structure_rng, points=points)
     runs = sample_freed(inference, records, freed_rng, settings=settings, jobs=jobs, progress=progress)

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""Long records: the structure is sought at a lower rate where the axis is slow, then fitted to everything."""
-=======
 """Long records: structure sought at a lower rate where the axis is slow, then fitted to every sample."""
->>>>>>> main
 
 from __future__ import annotations
 

@@ -73,7 +73,8 @@ def test_the_diagnosis_report(folder: Path) -> None:
     """The diagnosis takes columns t, u, y alone: the hostile column is refused in one visible line."""
     text = (folder / f"{RECORD}.csv").read_text().splitlines()
     (folder / f"{RECORD} 2.csv").write_text("\n".join(["t,u,y", *text[1:]]) + "\n")
-    records = ("--train", f"{RECORD} 2.csv", "--holdout", f"{RECORD} 2.csv")
+    shutil.copy(folder / "train_2.csv", folder / f"{RECORD} 3.csv")
+    records = ("--train", f"{RECORD} 2.csv", "--holdout", f"{RECORD} 3.csv")
     arguments = ["diagnose", "--model", "hostile.json", *records, *FEW, "--quiet", "--out", "gap"]
     assert main(arguments) == 0
     check_both_forms(folder / "gap", f"{RECORD} 2")

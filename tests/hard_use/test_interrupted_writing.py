@@ -96,7 +96,8 @@ def test_converting_on_a_full_disk_keeps_the_last_record(
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
     assert (folder / out).read_bytes() == good
-    assert capfd.readouterr().out == ""
+    assert done.stdout == ""
+    assert capfd.readouterr().out == f"{out}: 400 samples at 20 Hz\n"
 
 
 def test_a_killed_process_leaves_a_whole_file(tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def test_belief_knows_what_the_records_told(posterior: Posterior, swinging_recor
     local = np.sqrt(np.diagonal(scaled_inverse(belief.precision), axis1=1, axis2=2))
     np.testing.assert_allclose(local, np.tile(np.sqrt(np.diag(belief.covariance)), (8, 1)), rtol=0.3)
     blind = Belief.of(posterior, 8, np.random.default_rng(2))
-    np.testing.assert_allclose(blind.precision[0] @ blind.covariance, np.eye(6), atol=1e-6)
+    np.testing.assert_allclose(blind.precision[0] @ blind.covariance, np.eye(8), atol=1e-6)
     assert blind.sigma.shape == (8,)
 
 
@@ -86,7 +86,7 @@ def test_repeating_the_record_halves_the_variance(posterior: Posterior, swinging
     """The same command again: about half a log 2 nats a parameter, and intervals shorter by root two."""
     belief = Belief.of(posterior, 8, np.random.default_rng(3), [swinging_record])
     gain = expected_gain(belief, swinging_record.u, belief.rows([]))
-    assert gain.nats == pytest.approx(6 * 0.5 * np.log(2), abs=0.4)
+    assert gain.nats == pytest.approx(8 * 0.5 * np.log(2), abs=0.4)
     widths = np.mean(predicted_widths(belief, gain.covariances), axis=0)
     now = np.array([np.ptp(posterior.summaries[name].hdi94) for name in belief.axis.names])
     np.testing.assert_allclose(widths / now, 1 / np.sqrt(2), rtol=0.2)
@@ -94,7 +94,7 @@ def test_repeating_the_record_halves_the_variance(posterior: Posterior, swinging
 
 def test_a_command_that_does_nothing_tells_nothing(posterior: Posterior, swinging_record: Record) -> None:
     belief = Belief.of(posterior, 4, np.random.default_rng(4), [swinging_record])
-    gain = expected_gain(belief, np.zeros(100), belief.rows(["gain", "saturation.upper"]))
+    gain = expected_gain(belief, np.zeros(100), belief.rows(["velocity_gain", "saturation.upper"]))
     assert gain.nats == pytest.approx(0.0, abs=0.3)
 
 

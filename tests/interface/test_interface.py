@@ -80,10 +80,10 @@ def test_tables_hold_what_the_files_hold(shown: dict[str, Any]) -> None:
 def test_the_tree_is_that_of_arviz(shown: dict[str, Any]) -> None:
     from arviz_stats import summary
 
-    found = summary(shown["posterior"].tree, var_names=["gain"], round_to="none")
+    found = summary(shown["posterior"].tree, var_names=["velocity_gain"], round_to="none")
     assert isinstance(found, pd.DataFrame)
-    assert found.loc["gain", "mean"] == pytest.approx(
-        shown["posterior"].to_dataframe().loc["gain", "mean"], rel=1e-3
+    assert found.loc["velocity_gain", "mean"] == pytest.approx(
+        shown["posterior"].to_dataframe().loc["velocity_gain", "mean"], rel=1e-3
     )
 
 
