@@ -80,8 +80,8 @@ def identify(
 
     No nominal model is needed. With `free_start` the initial position and the initial states of G are
     estimated for every record and model; otherwise every record starts at rest with w = 0. `max_order`
-    bounds the number of poles. `report` is called as the work goes on. Raises InputError when the records
-    cannot be used.
+    bounds the number of poles looked for. `report` is called as the work goes on. Raises InputError when the
+    records cannot be used.
     """
     with one_blas_thread():
         return _identify(records, name, max_order, free_start, report or _silent)

@@ -126,4 +126,6 @@ def _lowered(record: Record, factor: int) -> Record:
         u=blocks,
         y=record.y[:whole:factor],
         sample_rate_hz=record.sample_rate_hz / factor,
+        measured=None if record.measured is None else record.measured[:whole:factor],
+        known={name: values[:whole:factor] for name, values in record.known.items()},
     )

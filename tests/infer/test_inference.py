@@ -35,13 +35,17 @@ def inference(small_axis: HammersteinWiener, small_record: Record) -> Inference:
 
 def test_the_truth_lies_within_the_posterior(inference: Inference, small_axis: HammersteinWiener) -> None:
     """Every parameter within four posterior standard deviations; nothing is found in the residuals."""
+    axis = inference.posterior.axis
+    nominal = dict(zip(axis.names, axis.nominal, strict=True))
     truth = {
         "saturation.lower": -0.8,
         "saturation.upper": 1.0,
         "dead_zone.half_width": 0.02,
-        "gain": small_axis.linear.gain,
+        "velocity_gain": nominal["velocity_gain"],
         "mode1.frequency_hz": 2.0,
         "mode1.damping_ratio": 0.1,
+        "mode1.cosine": nominal["mode1.cosine"],
+        "mode1.sine": nominal["mode1.sine"],
         "noise.sigma": 0.01,
         "noise.partial_autocorrelation1": 0.5,
     }
@@ -49,6 +53,8 @@ def test_the_truth_lies_within_the_posterior(inference: Inference, small_axis: H
     assert set(summaries) == set(truth)
     for name, value in truth.items():
         assert abs(summaries[name].mean - value) < 4 * summaries[name].sd, name
+    gain = inference.posterior.reported["gain"]
+    assert abs(gain.mean - small_axis.linear.gain) < 4 * gain.sd
     assert inference.residuals.white
     assert inference.sampling.non_finite == 0
 

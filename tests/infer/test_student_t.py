@@ -98,7 +98,7 @@ def test_outliers_widen_no_interval_of_the_axis(small_axis: HammersteinWiener, t
     assert robust.posterior.converged, robust.posterior.problems
     assert robust.posterior.summaries[DEGREES].mean < 4
     for name, truth in (("gain", small_axis.linear.gain), ("mode1.frequency_hz", 2.0)):
-        found, wide = robust.posterior.summaries[name], normal.posterior.summaries[name]
+        found, wide = robust.posterior.reported[name], normal.posterior.reported[name]
         assert found.sd < 0.7 * wide.sd
         assert abs(found.mean - truth) < 4 * found.sd
     robust.posterior.write(tmp_path, [record])
