@@ -1,0 +1,197 @@
+"""The search for structure and effects together: grow, prune, advance the delay, verify."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.effect_screen import best_starts, screened
+from bayes_hw.gap.joint.joint_fit import FULL_STEPS, JointFit, highest
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.growth.score_test import best_candidates
+from bayes_hw.identify.growth.search import grow, smallest_cascade
+from bayes_hw.record import Record
+
+STARTS_OF_A_LABEL = 3
+FIRST_STEPS, KEPT_LABELS, SECOND_STEPS, KEPT_AFTER, FULL = 4, 5, 8, 2, FULL_STEPS
+LARGEST_ORDER = 14
+VERIFIED_NATS = 25.0
+REGROWTHS = 4
+MOST_EFFECTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class JointAnswer:
+    """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
+    label, the best score reached by every label alone, and a log of the moves."""
+
+    fit: JointFit
+    base: JointFit
+    nats: Mapping[str, float]
+    rivals: Mapping[str, float]
+    log: Sequence[str] = field(default=())
+
+
+def natural_scale(fit_records: Sequence[Record], base: JointFit | None, limits: tuple[float, float], gain: float, sigma: float) -> JointScale:
+    """Sizes of the records."""
+    return JointScale(
+        speed=min(abs(limits[0]), abs(limits[1])),
+        gain=abs(gain),
+        travel=max(float(np.ptp(record.y)) for record in fit_records),
+        sigma=sigma,
+        samples=max(len(record) for record in fit_records),
+        rate_hz=fit_records[0].sample_rate_hz,
+    )
+
+
+def grown_base(records: Sequence[Record], delay: int, sigma: float) -> JointFit:
+    """The best cascade without effects."""
+    structure = Structure(delay, True, 0, 0, lower=True, upper=True, dead_zone=True)
+    pool = grow(smallest_cascade(records, structure, sigma), LARGEST_ORDER)
+    best = min(pool.values(), key=lambda g: g.criterion)
+    values = best.values
+    scale = natural_scale(records, None, (values.lower, values.upper), values.integrator_residue, sigma)
+    fit = JointFit.of_grown(best, scale).descended()
+    return delayed(fit)
+
+
+def delayed(fit: JointFit) -> JointFit:
+    """The delay advanced while the likelihood gains, or does not lose while an order is saved."""
+    while True:
+        later = fit.later().descended()
+        if later.score < fit.score - 0.5:
+            return fit
+        fit = later
+
+
+def pruned(fit: JointFit) -> JointFit:
+    """Effects, sections and poles taken out while the score improves."""
+    while True:
+        trials: list[JointFit] = []
+        if len(fit.labels) > 1:
+            trials += [fit.without_effect(i) for i in range(len(fit.labels))]
+        trials += [fit.without_section(i) for i in range(fit.structure.sections)]
+        trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
+        if not trials:
+            return fit
+        trials = sorted((t.descended(4) for t in trials), key=lambda t: -t.score)[:2]
+        best = highest([t.descended() for t in trials])
+        if best.score <= fit.score:
+            return fit
+        fit = best
+
+
+def larger_cascades(fit: JointFit, count: int = 3) -> list[JointFit]:
+    """Fits with one more pole or section, the most promising."""
+    real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
+    found = [fit.with_pole(c.a1) for c in real[:1]]
+    return found + [fit.with_section(c.a1, c.a2) for c in pairs if c.a2 is not None]
+
+
+def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
+    """G grown on as far as the score improves, `steps` poles or sections at most."""
+    best = fit = fit.descended()
+    failures = 0
+    for _ in range(steps):
+        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.score)[:2]
+        fit = highest([t.descended() for t in trials])
+        if fit.score > best.score:
+            best, failures = fit, 0
+        else:
+            failures += 1
+            if failures == 2:
+                break
+    return best
+
+
+def effect_candidates(fit: JointFit, forms: Sequence[Form], say: Callable[[str], None]) -> list[JointFit]:
+    """The best explanations with one more label, descended."""
+    present = set(fit.labels)
+    starts = screened(fit, [f for f in forms if f.label not in present])
+    trials: dict[str, list[JointFit]] = {}
+    for label in dict.fromkeys(s.form.label for s in starts):
+        own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
+        trials[label] = [fit.with_effect(s.form, s.values).descended(FIRST_STEPS) for s in own]
+    ranked = sorted((t for own in trials.values() for t in own), key=lambda t: -t.score)
+    kept: list[JointFit] = []
+    for t in ranked:
+        if sum(k.labels[-1] == t.labels[-1] for k in kept) < 2 and len({k.labels[-1] for k in kept} | {t.labels[-1]}) <= KEPT_LABELS:
+            kept.append(t)
+    further = sorted((t.descended(SECOND_STEPS) for t in kept), key=lambda t: -t.score)
+    found: dict[str, JointFit] = {}
+    for t in further:
+        found.setdefault(t.labels[-1], t)
+    final = [t.descended() for t in list(found.values())[: KEPT_AFTER + 1]]
+    final += list(found.values())[KEPT_AFTER + 1 :]
+    say("  screen " + ", ".join(f"{t.names[-1]} {t.score - fit.score:.0f}" for t in sorted(final, key=lambda t: -t.score)))
+    return final
+
+
+def port_candidates(fit: JointFit) -> list[JointFit]:
+    """Signal ports of the torques present, and other forms of their law."""
+    found = []
+    for i, effect in enumerate(fit.values.effects):
+        if effect.ports is None:
+            continue
+        if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
+            found.append(fit.with_signal(i))
+        for form in FORMS:
+            if form.label == effect.form.label == "friction" and form is not effect.form and form.base == effect.form.base:
+                found += [fit.with_form(i, form, start) for start in form.starts(fit.response.scale)[:1]]
+    return found
+
+
+def search(records: Sequence[Record], sigma: float, say: Callable[[str], None] = lambda text: None) -> JointAnswer:
+    """Grow, prune, verify."""
+    begin = time.perf_counter()
+
+    def tell(text: str) -> None:
+        say(f"[{time.perf_counter() - begin:5.1f} s] {text}")
+
+    base = grown_base(records, 0, sigma)
+    tell(f"base {base.structure.order} poles, delay {base.structure.delay_samples}, AR {base.point.whitener.order} score {base.score:.1f}")
+    rivals: dict[str, float] = {}
+    fit = base
+    for step in range(8):
+        trials: list[JointFit] = []
+        if len(fit.labels) < MOST_EFFECTS:
+            trials += effect_candidates(fit, FORMS, tell)
+            if step == 0:
+                rivals = {t.labels[-1]: t.score - base.score for t in trials}
+        structural = port_candidates(fit) + (larger_cascades(fit) if step else [])
+        structural = sorted((t.descended(FIRST_STEPS) for t in structural), key=lambda t: -t.score)[:3]
+        trials += [t.descended() for t in structural]
+        best = highest(trials)
+        if best.score <= fit.score:
+            break
+        gained = best.score - fit.score
+        fit = best
+        tell(f"{' + '.join(fit.names)}: {gained:.0f} gained, {fit.structure.order} poles, AR {fit.point.whitener.order}, rms {fit.point.rms:.5f}")
+    if fit.labels:
+        fit = pruned(fit)
+        tell(f"pruned: {' + '.join(fit.names)}, {fit.structure.order} poles, delay {fit.structure.delay_samples} score {fit.score - base.score:.1f}")
+        fit = delayed(fit)
+        fit = pruned(fit)
+        tell(f"delayed: {' + '.join(fit.names)}, {fit.structure.order} poles, delay {fit.structure.delay_samples} score {fit.score - base.score:.1f}")
+    nats: dict[str, float] = {}
+    while fit.labels:
+        nats = {}
+        alternatives = []
+        for i, label in enumerate(fit.labels):
+            without = regrown(fit.without_effect(i))
+            if len(fit.labels) == 1:
+                without = highest([without, base])
+            nats[label] = fit.score - without.score
+            alternatives.append(without)
+        tell("verified " + ", ".join(f"{k} {v:.0f}" for k, v in nats.items()))
+        weakest = int(np.argmin([nats[label] for label in fit.labels]))
+        if nats[fit.labels[weakest]] >= VERIFIED_NATS:
+            break
+        fit = alternatives[weakest]
+    tell(f"done: {fit.names} AR {fit.point.whitener.order} rms {fit.point.rms:.5f} of {sigma:.5f}")
+    return JointAnswer(fit, base, nats if fit.labels else {}, rivals)
