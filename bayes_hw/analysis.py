@@ -109,10 +109,10 @@ def analyse(
     rate.
     """
     progress = progress or Progress(quiet=True)
-    identify_rng, dominant_rng, all_rng, predict_rng = rng.spawn(4)
+    dominant_rng, all_rng, predict_rng = rng.spawn(4)[1:]
     identification = None
     if model is None:
-        identification = identify_with_progress(records, identify_rng, title, start, progress)
+        identification = identify_with_progress(records, title, start, progress)
         model = identification.model
     check_rates(model, [*records, *holdout])
     progress.say("posterior of the dominant parameters")
@@ -177,7 +177,6 @@ def discard_checkpoints(folder: Path) -> None:
 
 def identify_with_progress(
     records: Sequence[Record],
-    rng: np.random.Generator,
     name: str,
     start: StartCondition,
     progress: Progress,
@@ -191,7 +190,7 @@ def identify_with_progress(
                 stages.append(stage)
             task.reach(min(999, 1000 * done // max(total, 1)), stage)
 
-        found = identify(records, rng=rng, name=name, free_start=start == "free", report=report)
+        found = identify(records, name=name, free_start=start == "free", report=report)
         task.reach(1000)
     return found
 

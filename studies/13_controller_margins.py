@@ -58,14 +58,12 @@ PLACE = PLACES[0]
 
 def main() -> None:
     study = start_study("13_controller_margins", __doc__)
-    data_rng, identify_rng, sample_rng, design_rng = np.random.default_rng(study.seed).spawn(4)
+    data_rng, _, sample_rng, design_rng = np.random.default_rng(study.seed).spawn(4)
     twin = twin_records(data_rng)
     if study.quick:
         model = twin.truth
     else:
-        model = identify_with_progress(
-            twin.train, identify_rng, "Nanshan 26 m twin, azimuth", "rest", study.progress
-        ).model
+        model = identify_with_progress(twin.train, "Nanshan 26 m twin, azimuth", "rest", study.progress).model
     inference = infer(
         model,
         twin.train[:1] if study.quick else twin.train,

@@ -53,9 +53,9 @@ def main() -> None:
     azimuth = sampled(study, "azimuth", twin.truth, twin.train, rngs[0])
     without = sampled(study, "elevation without gravity", truth, raw, rngs[1])
     model = without.posterior.mean_model()
-    for rng in rngs[2].spawn(IDENTIFICATIONS):
+    for _ in range(IDENTIFICATIONS):
         gravity = estimate_gravity(model, raw, ELEVATIONS_DEG)
-        model = model_for(study, "elevation", truth, corrected(raw, ELEVATIONS_DEG, gravity.value), rng)
+        model = model_for(study, "elevation", truth, corrected(raw, ELEVATIONS_DEG, gravity.value))
     known_rng, *with_rngs = rngs[3].spawn(3)
     found = [
         described("azimuth", [azimuth], [1.0], twin.truth),
@@ -113,21 +113,21 @@ def settings(study: Study) -> SamplerSettings:
 
 
 def model_for(
-    study: Study, name: str, truth: HammersteinWiener, records: Sequence[Record], rng: np.random.Generator
+    study: Study, name: str, truth: HammersteinWiener, records: Sequence[Record]
 ) -> HammersteinWiener:
     """The four-step estimate; in the quick form the true model stands in for it."""
     if study.quick:
         return truth
     with study.progress.stage(f"identification of {name}"):
-        return identify(records, rng=rng, name=name).model
+        return identify(records, name=name).model
 
 
 def sampled(
     study: Study, name: str, truth: HammersteinWiener, records: Sequence[Record], rng: np.random.Generator
 ) -> Inference:
     """Identified from the records alone, then sampled."""
-    identify_rng, infer_rng = rng.spawn(2)
-    model = model_for(study, name, truth, records, identify_rng)
+    infer_rng = rng.spawn(2)[1]
+    model = model_for(study, name, truth, records)
     return infer(
         model, records, infer_rng, settings=settings(study), jobs=study.jobs, progress=study.progress
     )

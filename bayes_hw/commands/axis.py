@@ -42,7 +42,6 @@ def identify_command(parsed: argparse.Namespace) -> None:
     holdout = read_records(parsed, parsed.holdout)
     identification = identify_with_progress(
         records,
-        np.random.default_rng(parsed.seed),
         records[0].name,
         parsed.start,
         Progress(parsed.quiet),

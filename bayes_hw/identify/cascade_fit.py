@@ -38,7 +38,7 @@ class CascadeFit:
     structure: Structure
     values: CascadeValues
     residuals: tuple[FloatArray, ...]
-    simulations: int
+    simulations: int = 0
 
     @property
     def samples(self) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import Structure
-from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade
+from bayes_hw.identify.cascade_fit import CascadeFit, fit_cascade
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
 from bayes_hw.identify.fit import fit_percent
@@ -26,7 +26,6 @@ from bayes_hw.identify.identified_model import (
     warnings_of,
 )
 from bayes_hw.identify.input_nonlinearity import InputNonlinearity, estimate_input_nonlinearity
-from bayes_hw.identify.joint_output_error import SHORT, JointStage, identify_jointly, unless_linear_is_better
 from bayes_hw.identify.linear_output_error import (
     SCAN_ORDER,
     LinearStage,
@@ -41,19 +40,26 @@ from bayes_hw.identify.output_nonlinearity import (
     estimate_output_nonlinearity,
 )
 from bayes_hw.identify.result import Identification, Rebuilt, RecordFit, Step
+from bayes_hw.identify.whole_cascade import JointStage, identify_jointly
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
-MAX_ORDER = 8
+MAX_ORDER = 20
+MAX_LINEAR_ORDER = 8
+"""Of the linear baseline, which a subspace gives at once."""
+
 SMALLEST_COMMAND = 1e-3
 """A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
+
+SHORT = 25
+"""Evaluations of the refinement in step 2."""
 
 FIGURE_POINTS = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """Steps 2 to 4 under one hypothesis about the integrator."""
+    """What steps 2 to 4 found."""
 
     input_step: InputNonlinearity
     input_fit: CascadeFit
@@ -64,7 +70,6 @@ class _Path:
 def identify(
     records: Sequence[Record],
     *,
-    rng: np.random.Generator,
     name: str = "axis",
     max_order: int = MAX_ORDER,
     free_start: bool = False,
@@ -78,12 +83,11 @@ def identify(
     cannot be used.
     """
     with one_blas_thread():
-        return _identify(records, rng, name, max_order, free_start, report or _silent)
+        return _identify(records, name, max_order, free_start, report or _silent)
 
 
 def _identify(
     records: Sequence[Record],
-    rng: np.random.Generator,
     name: str,
     max_order: int,
     free_start: bool,
@@ -91,14 +95,8 @@ def _identify(
 ) -> Identification:
     experiment = prepare(records, free_start=free_start)
     source = pole_source(experiment, experiment.commands)
-    linear = identify_linear(experiment, source, max_order, progress)
-    hypotheses = {True, linear.fit.structure.integrator}
-    paths = [
-        _identify_blocks(experiment, linear, source, integrator, max_order, rng, progress)
-        for integrator in sorted(hypotheses, reverse=True)
-    ]
-    path = min(paths, key=lambda item: item.joint.fit.sum_of_squares)
-    path = replace(path, joint=unless_linear_is_better(experiment, path.joint, linear.fit))
+    linear = identify_linear(experiment, source, min(max_order, MAX_LINEAR_ORDER), progress)
+    path = _identify_blocks(experiment, linear, source, max_order, progress)
     return _result(experiment, records, linear, path, name)
 
 
@@ -106,13 +104,13 @@ def _identify_blocks(
     experiment: Experiment,
     linear: LinearStage,
     source: PoleSource,
-    integrator: bool,
     max_order: int,
-    rng: np.random.Generator,
     report: Progress,
 ) -> _Path:
     """Steps 2 to 4."""
-    at_rest = Structure.of_order(min(SCAN_ORDER, max_order), linear.scanned_delay, integrator)
+    at_rest = Structure.of_order(
+        min(SCAN_ORDER, max_order), linear.scanned_delay, linear.fit.structure.integrator
+    )
     poles, _ = best_poles(experiment, at_rest, source, experiment.commands)
     report("input nonlinearity", 0, 1)
     input_step = estimate_input_nonlinearity(experiment, at_rest, poles)
@@ -137,18 +135,8 @@ def _identify_blocks(
     ]
     output_step = min(trials, key=lambda trial: trial.fit.sum_of_squares)
     report("output nonlinearity", 1, 1)
-    starts = [_with_dead_zone(experiment, trial.fit) for trial in trials]
-    joint = identify_jointly(experiment, starts, [source], max_order, rng, report)
+    joint = identify_jointly(experiment, linear.fit, max_order, report)
     return _Path(input_step, input_fit, output_step, joint)
-
-
-def _with_dead_zone(experiment: Experiment, fit: CascadeFit) -> CascadeFit:
-    """The fit, with a dead zone as wide as the noise where its own vanished."""
-    if fit.structure.dead_zone:
-        return fit
-    structure = replace(fit.structure, dead_zone=True)
-    values = replace(fit.values, half_width=experiment.noise_level)
-    return evaluated(structure, values, experiment.records)
 
 
 def _result(
@@ -221,8 +209,8 @@ def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[St
         _step(
             experiment,
             "whole cascade",
-            "output-error minimisation over limits, half width and G from several starts, order and delay "
-            "chosen again, blocks that the records do not show left out",
+            "limits, half width, G and coloured noise fitted together, G grown pole by pole; order, delay "
+            "and integrator chosen by that likelihood, blocks that the records do not show left out",
             final,
         ),
     )

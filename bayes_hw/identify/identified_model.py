@@ -11,8 +11,8 @@ from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
-from bayes_hw.identify.joint_output_error import JointStage
 from bayes_hw.identify.result import Cascade, LinearModel, Shown
+from bayes_hw.identify.whole_cascade import JointStage
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import Mode
@@ -153,10 +153,6 @@ def warnings_of(
         found.append(
             "the linear baseline, which has a constant command offset besides, describes these records "
             "at least as well"
-        )
-    if joint.agreeing < 2:
-        found.append(
-            f"only one of {joint.starts} starts reached the smallest output error; a better minimum may exist"
         )
     if not joint.fit.structure.integrator:
         found.append("the records speak against an integrator; the output does not behave like a position")

@@ -63,15 +63,18 @@ def identify(
     """The four-step estimate from `records` of one axis; as `bayes-hw identify`.
 
     `name` is the model's (the first record's unless given). With `start` "free" the initial state of every
-    record is estimated; "rest" takes each to begin at rest at zero. Raises InputError when the arguments
+    record is estimated; "rest" takes each to begin at rest at zero. `seed` is taken as in `sample` and
+    `diagnose`, so that all three are called alike; the estimate draws no random numbers.
+
+    Raises InputError when the arguments
     are not what they should be, or the records cannot be used.
     """
     if start not in get_args(StartCondition):
         raise InputError(f"start={start!r}: unknown; use one of {', '.join(get_args(StartCondition))}")
+    generator(seed)
     given = records_given(records)
     found = four_steps.identify(
         given,
-        rng=generator(seed),
         name=name or given[0].name,
         free_start=start == "free",
     )

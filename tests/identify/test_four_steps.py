@@ -19,7 +19,7 @@ SIGMA = 0.01
 
 
 def identified(records: list[Record], free_start: bool = False, max_order: int = 6) -> Identification:
-    return identify(records, rng=np.random.default_rng(0), free_start=free_start, max_order=max_order)
+    return identify(records, free_start=free_start, max_order=max_order)
 
 
 def records_of(

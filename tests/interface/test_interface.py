@@ -102,7 +102,7 @@ def test_every_answer_draws_itself(shown: dict[str, Any]) -> None:
 def test_identify_is_the_four_step_estimate(shown: dict[str, Any]) -> None:
     records: list[Record] = shown["records"]
     table = bayes_hw.identify(records, seed=3).to_dataframe()
-    model = identify(records, rng=np.random.default_rng(3)).model
+    model = identify(records).model
     assert table.loc["saturation.lower", "value"] == model.saturation.lower
     assert table.loc["saturation.lower", "unit"] == "deg/s"
     assert table.loc["noise.sigma", "value"] == model.noise_sigma

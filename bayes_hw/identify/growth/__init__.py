@@ -1,1 +1,1 @@
-"""Growing G pole by pole on the whole cascade with its noise: kernel, coordinates, descent, candidates, search."""
+"""Growing G pole by pole on the whole cascade with its noise: kernel, descent, candidates, search."""

@@ -9,14 +9,18 @@ reflection coefficients are hyperbolic tangents of their coordinates (see `bayes
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
 from bayes_hw.record import Record
+
+CLIPPED_SAMPLES, CLIPPED_SHARE = 5, 1e-3
+"""Samples, or share of all, that a limit clips at least."""
 
 BLOCK_SAMPLES = 65_536
 """Samples that are linearised at a time: memory does not grow with a record."""
@@ -71,13 +75,16 @@ class CascadeResponse:
         )
 
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
-        """The nearest coordinates that mean something: limits keep their sign, a half width is not negative,
-        reflection coordinates stay within what `MAX_REFLECTION` allows."""
+        """The nearest coordinates that mean something: limits keep their sign and clip some samples (nothing
+        would lead back from beyond all commands), a half width is not negative, reflection coordinates stay
+        within what `MAX_REFLECTION` allows."""
         s, found, at = self.structure, coordinates.copy(), 0
-        for present in (s.lower, s.upper):
+        for present, outermost in zip((s.lower, s.upper), self._outermost_limits, strict=True):
             if present:
                 if found[at] * previous[at] <= 0.04 * previous[at] ** 2:
                     found[at] = 0.2 * previous[at]
+                if abs(found[at]) > abs(outermost):
+                    found[at] = outermost
                 at += 1
         if s.dead_zone:
             found[at] = max(found[at], 0.0)
@@ -85,6 +92,12 @@ class CascadeResponse:
         rows = self.pole_rows()
         found[rows] = np.clip(found[rows], -largest, largest)
         return found
+
+    @cached_property
+    def _outermost_limits(self) -> tuple[float, float]:
+        commands = np.sort(np.concatenate([record.u for record in self.records]))
+        beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
+        return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
 
     def pole_rows(self) -> list[int]:
         """Positions of pole and reflection coordinates."""
@@ -126,7 +139,7 @@ class CascadeResponse:
                 before = rows
                 yield joined, kept
 
-    def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, BoolArray]]:
         """For every record the clipped, delayed command and where the output leaves the dead zone."""
         values = self.values(coordinates)
         found = []
@@ -149,13 +162,10 @@ class CascadeResponse:
         if not s.free_start:
             return integral, real, sections
         starts, n_integrator = values.starts[number], int(s.integrator)
-        before = float(np.clip(self.records[number].u[0], values.lower, values.upper))
         if s.integrator:
-            integral[0], integral[3] = before, starts[0]
+            integral[3] = starts[0]
         for i in range(s.real_poles):
-            # A part of w may start with a residue of zero: its start is then kept apart from v.
-            residue = values.real[1, i] or 1.0
-            real[i, 0] = values.real[0, i] * starts[n_integrator + i] / residue + before
+            real[i, 0] = starts[n_integrator + i] / (values.real[1, i] or 1.0)
         for i in range(s.sections):
             first = n_integrator + s.real_poles + 2 * i
             sections[i, 0], sections[i, 1] = starts[first], starts[first + 1]
@@ -219,8 +229,7 @@ class CascadeResponse:
         found, silent = [], np.zeros(length)
         if s.integrator:
             found.append(np.ones(samples))
-        for pole in values.real[0]:
-            found.append(pole ** np.arange(begin + 1, length + 1))
+        found += [pole ** np.arange(begin, length) for pole in values.real[0]]
         nothing = np.zeros((2, 0))
         for i in range(s.sections):
             for state in ([1.0, 0.0], [0.0, 1.0]):
@@ -237,8 +246,6 @@ class CascadeResponse:
 def dead_zone(w: FloatArray, half_width: float) -> FloatArray:
     """y of w (eq. 4 of the paper with unit gains): what exceeds the half width, with its sign."""
     return np.sign(w) * np.maximum(np.abs(w) - half_width, 0.0)
-
-
 
 
 def _inverse(value: float) -> float:

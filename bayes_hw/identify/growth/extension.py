@@ -21,9 +21,7 @@ def with_section(
     section = np.array([[a1], [a2], [0.0], [0.0]])
     starts = np.concatenate([values.starts, np.zeros((len(values.starts), 2))], axis=1)
     larger = replace(structure, sections=structure.sections + 1)
-    return larger, replace(
-        values, sections=np.concatenate([values.sections, section], axis=1), starts=starts
-    )
+    return larger, replace(values, sections=np.concatenate([values.sections, section], axis=1), starts=starts)
 
 
 def with_real_pole(
@@ -46,15 +44,13 @@ def with_separate_pole(
     return replace(structure, real_poles=structure.real_poles + 1), replace(values, real=real, starts=starts)
 
 
-def joined_pole(
-    structure: Structure, values: CascadeValues, pole: float
-) -> tuple[Structure, CascadeValues]:
+def joined_pole(structure: Structure, values: CascadeValues, pole: float) -> tuple[Structure, CascadeValues]:
     """The first real pole and a new one of zero weight as a section."""
     p, residue = values.real[:, 0]
     section = np.array([p + pole, p * pole, residue, -residue * pole])
     at = int(structure.integrator)
     held = values.starts[:, at]
-    states = section_states(section, np.stack([held * p, held * p**2], axis=1))
+    states = section_states(section, np.stack([held, held * p], axis=1))
     starts = np.concatenate([np.delete(values.starts, at, axis=1), states], axis=1)
     larger = replace(structure, real_poles=structure.real_poles - 1, sections=structure.sections + 1)
     return larger, replace(

@@ -3,7 +3,7 @@ doi 10.1017/S0305004100023987): no descent is needed to rank a few hundred candi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,7 @@ SINGULAR = 1e-10
 
 @dataclass(frozen=True)
 class Candidate:
-    """A real pole (`a2` None, `a1` the pole) or a section's denominator, and the log-likelihood it promises."""
+    """A real pole (`a2` None, `a1` the pole) or a section's denominator, with the gain it promises."""
 
     a1: float
     a2: float | None
@@ -98,25 +98,30 @@ class Residual:
             self._columns(len(pairs), 2, lambda i, v, out: filtered_pair(v, *pairs[i], out[0], out[1]))
         )
 
-    def _columns(self, groups: int, width: int, fill: object) -> FloatArray:
+    def _columns(
+        self, groups: int, width: int, fill: Callable[[int, FloatArray, FloatArray], None]
+    ) -> FloatArray:
         parts = []
         for v, outside in self.response.gated(self.point.coordinates):
             part = np.empty((groups, width, len(v)))
             for i in range(groups):
-                fill(i, v, part[i])  # type: ignore[operator]
+                fill(i, v, part[i])
             part *= outside
             parts.append(self.point.whitener.apply(part.reshape(-1, len(v))).reshape(groups, width, -1))
         return np.concatenate(parts, axis=2)
 
 
-def best_candidates(response: CascadeResponse, point: Point, count: int) -> tuple[list[Candidate], list[Candidate]]:
+def best_candidates(
+    response: CascadeResponse, point: Point, count: int
+) -> tuple[list[Candidate], list[Candidate]]:
     """The most promising real poles and sections, `count` of each, no two neighbours on their grids."""
     residual = Residual.of(response, point)
     poles, pairs = candidate_poles(), candidate_pairs()
     pole_gains, pair_gains = residual.pole_gains(poles), residual.pair_gains(pairs)
     real = [Candidate(float(poles[i]), None, float(pole_gains[i])) for i in np.argsort(-pole_gains)]
     sections = [
-        Candidate(float(pairs[i, 0]), float(pairs[i, 1]), float(pair_gains[i])) for i in np.argsort(-pair_gains)
+        Candidate(float(pairs[i, 0]), float(pairs[i, 1]), float(pair_gains[i]))
+        for i in np.argsort(-pair_gains)
     ]
     return _apart(real, count), _apart(sections, count)
 

@@ -13,14 +13,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.growth.cascade_response import CascadeResponse, dead_zone
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
-from bayes_hw.identify.growth.extension import (
-    advanced,
-    repaired,
-    with_real_pole,
-    with_section,
-)
+from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
 from bayes_hw.record import Record
 
@@ -100,9 +95,7 @@ def halved(items: Sequence[Grown]) -> Grown:
     return likeliest([item.descended() for item in remaining])
 
 
-def smallest_cascade(
-    records: Sequence[Record], structure: Structure, noise_level: float
-) -> Grown:
+def smallest_cascade(records: Sequence[Record], structure: Structure, noise_level: float) -> Grown:
     """An integrator with limits and dead zone: limits by a grid, gain by least squares, then descents."""
     commands = np.concatenate([record.u for record in records])
     shares = np.linspace(SMALLEST_LIMIT, 1.0, LIMIT_GRID)
@@ -144,14 +137,15 @@ def _integrated(
 def grow(
     start: Grown,
     largest_order: int,
-    progress: Callable[[int], None] = lambda order: None,
+    progress: Callable[[int], None] | None = None,
     least_order: int = LEAST_ORDER,
 ) -> dict[int, Grown]:
     """The best cascade of every order from that of `start` on, as far as the criterion asks."""
     pool = {start.structure.order: start}
     order = start.structure.order
     while order < largest_order:
-        progress(order)
+        if progress is not None:
+            progress(order)
         current = pool[order]
         real, pairs = best_candidates(current.response, current.point, CANDIDATES)
         _keep(pool, halved([extended(current, candidate) for candidate in real]))
@@ -182,14 +176,3 @@ def _keep(pool: dict[int, Grown], found: Grown) -> None:
     order = found.structure.order
     if order not in pool or pool[order].log_likelihood < found.log_likelihood:
         pool[order] = found
-
-
-def later(item: Grown, samples: int = 1) -> Grown:
-    """The cascade with so many more samples of delay, as it starts."""
-    structure, values = item.structure, item.values
-    for _ in range(samples):
-        structure, values = advanced(structure, values)
-    return Grown.at(structure, values, item.response.records)
-
-
-__all__ = ["Grown", "dead_zone", "extended", "grow", "halved", "later", "likeliest", "smallest_cascade"]

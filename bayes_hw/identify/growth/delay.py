@@ -1,0 +1,87 @@
+"""The delay of G: a coarse scan at a small order, then sample by sample at full order.
+
+A delay that is too short costs a pole or two, one that is too long cannot be made good. A small cascade may
+ask for too long a one, since it has few poles for the lag: where the grown cascade gains with a sample less,
+growth begins again below. The chosen cascade then takes up delay for as long as that costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.identify.growth.extension import advanced
+from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.record import Record
+
+LONGEST_S = 5.0
+LONGEST_SHARE = 0.1
+"""Of the longest record: no longer delay is looked for."""
+
+SCAN_RATIO = 1.35
+SCAN_STEPS = 2
+SLACK_NATS = 1.0
+SAFE_SHARE = 0.75
+"""Of a delay that is too long."""
+
+
+def longest_delay(records: Sequence[Record]) -> int:
+    """The longest delay looked for, in samples."""
+    longest = max(records, key=len)
+    return max(4, int(min(LONGEST_S * longest.sample_rate_hz, LONGEST_SHARE * len(longest))))
+
+
+def at_delay(item: Grown, delay_samples: int) -> Grown:
+    """The cascade at another delay, before any descent: its impulse response is cut or moved."""
+    structure, values = item.structure, item.values
+    while structure.delay_samples < delay_samples:
+        structure, values = advanced(structure, values)
+    return Grown.at(replace(structure, delay_samples=delay_samples), values, item.response.records)
+
+
+def coarse_delay(item: Grown) -> Grown:
+    """`item` at the delay that fits best after short descents: a geometric scan, then neighbours."""
+    longest, delays, delay = longest_delay(item.response.records), {0}, 1.0
+    while delay <= longest:
+        delays.add(round(delay))
+        delay = max(delay * SCAN_RATIO, delay + 1)
+    best = likeliest([at_delay(item, d).descended(SCAN_STEPS) for d in sorted(delays)])
+    stride = max(1, best.structure.delay_samples // 8)
+    while True:
+        here = best.structure.delay_samples
+        near = [d for d in (here - stride, here + stride) if 0 <= d <= longest]
+        found = likeliest([best, *(at_delay(best, d).descended(SCAN_STEPS) for d in near)])
+        if found is not best:
+            best = found
+        elif stride == 1:
+            return best
+        else:
+            stride //= 2
+
+
+def too_long(item: Grown) -> bool:
+    """Whether a sample of delay less is better, everything free."""
+    if item.structure.delay_samples == 0:
+        return False
+    return at_delay(item, item.structure.delay_samples - 1).descended().criterion < item.criterion
+
+
+def safe_delay(item: Grown) -> int:
+    """A delay that is short enough, in samples, where that of `item` is not."""
+    return max(0, int(np.floor(SAFE_SHARE * item.structure.delay_samples)) - 1)
+
+
+def with_longer_delay(item: Grown) -> Grown:
+    """`item` with as much delay as costs no more than SLACK_NATS a sample.
+
+    A sample of delay that G's poles have made up costs nothing to state as delay, and sets a pole free.
+    """
+    longest = longest_delay(item.response.records)
+    while item.structure.delay_samples < longest:
+        moved = at_delay(item, item.structure.delay_samples + 1).descended()
+        if moved.log_likelihood < item.log_likelihood - SLACK_NATS:
+            return item
+        item = moved
+    return item

@@ -1,0 +1,180 @@
+"""Step 4: the whole cascade with its noise, every order grown from the one below.
+
+Order, delay, integrator and static blocks are chosen by the Bayesian information criterion of the exact
+likelihood of coloured noise, every candidate descended with everything free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.cascade_fit import CascadeFit
+from bayes_hw.identify.cascade_roots import poles_of
+from bayes_hw.identify.criterion import DECISIVE
+from bayes_hw.identify.experiment import Experiment
+from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
+from bayes_hw.identify.linear_output_error import NEAR_INTEGRATOR, OrderCandidate, Progress
+
+SMALL_ORDER = 4
+"""Order at which the delay is first looked for."""
+
+SMALLEST_COMMAND = 1e-3
+"""A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
+
+FORGETTING = 0.1
+"""Of the longest record, within which a model without an integrator must forget."""
+
+BLOCKS = ("lower", "upper", "dead_zone")
+
+
+@dataclass(frozen=True, eq=False)
+class JointStage:
+    """The chosen cascade; every order and delay tried; for each block in BLOCKS how much the criterion
+    rises without it (None where the records could not show it at all), and the error then.
+    """
+
+    fit: CascadeFit
+    candidates: tuple[OrderCandidate, ...]
+    evidence: dict[str, float | None]
+    rms_without: dict[str, float]
+
+
+def identify_jointly(
+    experiment: Experiment, linear: CascadeFit, max_order: int, report: Progress
+) -> JointStage:
+    """Grow, choose and prune; `linear` is the baseline, whose dynamics are a candidate too."""
+    tried: list[Grown] = []
+    parts = 2 * max_order + 4
+
+    def told(begin: int) -> Callable[[int], None]:
+        return lambda order: report("whole cascade", min(begin + order, parts - 3), parts)
+
+    report("whole cascade", 0, parts)
+    commands = np.concatenate(experiment.commands)
+    structure = Structure(
+        0,
+        integrator=True,
+        real_poles=0,
+        sections=0,
+        lower=bool(commands.min() < -SMALLEST_COMMAND),
+        upper=bool(commands.max() > SMALLEST_COMMAND),
+        dead_zone=True,
+        free_start=experiment.free_start,
+    )
+    first = _grown(experiment, structure, min(SMALL_ORDER, max_order), told(0))
+    small = coarse_delay(first[max(first)])
+    wanted, done = [small.structure.delay_samples], set[int]()
+    while wanted:
+        delay = wanted.pop()
+        done.add(delay)
+        pool = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
+        found = chosen(pool.values())
+        if too_long(found):
+            wanted.append(safe_delay(found))
+        else:
+            found = with_longer_delay(found)
+            wanted.append(found.structure.delay_samples)
+        tried += [*pool.values(), found]
+        wanted = [delay for delay in wanted if delay not in done]
+    tried.append(_without_blocks(experiment, linear))
+    best = chosen(tried)
+    report("whole cascade", parts - 2, parts)
+    released = _without_integrator(best)
+    if released is not None:
+        tried.append(released)
+        best = released
+    best, evidence, rms_without = _drop_blocks(best)
+    tried.append(best)
+    report("whole cascade", parts, parts)
+    return JointStage(cascade_fit(best), _tabulated(tried, experiment.output_scale), evidence, rms_without)
+
+
+def chosen(items: Iterable[Grown]) -> Grown:
+    """The one of the smallest criterion."""
+    return min(items, key=lambda item: item.criterion)
+
+
+def cascade_fit(item: Grown) -> CascadeFit:
+    """The cascade and its residuals."""
+    return CascadeFit(item.structure, item.values, item.point.residuals)
+
+
+def _grown(
+    experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
+) -> dict[int, Grown]:
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level)
+    return grow(start, largest_order, told)
+
+
+def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
+    """The baseline as a cascade without limits, dead zone and offset."""
+    structure = replace(linear.structure, input_offset=False)
+    values = replace(linear.values, input_offset=0.0)
+    return Grown.at(structure, values, experiment.records).descended()
+
+
+def _without_integrator(item: Grown) -> Grown | None:
+    """`item` with its integrator's pole set free, where that is decisively better and forgets.
+
+    The slowest pole must decay by 1 / e within FORGETTING of the longest record: a slower leak is what
+    other effects look like to an integrating axis, and the records are too short to tell it from an
+    integrator.
+    """
+    structure, values = item.structure, item.values
+    if not structure.integrator:
+        return None
+    freed = replace(structure, integrator=False, real_poles=structure.real_poles + 1)
+    pole = np.array([[NEAR_INTEGRATOR], [values.integrator_residue]])
+    moved = replace(values, integrator_residue=0.0, real=np.concatenate([pole, values.real], axis=1))
+    found = Grown.at(freed, moved, item.response.records).descended()
+    slowest = float(np.abs(poles_of(found.values, integrator=False)).max())
+    longest = max(len(record) for record in item.response.records)
+    forgets = slowest ** (FORGETTING * longest) < np.exp(-1)
+    return found if forgets and found.criterion < item.criterion - DECISIVE else None
+
+
+def _drop_blocks(full: Grown) -> tuple[Grown, dict[str, float | None], dict[str, float]]:
+    """Leave out, one after the other, the block whose absence costs least, while it costs less than
+    DECISIVE."""
+    evidence: dict[str, float | None] = dict.fromkeys(BLOCKS)
+    rms_without: dict[str, float] = {}
+    current = full
+    while True:
+        present = [block for block in BLOCKS if getattr(current.structure, block)]
+        if not present:
+            return current, evidence, rms_without
+        without = {block: _without(current, block) for block in present}
+        for block, item in without.items():
+            evidence[block] = item.criterion - current.criterion
+            rms_without[block] = item.point.rms
+        weakest = min(present, key=lambda block: evidence[block] or 0.0)
+        if (evidence[weakest] or 0.0) > DECISIVE:
+            return current, evidence, rms_without
+        current = without[weakest]
+
+
+def _without(item: Grown, block: str) -> Grown:
+    values = {
+        "lower": replace(item.values, lower=-np.inf),
+        "upper": replace(item.values, upper=np.inf),
+        "dead_zone": replace(item.values, half_width=0.0),
+    }
+    structure = replace(item.structure, **{block: False})
+    return Grown.at(structure, values[block], item.response.records).descended()
+
+
+def _tabulated(items: Iterable[Grown], output_scale: float) -> tuple[OrderCandidate, ...]:
+    """The best of every order, delay and integrator as a row."""
+    found: dict[tuple[int, int, bool], Grown] = {}
+    for item in items:
+        key = item.structure.order, item.structure.delay_samples, item.structure.integrator
+        if key not in found or item.criterion < found[key].criterion:
+            found[key] = item
+    return tuple(
+        OrderCandidate(*key, item.point.rms * output_scale, item.criterion) for key, item in found.items()
+    )
