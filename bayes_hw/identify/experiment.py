@@ -92,7 +92,7 @@ def prepare(records: Sequence[Record], *, free_start: bool) -> Experiment:
     input_scale = max(float(np.abs(record.u).max()) for record in records)
     output_scale = max(float(np.std(record.y)) for record in records)
     scaled = tuple(replace(record, u=record.u / input_scale, y=record.y / output_scale) for record in records)
-    level = _noise_level([record.y for record in scaled])
+    level = white_noise_level([record.y for record in scaled])
     moving = tuple(_moving(record.y, OUTSIDE_NOISE * level) for record in scaled)
     if sum(np.count_nonzero(mask) for mask in moving) < MIN_SAMPLES // 2:
         moving = tuple(np.ones(len(record)) for record in scaled)
@@ -162,7 +162,7 @@ def _beginnings(records: Sequence[Record]) -> Sequence[Record]:
     return [record.split(share)[0] for record in records]
 
 
-def _noise_level(outputs: Sequence[FloatArray]) -> float:
+def white_noise_level(outputs: Sequence[FloatArray]) -> float:
     """Standard deviation of white noise whose third differences have the median seen, or the resolution."""
     third = np.concatenate([np.diff(y, 3) for y in outputs])
     steps = np.abs(np.concatenate([np.diff(y) for y in outputs]))

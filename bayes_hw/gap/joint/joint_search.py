@@ -14,7 +14,9 @@ from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, JointFit, highest
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.score_test import best_candidates
-from bayes_hw.identify.growth.search import grow, smallest_cascade
+from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.search import Grown, grow, likeliest, smallest_cascade
+from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.record import Record
 
 STARTS_OF_A_LABEL = 3
@@ -23,6 +25,7 @@ LARGEST_ORDER = 14
 VERIFIED_NATS = 25.0
 REGROWTHS = 4
 MOST_EFFECTS = 3
+SMALLEST_COMMAND, SMALL_ORDER, NOISE_LEVELS = 1e-3, 4, (1.0, 4.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,27 +40,50 @@ class JointAnswer:
     log: Sequence[str] = field(default=())
 
 
-def natural_scale(fit_records: Sequence[Record], base: JointFit | None, limits: tuple[float, float], gain: float, sigma: float) -> JointScale:
+def natural_scale(
+    records: Sequence[Record], limits: tuple[float, float], gain: float, sigma: float
+) -> JointScale:
     """Sizes of the records."""
+    largest = max(float(np.abs(record.u).max()) for record in records)
     return JointScale(
-        speed=min(abs(limits[0]), abs(limits[1])),
+        speed=min(abs(limits[0]), abs(limits[1]), largest),
         gain=abs(gain),
-        travel=max(float(np.ptp(record.y)) for record in fit_records),
+        travel=max(float(np.ptp(record.y)) for record in records),
         sigma=sigma,
-        samples=max(len(record) for record in fit_records),
-        rate_hz=fit_records[0].sample_rate_hz,
+        samples=max(len(record) for record in records),
+        rate_hz=records[0].sample_rate_hz,
     )
 
 
-def grown_base(records: Sequence[Record], delay: int, sigma: float) -> JointFit:
-    """The best cascade without effects."""
-    structure = Structure(delay, True, 0, 0, lower=True, upper=True, dead_zone=True)
-    pool = grow(smallest_cascade(records, structure, sigma), LARGEST_ORDER)
-    best = min(pool.values(), key=lambda g: g.criterion)
+def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
+    """The best cascade without effects; of several starts the best at a small order is grown on."""
+    commands = np.concatenate([record.u for record in records])
+    largest = float(np.abs(commands).max())
+    structure = Structure(
+        0, True, 0, 0,
+        lower=bool(commands.min() < -SMALLEST_COMMAND * largest),
+        upper=bool(commands.max() > SMALLEST_COMMAND * largest),
+        dead_zone=True,
+    )  # fmt: skip
+    small = [_largest(grow(smallest_cascade(records, structure, level * noise_level), SMALL_ORDER)) for level in NOISE_LEVELS]
+    at = coarse_delay(likeliest(small))
+    pool = {at.structure.order: at}
+    while True:
+        pool = grow(at, LARGEST_ORDER)
+        best = min(pool.values(), key=lambda g: g.criterion)
+        if not too_long(best):
+            break
+        at = at_delay(at, safe_delay(best)).descended()
+    best = with_longer_delay(best)
     values = best.values
-    scale = natural_scale(records, None, (values.lower, values.upper), values.integrator_residue, sigma)
-    fit = JointFit.of_grown(best, scale).descended()
-    return delayed(fit)
+    sigma = best.point.rms
+    white = float(np.sqrt(best.point.whitener.sum_of_squares(best.point.residuals) / best.point.samples))
+    scale = natural_scale(records, (values.lower, values.upper), values.integrator_residue, min(sigma, white))
+    return JointFit.of_grown(best, scale).descended()
+
+
+def _largest(pool: Mapping[int, Grown]) -> Grown:
+    return pool[max(pool)]
 
 
 def delayed(fit: JointFit) -> JointFit:
@@ -146,14 +172,14 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
     return found
 
 
-def search(records: Sequence[Record], sigma: float, say: Callable[[str], None] = lambda text: None) -> JointAnswer:
+def search(records: Sequence[Record], say: Callable[[str], None] = lambda text: None) -> JointAnswer:
     """Grow, prune, verify."""
-    begin = time.perf_counter()
+    begin = time.process_time()
 
     def tell(text: str) -> None:
-        say(f"[{time.perf_counter() - begin:5.1f} s] {text}")
+        say(f"[{time.process_time() - begin:5.1f} s] {text}")
 
-    base = grown_base(records, 0, sigma)
+    base = grown_base(records, white_noise_level([record.y for record in records]))
     tell(f"base {base.structure.order} poles, delay {base.structure.delay_samples}, AR {base.point.whitener.order} score {base.score:.1f}")
     rivals: dict[str, float] = {}
     fit = base
@@ -193,5 +219,5 @@ def search(records: Sequence[Record], sigma: float, say: Callable[[str], None] =
         if nats[fit.labels[weakest]] >= VERIFIED_NATS:
             break
         fit = alternatives[weakest]
-    tell(f"done: {fit.names} AR {fit.point.whitener.order} rms {fit.point.rms:.5f} of {sigma:.5f}")
+    tell(f"done: {fit.names} AR {fit.point.whitener.order} rms {fit.point.rms:.5f}")
     return JointAnswer(fit, base, nats if fit.labels else {}, rivals)
