@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, JointFit, highest
 from bayes_hw.identify.cascade import Structure
+from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum, speed_noise, speeds
+from bayes_hw.gap.joint.reading_faults import MASK, REPEAT_SHARE, glitches, repeats, rounding_step
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.identified_model import dominant_modes
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, likeliest, smallest_cascade
@@ -25,6 +30,9 @@ LARGEST_ORDER = 14
 VERIFIED_NATS = 25.0
 REGROWTHS = 4
 MOST_EFFECTS = 3
+ROUNDED = 1.6
+"""Step over the innovations' standard deviation from which rounding is named."""
+
 SMALLEST_COMMAND, SMALL_ORDER, NOISE_LEVELS = 1e-3, 4, (1.0, 4.0)
 
 
@@ -37,7 +45,8 @@ class JointAnswer:
     base: JointFit
     nats: Mapping[str, float]
     rivals: Mapping[str, float]
-    log: Sequence[str] = field(default=())
+    readings: Readings
+    remainder: Remainder
 
 
 def natural_scale(
@@ -172,6 +181,69 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
     return found
 
 
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What the readings' own faults ask of the fit: weights of every record and the nats of each label."""
+
+    weights: tuple[FloatArray, ...]
+    nats: dict[str, float]
+    step: float | None
+    parameters: dict[str, float]
+
+
+def read_faults(fit: JointFit) -> Readings:
+    """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
+    records = fit.response.records
+    values = fit.values
+    residuals = [record.y - fit.response.simulate(values, record.u).y for record in records]
+    innovation = innovation_sigma(fit)
+    weights = [np.ones(len(record)) for record in records]
+    nats: dict[str, float] = {}
+    parameters: dict[str, float] = {}
+    step = rounding_step(records)
+    if step is not None and step > ROUNDED * innovation:
+        share = min(step**2 / 12 / innovation**2, 1.0)
+        nats["encoder_quantization"] = 1000.0 * share
+        parameters["encoder_quantization.step"] = step
+        return Readings(tuple(weights), nats, step, parameters)
+    moves = speeds(fit)
+    masks = [repeats(record.y, d, innovation) for record, d in zip(records, moves, strict=True)]
+    share = float(np.mean(np.concatenate(masks)))
+    if share > REPEAT_SHARE:
+        nats["timing_jitter"] = 1000.0
+        parameters["timing_jitter.share_repeated"] = share
+        weights = [np.where(m, MASK, w) for m, w in zip(masks, weights, strict=True)]
+    found = glitches([e / w for e, w in zip(residuals, weights, strict=True)])
+    if found.present:
+        nats["outliers"] = found.nats
+        total = sum(len(record) for record in records)
+        parameters["outliers.rate"] = found.count / total
+        sizes = np.concatenate([e[m] for e, m in zip(residuals, found.masks, strict=True)])
+        parameters["outliers.size"] = float(np.sqrt(np.mean(sizes**2)))
+        weights = [np.where(m, MASK, w) for m, w in zip(found.masks, weights, strict=True)]
+    else:
+        noise = speed_noise(fit, [np.where(w > 1, 0.0, e) for e, w in zip(residuals, weights, strict=True)])
+        if noise.present:
+            nats.setdefault("timing_jitter", noise.nats)
+            parameters["timing_jitter.sd"] = noise.jitter / records[0].sample_rate_hz
+            level = max(innovation**2 - noise.jitter**2 * float(np.mean(np.concatenate(moves) ** 2)), 0.05 * innovation**2)
+            weights = [
+                w * np.sqrt(1 + noise.jitter**2 * d**2 / level) for w, d in zip(weights, moves, strict=True)
+            ]
+    return Readings(tuple(weights), nats, step, parameters)
+
+
+def innovation_sigma(fit: JointFit) -> float:
+    """Standard deviation of the innovations, output units where the weights are one."""
+    return float(np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals) / fit.point.samples))
+
+
+def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
+    """The same explanation under other weights, descended and its G grown on."""
+    response = replace(fit.response, weights=weights)
+    return regrown(pruned(JointFit(response, evaluate(response, fit.point.coordinates)).descended()), 3)
+
+
 def search(records: Sequence[Record], say: Callable[[str], None] = lambda text: None) -> JointAnswer:
     """Grow, prune, verify."""
     begin = time.process_time()
@@ -181,6 +253,15 @@ def search(records: Sequence[Record], say: Callable[[str], None] = lambda text: 
 
     base = grown_base(records, white_noise_level([record.y for record in records]))
     tell(f"base {base.structure.order} poles, delay {base.structure.delay_samples}, AR {base.point.whitener.order} score {base.score:.1f}")
+    readings = read_faults(base)
+    if any(np.any(w != 1) for w in readings.weights):
+        tell(f"readings: {readings.nats} {readings.parameters}")
+        base = weighted(base, readings.weights)
+        again = read_faults(replace(base, response=replace(base.response, weights=None)))
+        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
+            readings = again
+            base = weighted(base, readings.weights)
+        tell(f"base {base.structure.order} poles, AR {base.point.whitener.order} rms {base.point.rms:.5f}")
     rivals: dict[str, float] = {}
     fit = base
     for step in range(8):
@@ -198,6 +279,12 @@ def search(records: Sequence[Record], say: Callable[[str], None] = lambda text: 
         gained = best.score - fit.score
         fit = best
         tell(f"{' + '.join(fit.names)}: {gained:.0f} gained, {fit.structure.order} poles, AR {fit.point.whitener.order}, rms {fit.point.rms:.5f}")
+        if fit.labels and not readings.nats:
+            later = read_faults(fit)
+            if later.nats:
+                readings = later
+                base, fit = weighted(base, later.weights), weighted(fit, later.weights)
+                tell(f"readings: {readings.nats} {readings.parameters}")
     if fit.labels:
         fit = pruned(fit)
         tell(f"pruned: {' + '.join(fit.names)}, {fit.structure.order} poles, delay {fit.structure.delay_samples} score {fit.score - base.score:.1f}")
@@ -219,5 +306,37 @@ def search(records: Sequence[Record], say: Callable[[str], None] = lambda text: 
         if nats[fit.labels[weakest]] >= VERIFIED_NATS:
             break
         fit = alternatives[weakest]
-    tell(f"done: {fit.names} AR {fit.point.whitener.order} rms {fit.point.rms:.5f}")
-    return JointAnswer(fit, base, nats if fit.labels else {}, rivals)
+        nats = {}
+    remainder = remainder_of(fit, readings)
+    tell(f"left: {remainder}")
+    return JointAnswer(fit, base, nats, rivals, readings, remainder)
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What the final fit leaves: order of its noise, root mean square over innovations, kurtosis of the
+    innovations, and the spectra's log-likelihoods."""
+
+    order: int
+    ratio: float
+    kurtosis: float
+    spectrum: NoiseSpectrum
+
+
+def remainder_of(fit: JointFit, readings: Readings) -> Remainder:
+    """Of a fit's weighted residuals."""
+    residuals = fit.point.residuals
+    whitener = fit.point.whitener
+    a = np.concatenate([whitener.apply(e[None, :])[0] for e in residuals])
+    modes = [
+        (m.frequency_hz, m.damping_ratio)
+        for m in dominant_modes(
+            fit.structure, fit.values.cascade, fit.response.scale.rate_hz, fit.response.scale.samples / fit.response.scale.rate_hz
+        )
+    ]
+    return Remainder(
+        whitener.order,
+        float(fit.point.rms / np.sqrt(np.mean(a**2))),
+        float(np.mean(a**4) / np.mean(a**2) ** 2 - 3),
+        noise_spectrum(fit, residuals, modes),
+    )

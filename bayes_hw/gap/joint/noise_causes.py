@@ -27,7 +27,7 @@ class SpeedNoise:
 
     @property
     def present(self) -> bool:
-        return self.nats > 40 and self.memory < 0.25
+        return self.nats > 40 and self.memory < 0.45
 
 
 def speeds(fit: JointFit) -> list[FloatArray]:
