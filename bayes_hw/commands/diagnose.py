@@ -16,7 +16,12 @@ EXAMPLE = "bayes-hw diagnose case/ --out diagnosis/"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A case folder, or a model with records to train on and records held out."""
-    parser.add_argument("case", nargs="?", metavar="CASE", help="folder with case.json")
+    parser.add_argument(
+        "case",
+        nargs="*",
+        metavar="CASE|RECORD",
+        help="folder with case.json; or records to diagnose without any model, with --holdout",
+    )
     parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
     parser.add_argument(
         "--simulator",
@@ -68,11 +73,15 @@ def run(parsed: argparse.Namespace) -> None:
         known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
-    if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:
+    folder = parsed.case[0] if len(parsed.case) == 1 and not parsed.holdout else None
+    if folder is None and parsed.case and parsed.model is None and parsed.simulator is None:
+        _from_records(parsed, out, begin)
+        return
+    if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
-            "give either a case folder or --model or --simulator, these with --train and --holdout"
+            "give a case folder, or records with --holdout, or --model or --simulator with --train and --holdout"
         )
-    if parsed.case is not None and (parsed.train or parsed.holdout):
+    if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
     train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
@@ -82,8 +91,8 @@ def run(parsed: argparse.Namespace) -> None:
         return record
 
     case: Case | SimulatorCase
-    if parsed.case is not None:
-        case = Case.read(Path(parsed.case), read_record)
+    if folder is not None:
+        case = Case.read(Path(folder), read_record)
     elif parsed.simulator is not None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
@@ -108,3 +117,40 @@ def run(parsed: argparse.Namespace) -> None:
             render(diagnosis_report(diagnosis, origin), out)
     if not parsed.quiet:
         say(sentence(diagnosis))
+
+
+def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
+    """Diagnose records without any model."""
+    import numpy as np
+
+    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.speech import say
+    from bayes_hw.files import check_output_folder
+    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
+    from bayes_hw.progress import Progress
+    from bayes_hw.report.render import remove_pages, render
+
+    if parsed.train:
+        raise InputError("--train goes with --model or --simulator; give the records themselves")
+    if parsed.without:
+        raise InputError("--without goes with a model; without one every effect is tried")
+    if not parsed.holdout:
+        raise InputError("records without a model need --holdout RECORD, a record that is never fitted")
+    check_output_folder(out)
+    train = read_records(parsed, parsed.case, None)
+    holdout = read_records(parsed, parsed.holdout, train[0].units)
+    progress = Progress(parsed.quiet)
+    diagnosis = diagnose_records(
+        train, holdout, np.random.default_rng(parsed.seed), name=train[0].name, progress=progress
+    )
+    write_results(diagnosis, out)
+    remove_pages(out)
+    if not parsed.no_report:
+        from bayes_hw.provenance import provenance
+        from bayes_hw.report.joint_report import joint_report
+
+        with progress.stage("report"):
+            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], time.perf_counter() - begin)
+            render(joint_report(diagnosis, origin), out)
+    if not parsed.quiet:
+        say(summary(diagnosis))
