@@ -79,7 +79,8 @@ def run(parsed: argparse.Namespace) -> None:
         return
     if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
-            "give a case folder, or records with --holdout, or --model or --simulator with --train and --holdout"
+            "give a case folder, or records with --holdout, or --model or --simulator with --train and "
+            "--holdout"
         )
     if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
@@ -150,7 +151,9 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         from bayes_hw.report.joint_report import joint_report
 
         with progress.stage("report"):
-            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], time.perf_counter() - begin)
+            origin = provenance(
+                parsed.command_line, parsed.seed, [*train, *holdout], time.perf_counter() - begin
+            )
             render(joint_report(diagnosis, origin), out)
     if not parsed.quiet:
         say(summary(diagnosis))

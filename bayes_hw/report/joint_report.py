@@ -50,7 +50,9 @@ def _badges(diagnosis: JointDiagnosis) -> tuple[Badge, ...]:
     else:
         sure = min(verdict.probability[label] for label in verdict.answer)
         first = Badge(
-            " and ".join(verdict.answer), "good" if sure >= SURE else "warn", f"{format_percent(sure, 1)} sure"
+            " and ".join(verdict.answer),
+            "good" if sure >= SURE else "warn",
+            f"{format_percent(sure, 1)} sure",
         )
     band = Badge(
         "band holds" if 0.88 <= inside <= 0.985 else "band off",
@@ -63,11 +65,23 @@ def _badges(diagnosis: JointDiagnosis) -> tuple[Badge, ...]:
 def _evidence(diagnosis: JointDiagnosis) -> tuple[Table, ...]:
     found = diagnosis.found
     rows = [(label, f"{nats:.0f}") for label, nats in {**found.nats, **found.readings.nats}.items()]
+    rows_of = set(found.nats)
     rivals = sorted(found.rivals.items(), key=lambda item: -item[1])
-    rows += [(f"{label}, alone in place of it", f"{nats:.0f}") for label, nats in rivals if nats > 0 and label not in found.nats]
+    rows += [
+        (f"{label}, alone in place of it", f"{nats:.0f}")
+        for label, nats in rivals
+        if nats > 0 and label not in rows_of
+    ]
     if not rows:
         return ()
-    return (Table(("effect", "nats"), tuple(rows), "What each is worth, G and noise free (and grown again without it).", (1,)),)
+    return (
+        Table(
+            ("effect", "nats"),
+            tuple(rows),
+            "What each is worth, G and noise free (and grown again without it).",
+            (1,),
+        ),
+    )
 
 
 def _table(diagnosis: JointDiagnosis) -> Table:

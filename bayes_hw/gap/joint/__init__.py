@@ -1,1 +1,1 @@
-"""Structure of G, effect and noise inferred together from records alone: kernel, effects, descents, search."""
+"""Structure of G, effect and noise inferred together from records alone."""

@@ -1,4 +1,4 @@
-"""What to do about each effect, in the words of an axis on the ground, and the experiment that confirms it."""
+"""What to do about each effect, for an axis on the ground, and the experiment that confirms it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from bayes_hw.gap.joint.joint_search import JointAnswer
 REMEDIES: Mapping[str, str] = MappingProxyType(
     {
         "rate_limit": "plan trajectories within the ramp, or raise the ramp in the drive's parameters",
-        "saturation_drift": "look for rail, bearing or wind load where the speed limit is low, and plan with the lowest",
+        "saturation_drift": "look for rail or bearing load where the limit is low; plan with the lowest",
         "command_bias": "trim the offset of the drive's analogue input, or send the opposite offset",
-        "gain_drift": "warm the drive up before tracking, or let a position loop with integral action take it up",
+        "gain_drift": "warm the drive up before tracking, or let the position loop's integral take it up",
         "cubic_stiffness": "tune the loop for both ends of the stiffness; notches at one frequency will miss",
         "friction": "feed the friction torque forward at reversals; look at lubrication and pre-load first",
         "backlash": "bias two pinions against each other, or approach targets from one side",
-        "torque_ripple": "feed the ripple forward over position; at its period look for tooth, magnet pole or rail joint",
+        "torque_ripple": "feed it forward over position; at its period look for a tooth, a pole, a joint",
         "wind": "no simulation follows it: design the loop's disturbance rejection for its spectrum",
         "encoder_quantization": "use the encoder's interpolation or a finer disc; average at rest",
-        "encoder_eccentricity": "correct the reading by a table over position, or read two heads half a turn apart",
+        "encoder_eccentricity": "correct the reading by a table over position, or read two opposite heads",
         "sensor_drift": "let the mount settle, or refer the angle to stars often enough",
-        "timing_jitter": "stamp the samples where they are taken, and check the bus for late or repeated readings",
+        "timing_jitter": "stamp samples where they are taken; check the bus for late or repeated ones",
         "gain_asymmetry": "calibrate the output's scale on either side of zero",
-        "outliers": "check cabling and screens of the encoder; reject single jumps before they reach the loop",
+        "outliers": "check the encoder's cable and screen; reject single jumps before the loop sees them",
         "other": "keep the band for planning and do the experiment below before any remedy",
     }
 )
@@ -46,7 +46,7 @@ def _size(label: str, posterior: JointPosterior, found: JointAnswer) -> str:
     if label == "friction" and "friction.displacement" in draws:
         step = 2 * float(draws["friction.displacement"].mean())
         side = "load" if any("load" in name for name in posterior.fit.names) else "motor"
-        return f"on the {side} side; a slow reversal lags by about {step:.3g} {output} until the loop has wound up; "
+        return f"at the {side}; a slow reversal lags by about {step:.3g} {output} until the loop winds up; "
     if label == "backlash" and "backlash.half_gap" in draws:
         return f"{2 * float(draws['backlash.half_gap'].mean()):.3g} {output} are lost at every reversal; "
     if label in ("encoder_eccentricity", "torque_ripple") and f"{label}.period" in draws:
@@ -58,12 +58,12 @@ def _size(label: str, posterior: JointPosterior, found: JointAnswer) -> str:
 
 
 def experiment_for(answer: Sequence[str], confusable: Sequence[tuple[str, str]]) -> str:
-    """The experiment that would tell rivals apart, confirm the answer, or look where nothing was looked at."""
+    """The experiment that would tell rivals apart, confirm the answer, or look further."""
     asked = next_experiment(answer, confusable)
     if asked is not None:
         return asked
     if not answer:
-        return "nothing is missing from these records; one with slow reversals and rests would test friction and play"
+        return "nothing is missing here; slow reversals with rests between would test friction and play"
     if answer[0] == "friction":
         return "to confirm friction: slow triangles at three rates, through rest and in both directions"
     return f"to confirm {answer[0]}: {SHOWS.get(answer[0], 'repeat one of the records unchanged')}"

@@ -10,7 +10,12 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
-from bayes_hw.gap.joint.joint_posterior import JointPosterior, dominant_sections, effect_quantities, static_gain
+from bayes_hw.gap.joint.joint_posterior import (
+    JointPosterior,
+    dominant_sections,
+    effect_quantities,
+    static_gain,
+)
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports, Simulated
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import linear_block
@@ -56,7 +61,9 @@ def corrected_model(
             "label": e.form.label,
             "form": e.form.name,
             "parameters": {
-                key.split(".", 1)[1]: value for key, value in quantities.items() if key.split(".")[0] == e.form.label
+                key.split(".", 1)[1]: value
+                for key, value in quantities.items()
+                if key.split(".")[0] == e.form.label
             },
         }
         for e in kept
@@ -74,10 +81,13 @@ def corrected_model(
             "samples": scale.samples, "rate_hz": scale.rate_hz,
         },
         "effects": [
-            {"label": e.form.label, "form": e.form.name, "signal": bool(e.ports is not None and e.ports.signal)}
+            {
+                "label": e.form.label, "form": e.form.name,
+                "signal": bool(e.ports is not None and e.ports.signal),
+            }
             for e in kept
         ],
-        "coordinates": (fit.point.coordinates if with_effects else fit.point.coordinates[: s.n_static + s.n_linear]).tolist(),
+        "coordinates": fit.point.coordinates[: None if with_effects else s.n_static + s.n_linear].tolist(),
         "draws": posterior.coordinates[:DRAWS_KEPT].tolist() if with_effects else [],
     }  # fmt: skip
     return found
@@ -100,7 +110,12 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
             if form.is_law:
                 none = Ports.none(s.real_poles, s.sections)
                 ports = Ports(
-                    none.real, none.sections, none.direct, none.signal_real, none.signal_sections, bool(item["signal"])
+                    none.real,
+                    none.sections,
+                    none.direct,
+                    none.signal_real,
+                    none.signal_sections,
+                    bool(item["signal"]),
                 )
             template.append(Effect(form, np.ones(len(form.slots(scale))), ports))
         response = JointResponse(s, tuple(template), (), scale)

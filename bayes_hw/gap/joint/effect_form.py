@@ -157,9 +157,9 @@ FORMS: tuple[Form, ...] = (
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
-        lambda s: [(0.0,)],
+        lambda _: [(0.0,)],
     ),
-    Form("command_bias", "", "input", lambda s: (Slot(K.BIAS, "bias"),), lambda s: [(0.0,)]),
+    Form("command_bias", "", "input", lambda _: (Slot(K.BIAS, "bias"),), lambda _: [(0.0,)]),
     Form(
         "gain_drift", "", "input",
         lambda s: (Slot(K.CHANGE, "change", False, -0.9, 5.0), _slow(s, K.WARMING)),
@@ -167,8 +167,8 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "cubic_stiffness", "", "law",
-        lambda s: (Slot(1, "softening", False, 0.0, 3.0),),
-        lambda s: [(0.0,)],
+        lambda _: (Slot(1, "softening", False, 0.0, 3.0),),
+        lambda _: [(0.0,)],
         K.CUBIC, K.BASE_SECOND_DIFFERENCE,
     ),
     _coulomb("motor", K.BASE_COMMAND),
@@ -191,10 +191,10 @@ FORMS: tuple[Form, ...] = (
     _wave("encoder_eccentricity", "", "output", K.SINE),
     Form(
         "gain_asymmetry", "", "output",
-        lambda s: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
-        lambda s: [(0.0,)],
+        lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
+        lambda _: [(0.0,)],
     ),
-    Form("sensor_drift", "ramp", "output", lambda s: (Slot(K.RATE, "rate"),), lambda s: [(0.0,)]),
+    Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(
         "sensor_drift", "thermal", "output",
         lambda s: (Slot(K.SETTLING, "amount"), _slow(s, K.SETTLING_TIME)),

@@ -1,4 +1,4 @@
-"""What every form of every label promises at a fit, by score tests with all present coordinates projected off.
+"""What every form of every label promises at a fit, by score tests, all present coordinates projected off.
 
 Twice: under the noise that was fitted and under a first-order one, since a fitted autoregression of high
 order hides slow effects that G and the noise have taken up.
@@ -62,7 +62,9 @@ class _Whitened:
         product = columns @ self.residual
         explained = float(product @ np.linalg.solve(gram, product))
         share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
-        return float(-0.5 * len(self.residual) * np.log1p(-share) - 0.5 * len(columns) * np.log(len(self.residual)))
+        return float(
+            -0.5 * len(self.residual) * np.log1p(-share) - 0.5 * len(columns) * np.log(len(self.residual))
+        )
 
 
 def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:

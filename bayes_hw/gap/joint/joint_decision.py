@@ -13,7 +13,7 @@ from bayes_hw.gap.judgement import OTHER
 
 CERTAIN = 0.995
 NATS_OF_DOUBT = 60.0
-"""A label's doubt falls by a factor e with so many verified nats: conservative, since forms are never exact."""
+"""A label's doubt falls by a factor e with so many verified nats: forms are never exact."""
 
 COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
@@ -57,7 +57,11 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
         closest = max(spectrum.autoregression, spectrum.first_order)
         if found.nats and left.ratio < COARSE_RATIO:
             remains = 0.0
-        elif walk > TORQUE_NATS and spectrum.walk > max(closest - AS_GOOD, spectrum.torque - AS_GOOD) and left.kurtosis < GAUSSIAN:
+        elif (
+            walk > TORQUE_NATS
+            and spectrum.walk > max(closest - AS_GOOD, spectrum.torque - AS_GOOD)
+            and left.kurtosis < GAUSSIAN
+        ):
             evidence.setdefault("sensor_drift", walk)
         elif slow > TORQUE_NATS and spectrum.torque > closest - AS_GOOD and left.kurtosis < GAUSSIAN:
             evidence.setdefault("wind", slow)
@@ -85,7 +89,11 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
         best = max(found.rivals.values(), default=-10.0)
         none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
     rest = max(0.0, 1 - none - p_other) if not answer else SMALL * len(LABEL_BLOCKS)
-    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in ("transport_delay", "unmodelled_mode")]
+    silent = [
+        label
+        for label in LABEL_BLOCKS
+        if probability[label] == 0.0 and label not in ("transport_delay", "unmodelled_mode")
+    ]
     for label in silent:
         probability[label] = rest / max(len(silent), 1)
     probability["none"], probability[OTHER] = none, p_other

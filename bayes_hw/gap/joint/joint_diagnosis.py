@@ -21,10 +21,11 @@ from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import JointPosterior, laplace
+from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
-from bayes_hw.gap.joint.joint_search import JointAnswer, innovation_sigma, search
+from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
+from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.judgement import OTHER
 from bayes_hw.gap.locate import Location
 from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, Closure
@@ -36,6 +37,9 @@ from bayes_hw.threads import one_blas_thread
 PREDICTED_DRAWS = 40
 BOOTSTRAPS = 300
 SEGMENTS = 12
+OF_ROUNDED = 2.0
+"""Factor on standard deviations where readings are rounded: the errors are not independent."""
+
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 """Labels whose effect no simulation follows."""
 
@@ -80,8 +84,11 @@ def diagnose_records(
         found = search(records, progress.say)
         decision = decide_jointly(found)
         fit = found.fit if decision.answer != (OTHER,) else found.base
-        posterior = laplace(fit, records[0].units, rng)
-        return _finished(name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin)
+        wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
+        posterior = laplace(fit, records[0].units, rng, wide)
+        return _finished(
+            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
+        )
 
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
@@ -91,8 +98,18 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
     if answer & {"wind", OTHER} or (answer == {"sensor_drift"} and not fit.labels):
         sigma = innovation_sigma(fit)
     if "encoder_quantization" in answer and found.readings.step is not None:
-        sigma = float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, (0.02 * sigma) ** 2)))
+        sigma = max(
+            float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, 0.0))), 0.15 * found.readings.step
+        )
     return sigma
+
+
+def noise_doubt(decision: JointDecision) -> float:
+    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it."""
+    answer = set(decision.answer)
+    if "encoder_quantization" in answer:
+        return 0.4
+    return 0.15 if answer & {"wind", OTHER} else 0.02
 
 
 def _finished(
@@ -109,19 +126,21 @@ def _finished(
     fit, base, units = posterior.fit, found.base, train[0].units
     sigma = encoder_sigma(found, decision, fit)
     samples = fit.point.samples
-    noise_error = sigma * 1.5 / np.sqrt(2 * samples) + 0.02 * sigma
-    some = [posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)]
+    noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
+    some = [
+        posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
+    ]
     gaps = []
     for records in (train, holdout):
         y = [r.y for r in records]
         before, after = _predictions(base, base.values, records), _predictions(fit, fit.values, records)
         gaps.append(_closure(y, before, after, sigma, noise_error, rng))
-    before = base.response.simulate(base.values, holdout[0].u).y
-    after = fit.response.simulate(fit.values, holdout[0].u).y
+    first = base.response.simulate(base.values, holdout[0].u).y
+    last = fit.response.simulate(fit.values, holdout[0].u).y
     drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
     half = NORMAL_HALF_WIDTH * np.sqrt(np.var(drawn, axis=0) + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
-    estimates[NOISE_SIGMA] = Estimate.of(sigma + noise_error * rng.standard_normal(2000), units.output)
+    estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.effects.items()}
     if decision.answer == (OTHER,):
         parameters = {}
@@ -144,7 +163,8 @@ def _finished(
     )
     corrected = corrected_model(name, train, posterior, sigma, with_effects=decision.answer != (OTHER,))
     return JointDiagnosis(
-        name, train, holdout, found, decision, posterior, verdict, before, after, after - half, after + half, corrected
+        name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
+        corrected,
     )  # fmt: skip
 
 
@@ -187,27 +207,27 @@ def _closure(
     draws = []
     for _ in range(BOOTSTRAPS):
         pick = rng.integers(0, 40, 40)
-        draws.append(closed(parts0[pick].mean(), parts1[pick].mean(), sigma + noise_error * rng.standard_normal()))
+        draws.append(
+            closed(parts0[pick].mean(), parts1[pick].mean(), sigma + noise_error * rng.standard_normal())
+        )
     low, high = highest_density_interval(np.array(draws), 0.94)
     middle = closed(rmse0**2, rmse1**2, sigma)
     return Closure(rmse0, rmse1, sigma, middle, (min(low, middle), max(high, middle)))
 
 
-def _location(
-    train: Sequence[Record], found: JointAnswer, decision: JointDecision, sigma: float
-) -> Location:
+def _location(train: Sequence[Record], found: JointAnswer, decision: JointDecision, sigma: float) -> Location:
     """Block, band and regime of the error of the best model without effects."""
     named = [label for label in decision.answer if label != OTHER]
     share: dict[str, float] = dict.fromkeys(("input", "linear", "drive", "disturbance", "sensor"), 0.0)
-    for label, block in LABEL_BLOCKS.items():
-        share[block] += decision.probability.get(label, 0.0)
+    for label, home in LABEL_BLOCKS.items():
+        share[home] += decision.probability.get(label, 0.0)
     share["drive"] += 0.4 * decision.probability[OTHER]
     share["disturbance"] += 0.6 * decision.probability[OTHER]
     total = max(sum(share.values()), 1.0)
-    share = {block: value / total for block, value in share.items()}
-    block = "none"
+    share = {home: value / total for home, value in share.items()}
+    block: str = "none"
     if decision.answer:
-        block = LABEL_BLOCKS[named[0]] if named else max(share, key=lambda b: share[b])
+        block = str(LABEL_BLOCKS[named[0]]) if named else max(share, key=lambda b: share[b])
     base = found.base
     residuals = [r.y - base.response.simulate(base.values, r.u).y for r in train]
     rate = train[0].sample_rate_hz
@@ -222,7 +242,9 @@ def _location(
             low, high = float(inside[0]), float(inside[-1])
     regimes = _regimes(base, train, residuals, sigma)
     segments = tuple(
-        float(np.sqrt(np.mean(np.concatenate([np.array_split(e, SEGMENTS)[i] for e in residuals]) ** 2)) / sigma)
+        float(
+            np.sqrt(np.mean(np.concatenate([np.array_split(e, SEGMENTS)[i] for e in residuals]) ** 2)) / sigma
+        )
         for i in range(SEGMENTS)
     )
     regime = max(regimes, key=lambda r: regimes[r])
@@ -254,12 +276,14 @@ def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
         f"G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
         "a longer delay or a further mode is part of such a G and cannot be a gap",
     ]
-    for label in fit.labels:
-        if label in found.nats and label in decision.answer:
-            said.append(f"without {label} the records are {found.nats[label]:.0f} nats less likely, G regrown")
-    for named, rival in decision.confusable:
-        said.append(f"{rival} explains these records about as well as {named}")
-    return said
+    said += [
+        f"without {label} the records are {found.nats[label]:.0f} nats less likely, G regrown"
+        for label in fit.labels
+        if label in found.nats and label in decision.answer
+    ]
+    return said + [
+        f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable
+    ]
 
 
 def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
@@ -286,7 +310,8 @@ def summary(diagnosis: JointDiagnosis) -> str:
             f"({100 * verdict.probability['none']:.3g} % sure)."
         )
     if verdict.answer == (OTHER,):
-        return f"Something is missing that no entry of the catalogue explains ({100 * verdict.probability[OTHER]:.3g} % sure)."
+        sure = 100 * verdict.probability[OTHER]
+        return f"Something is missing that no entry of the catalogue explains ({sure:.3g} % sure)."
     parts = [f"{label} ({100 * verdict.probability[label]:.3g} % sure)" for label in verdict.answer]
     said = f"From the records alone: {' and '.join(parts)}. "
     if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:

@@ -36,7 +36,9 @@ class JointFit:
     point: Point
 
     @classmethod
-    def of_grown(cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None) -> JointFit:
+    def of_grown(
+        cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None
+    ) -> JointFit:
         """A cascade without any effect."""
         response = JointResponse(grown.structure, (), grown.response.records, scale, weights)
         coordinates = response.coordinates(JointValues(grown.values))
@@ -83,9 +85,7 @@ class JointFit:
             return self
         return replace(self, point=descend(self.response, self.point, steps))
 
-    def moved(
-        self, structure: Structure, values: JointValues, whitener: Whitener | None = None
-    ) -> JointFit:
+    def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
         response = replace(self.response, structure=structure, template=values.effects)
         return JointFit(response, evaluate(response, response.coordinates(values), whitener))
@@ -125,7 +125,8 @@ class JointFit:
         values = self.values
         structure, cascade = with_section(self.structure, values.cascade, a1, a2)
         effects = _each_port(
-            values, lambda p: replace(p, sections=_wider(p.sections), signal_sections=_wider(p.signal_sections))
+            values,
+            lambda p: replace(p, sections=_wider(p.sections), signal_sections=_wider(p.signal_sections)),
         )
         return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
 
@@ -143,10 +144,13 @@ class JointFit:
                     signal_sections=_wider(p.signal_sections, (seen, 0.0)),
                 )  # fmt: skip
 
-            return self.moved(structure, JointValues(cascade, _each_port(values, joined)), self.point.whitener)
+            return self.moved(
+                structure, JointValues(cascade, _each_port(values, joined)), self.point.whitener
+            )
         structure, cascade = with_separate_pole(self.structure, values.cascade, pole)
         effects = _each_port(
-            values, lambda p: replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0))
+            values,
+            lambda p: replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0)),
         )
         return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
 

@@ -3,7 +3,7 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, its second difference or w itself. So no drive train need be known.
+behind the input's effects, the speed of w, its second difference or w itself. No drive train need be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -15,7 +15,8 @@ import math
 import numpy as np
 from numba import njit
 
-EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE, BIAS, CHANGE, WARMING = range(9)
+EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE = range(6)
+BIAS, CHANGE, WARMING = range(6, 9)
 INPUTS = 9
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
@@ -27,19 +28,19 @@ DIRECT_WEIGHT, DIRECT_POLE = range(2)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def respond_jointly(  # type: ignore[no-untyped-def]
-    u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections, direct,
-    signal_real, signal_sections, columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections,
-    c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work, v_out, w_out,
-    y_out, slope_out, rows,
+    u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
+    direct, signal_real, signal_sections, columns, c_static, c_inputs, c_outputs, c_residue, c_real,
+    c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
+    v_out, w_out, y_out, slope_out, rows,
 ):  # fmt: skip
     """One record from rest at w = 0.
 
-    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,), `outputs` (10,)
-    as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues; `sections`
-    (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n), `direct` (j, 2),
-    `signal_real` (j, n) and `signal_sections` (j, 2, n). The arrays c_... hold the column of each parameter or
-    -1. `work` (rows, columns) is scratch of 8 + 2 laws + real poles + 2 sections + 3 laws rows. Written: v, w,
-    y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
+    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,) and `outputs`
+    (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
+    `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
+    `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n). The arrays c_... hold the column of
+    each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
+    Written: v, w, y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
@@ -200,7 +201,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             g0 = g1 = g2 = by_q = 0.0
             tau, by_z = 0.0, 0.0
             law = laws[j]
-            if law == COULOMB or law == STRIBECK:
+            if law in (COULOMB, STRIBECK):
                 t = math.tanh(q / t0)
                 slope = (1.0 - t * t) / t0
                 bell, bell_by_q, bell_by_width = 0.0, 0.0, 0.0
@@ -290,8 +291,18 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         if has_wave:
             s, co = math.sin(wave * out), math.cos(wave * out)
             s2, co2 = 2 * s * co, 2 * co * co - 1
-            y += outputs[SINE] * s + outputs[COSINE] * (co - 1) + outputs[SINE2] * s2 + outputs[COSINE2] * (co2 - 1)
-            turned = outputs[SINE] * co - outputs[COSINE] * s + 2 * outputs[SINE2] * co2 - 2 * outputs[COSINE2] * s2
+            y += (
+                outputs[SINE] * s
+                + outputs[COSINE] * (co - 1)
+                + outputs[SINE2] * s2
+                + outputs[COSINE2] * (co2 - 1)
+            )
+            turned = (
+                outputs[SINE] * co
+                - outputs[COSINE] * s
+                + 2 * outputs[SINE2] * co2
+                - 2 * outputs[COSINE2] * s2
+            )
             slope_y += wave * turned
         y += outputs[RATE] * k
         if has_settling:

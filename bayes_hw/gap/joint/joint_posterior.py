@@ -1,4 +1,4 @@
-"""Posterior of the joint fit: a normal in its coordinates (Laplace, Gauss-Newton), carried to what is reported."""
+"""Posterior of the joint fit: a normal in its coordinates (Laplace), carried to what is reported."""
 
 from __future__ import annotations
 
@@ -39,8 +39,10 @@ class JointPosterior:
         return [self.fit.response.values(x) for x in self.coordinates]
 
 
-def laplace(fit: JointFit, units: Units, rng: np.random.Generator) -> JointPosterior:
-    """Draws about the fit."""
+def laplace(
+    fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
+) -> JointPosterior:
+    """Draws about the fit, standard deviations times `inflation`."""
     information = information_of(triangular_factor(fit.response, fit.point), fit.point.samples)
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     seen = scale > 0
@@ -48,7 +50,7 @@ def laplace(fit: JointFit, units: Units, rng: np.random.Generator) -> JointPoste
     correlation = information / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(len(scale)))
     root = vectors / np.sqrt(np.maximum(values, RIDGE))
-    steps = INFLATION * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
+    steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
     steps[:, ~seen] = 0.0
     centre = fit.point.coordinates
     drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
@@ -62,14 +64,24 @@ def laplace(fit: JointFit, units: Units, rng: np.random.Generator) -> JointPoste
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
-    unit = {"saturation.lower": units.input, "saturation.upper": units.input, "dead_zone.half_width": units.output}
-    unit["gain"] = f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
+    unit = {
+        "saturation.lower": units.input,
+        "saturation.upper": units.input,
+        "dead_zone.half_width": units.output,
+    }
+    unit["gain"] = (
+        f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
+    )
     for name in base:
         if name.endswith("frequency_hz"):
             unit[name] = "Hz"
     unit.update(effect_units(fit, units))
     return JointPosterior(
-        fit, drawn, {n: np.array(v) for n, v in base.items()}, {n: np.array(v) for n, v in effects.items()}, unit
+        fit,
+        drawn,
+        {n: np.array(v) for n, v in base.items()},
+        {n: np.array(v) for n, v in effects.items()},
+        unit,
     )
 
 
@@ -99,7 +111,7 @@ def base_quantities(fit: JointFit, values: JointValues, sections: list[int], rat
         "gain": linear_block_gain(fit, values),
     }  # fmt: skip
     for number, i in enumerate(sections, start=1):
-        mode = _mode(*c.sections[:2, i], rate)
+        mode = _mode(c.sections[0, i], c.sections[1, i], rate)
         found[f"mode{number}.frequency_hz"] = mode.frequency_hz
         found[f"mode{number}.damping_ratio"] = mode.damping_ratio
     return {name: value for name, value in found.items() if np.isfinite(value)}
@@ -138,9 +150,9 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 value = value / rate
             elif name == "log_ratio":
                 name, value = "ratio", float(np.exp(value))
-            elif name == "rate" and form.place == "output":
-                value = value * rate
-            elif name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED:
+            elif (name == "rate" and form.place == "output") or (
+                name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
+            ):
                 value = value * rate
             elif name == "gap":
                 name, value = "acceleration", value * rate**2
@@ -158,7 +170,8 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
         speed = f"{units.output}/s" if form.base == K.BASE_SPEED else units.input
         known = {
             "period": units.output, "time": "s", "bias": units.input, "half_gap": units.output,
-            "amount": units.output, "displacement": units.output, "phase": "rad", "slope": f"1/{units.output}",
+            "amount": units.output, "displacement": units.output, "phase": "rad",
+            "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,
             "acceleration": f"{units.output}/s^2",
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",

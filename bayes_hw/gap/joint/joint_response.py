@@ -113,7 +113,9 @@ class JointResponse:
         for effect in values.effects:
             slots = effect.form.slots(self.scale)
             parts.append(
-                np.array([np.log(x) if t.logarithmic else x for t, x in zip(slots, effect.values, strict=True)])
+                np.array(
+                    [np.log(x) if t.logarithmic else x for t, x in zip(slots, effect.values, strict=True)]
+                )
             )
             if (p := effect.ports) is not None:
                 direct = np.array([p.direct[0], np.arctanh(p.direct[1])])
@@ -146,7 +148,7 @@ class JointResponse:
         return JointValues(self._cascade.values(coordinates[: self._n_base]), tuple(effects))
 
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
-        """The nearest coordinates that mean something (see `CascadeResponse`); effects within their bounds."""
+        """The nearest coordinates that mean something (see `CascadeResponse`), effects within bounds."""
         found = coordinates.copy()
         found[: self._n_base] = self._cascade.admissible(found[: self._n_base], previous[: self._n_base])
         at = self._n_base
@@ -301,8 +303,8 @@ class JointResponse:
             first = at
         columns = at - first
         if first:
-            for c in (c_static, c_inputs, c_outputs, c_real, c_sections, c_thetas, c_port_real, c_port_sections,
-                      c_direct, c_signal_real, c_signal_sections):  # fmt: skip
+            for c in (c_static, c_inputs, c_outputs, c_real, c_sections, c_thetas, c_port_real,
+                      c_port_sections, c_direct, c_signal_real, c_signal_sections):  # fmt: skip
                 c[...] = np.maximum(c - first, -1)
             c_residue = max(c_residue - first, -1)
         length = len(u)
@@ -314,8 +316,9 @@ class JointResponse:
         run = Simulated(*(np.empty(length) for _ in range(4)))
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
-            cascade.integrator_residue, np.ascontiguousarray(cascade.real), np.ascontiguousarray(cascade.sections),
-            np.array([e.form.law for e in laws], dtype=np.int64), np.array([e.form.base for e in laws], dtype=np.int64),
+            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
+            np.ascontiguousarray(cascade.sections), np.array([e.form.law for e in laws], dtype=np.int64),
+            np.array([e.form.base for e in laws], dtype=np.int64),
             thetas, port_real, port_sections, direct, signal_real, signal_sections,
             columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real,
             c_port_sections, c_direct, c_signal_real, c_signal_sections, work,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -11,8 +12,12 @@ from scipy.optimize import minimize
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 
-LARGEST_JITTER = 1.0
-"""Samples."""
+Shape: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Spectrum of parameters."""
+
+LEAST_NATS = 60.0
+LONGEST_MEMORY = 0.65
+"""A held reading follows the one before by the share that is held; slow error by nearly one."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,7 @@ class SpeedNoise:
 
     @property
     def present(self) -> bool:
-        return self.nats > 40 and self.memory < 0.45
+        return self.nats > LEAST_NATS and self.memory < LONGEST_MEMORY
 
 
 def speeds(fit: JointFit) -> list[FloatArray]:
@@ -37,7 +42,7 @@ def speeds(fit: JointFit) -> list[FloatArray]:
 
 
 def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
-    """Of unweighted residuals; innovations under the fit's noise are taken, so that slow error tells nothing."""
+    """Of unweighted residuals; innovations under the fit's noise are taken: slow error tells nothing."""
     whitener = fit.point.whitener
     a = np.concatenate([whitener.apply(e[None, :])[0] for e in residuals])
     steps = speeds(fit)
@@ -66,7 +71,9 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
     power = np.concatenate([e[1:] ** 2 for e in residuals])
     fast = np.concatenate([s[1:] ** 2 for s in steps]) > np.quantile(d, 0.6) * unit
     memory = float(np.sum(product[fast]) / max(float(np.sum(power[fast])), 1e-300))
-    return SpeedNoise(float(flat - found.fun - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory)
+    return SpeedNoise(
+        float(flat - found.fun - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory
+    )
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,9 @@ class NoiseSpectrum:
     corner_hz: float
 
 
-def noise_spectrum(fit: JointFit, residuals: Sequence[FloatArray], modes: Sequence[tuple[float, float]]) -> NoiseSpectrum:
+def noise_spectrum(
+    fit: JointFit, residuals: Sequence[FloatArray], modes: Sequence[tuple[float, float]]
+) -> NoiseSpectrum:
     """`modes` are frequencies (Hz) and damping ratios of G's resonances.
 
     Periodograms of tapered first differences (Whittle 1953): a walk's own has no leakage.
@@ -100,7 +109,6 @@ def noise_spectrum(fit: JointFit, residuals: Sequence[FloatArray], modes: Sequen
         powers.append(np.abs(transform[keep]) ** 2)
     f, p = np.concatenate(frequencies), np.concatenate(powers)
     differenced = 4 * np.sin(np.pi * f / rate) ** 2
-    unit = float(np.mean(p / differenced)) if len(f) else 1.0
     price = 0.5 * float(np.log(max(len(f), 2)))
 
     def value(spectrum: FloatArray) -> float:
@@ -122,14 +130,14 @@ def noise_spectrum(fit: JointFit, residuals: Sequence[FloatArray], modes: Sequen
         r = f / frequency
         resonance = resonance / ((1 - r**2) ** 2 + (2 * damping * r) ** 2)
 
-    def best(shape, starts):  # type: ignore[no-untyped-def]
-        found = [
-            minimize(lambda x: -value(shape(x)), start, method="Nelder-Mead",
-                     options={"maxiter": 200, "xatol": 0.02, "fatol": 0.05})
-            for start in starts
-        ]  # fmt: skip
-        top = min(found, key=lambda r: r.fun)
-        return -float(top.fun), top.x
+    def best(shape: Shape, starts: Sequence[FloatArray]) -> tuple[float, FloatArray]:
+        def minus(x: FloatArray) -> float:
+            return -value(shape(x))
+
+        options = {"maxiter": 200, "xatol": 0.02, "fatol": 0.05}
+        found = [minimize(minus, start, method="Nelder-Mead", options=options) for start in starts]
+        top = min(found, key=lambda r: float(r.fun))
+        return -float(top.fun), np.asarray(top.x)
 
     def walking(x: FloatArray) -> FloatArray:
         return 1 + np.exp(np.clip(x[0], -40, 40)) / differenced
@@ -137,19 +145,20 @@ def noise_spectrum(fit: JointFit, residuals: Sequence[FloatArray], modes: Sequen
     def first(x: FloatArray) -> FloatArray:
         return autoregressive(np.array([np.tanh(x[0])]))
 
-    def blown(power: float, bent: bool):  # type: ignore[no-untyped-def]
+    def blown(power: float, bent: bool) -> Shape:
         def shape(x: FloatArray) -> FloatArray:
             slow = np.exp(np.clip(x[0], -40, 40)) / (1 + (f / np.exp(x[1])) ** 2) ** power
             return 1 + slow * (resonance if bent else 1.0)
+
         return shape
 
-    del unit
     walk, _ = best(walking, [np.array([a]) for a in (-8.0, -4.0, 0.0)])
     one, _ = best(first, [np.array([a]) for a in (0.3, 1.5)])
     torques = []
+    corners = [np.array([a, np.log(c)]) for a in (2.0, 6.0) for c in (0.05, 0.3)]
     for power in (1.0, 1.5, 2.2):
         for bent in (True, False):
-            got, x = best(blown(power, bent), [np.array([a, np.log(c)]) for a in (2.0, 6.0) for c in (0.05, 0.3)])
+            got, x = best(blown(power, bent), corners)
             torques.append((got - 3 * price, float(np.exp(x[1]))))
     torque, corner = max(torques)
     return NoiseSpectrum(
