@@ -20,8 +20,8 @@ COLOURED_NATS = 60.0
 
 TORQUE_NATS = 40.0
 AS_GOOD = 15.0
-GAUSSIAN = 1.5
-"""Largest excess kurtosis of the innovations of an angle that walks."""
+GAUSSIAN = 0.6
+"""Largest excess kurtosis of the innovations of wind or of an angle that walks: neither jumps."""
 
 COARSE_RATIO = 1.5
 """Root mean square residual over innovations, beside a label, from which something else is said to remain."""
@@ -83,7 +83,6 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
     for named, rival in confusable:
         shared = probability[named]
         probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
-    weakest = min((nats for nats in evidence.values()), default=0.0)
     none = float(np.prod([1 - p for p in sure.values()])) * (1 - p_other) if evidence or remains else 0.0
     if not answer:
         best = max(found.rivals.values(), default=-10.0)
@@ -97,7 +96,6 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
     for label in silent:
         probability[label] = rest / max(len(silent), 1)
     probability["none"], probability[OTHER] = none, p_other
-    del weakest
     return JointDecision(answer, probability, confusable, coloured)
 
 

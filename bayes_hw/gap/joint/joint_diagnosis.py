@@ -37,7 +37,7 @@ from bayes_hw.threads import one_blas_thread
 PREDICTED_DRAWS = 40
 BOOTSTRAPS = 300
 SEGMENTS = 12
-OF_ROUNDED = 2.0
+OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded: the errors are not independent."""
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
@@ -109,7 +109,7 @@ def noise_doubt(decision: JointDecision) -> float:
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return 0.15 if answer & {"wind", OTHER} else 0.02
+    return 0.15 if answer & {"wind", "timing_jitter", OTHER} else 0.02
 
 
 def _finished(
@@ -138,7 +138,7 @@ def _finished(
     first = base.response.simulate(base.values, holdout[0].u).y
     last = fit.response.simulate(fit.values, holdout[0].u).y
     drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
-    half = NORMAL_HALF_WIDTH * np.sqrt(np.var(drawn, axis=0) + _spread(fit) ** 2)
+    half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.effects.items()}
@@ -170,6 +170,13 @@ def _finished(
 
 def _predictions(fit: JointFit, values: JointValues, records: Sequence[Record]) -> list[FloatArray]:
     return [fit.response.simulate(values, record.u).y for record in records]
+
+
+def _middle_spread(drawn: FloatArray) -> FloatArray:
+    """Standard deviation (samples,) of draws (draws, samples) by their middle two thirds: a normal in
+    coordinates has a few draws whose response is far from any that the records allow."""
+    low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
+    return np.asarray((high - low) / 2, dtype=np.float64)
 
 
 def _spread(fit: JointFit) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,17 +11,22 @@ from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
 from bayes_hw.identify.cascade_roots import linear_block
-from bayes_hw.identify.growth.descent import information_of, triangular_factor
+from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.identified_model import dominant_modes
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
 DRAWS = 1000
-INFLATION = 1.2
+INFLATION = 1.7
 """Of standard deviations, for structures that were not chosen and forms that are a little wrong: see
 docs/decisions."""
 
 RIDGE = 1e-9
+CHAOTIC = 1.7
+"""Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
+
+EXPLODED = 1e3
+"""Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +48,19 @@ def laplace(
     fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`."""
-    information = information_of(triangular_factor(fit.response, fit.point), fit.point.samples)
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    seen = scale > 0
-    scale[~seen] = 1.0
-    correlation = information / np.outer(scale, scale)
+    factor, chaotic = _factor(fit)
+    if chaotic:
+        inflation *= CHAOTIC
+    size = len(factor) - 1
+    largest = np.abs(factor[:size, :size]).max(axis=0)
+    seen = largest > 0
+    largest[~seen] = 1.0
+    scaled = factor[:size, :size] / largest
+    norms = np.sqrt(np.sum(scaled**2, axis=0))
+    norms[~seen] = 1.0
+    correlation = (scaled / norms).T @ (scaled / norms)
+    variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
+    scale = largest * norms / np.sqrt(variance)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(len(scale)))
     root = vectors / np.sqrt(np.maximum(values, RIDGE))
     steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
@@ -83,6 +96,27 @@ def laplace(
         {n: np.array(v) for n, v in effects.items()},
         unit,
     )
+
+
+def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
+    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
+    effects' torques held as they are and their parameters not moved."""
+    whole = triangular_factor(fit.response, fit.point)
+    if not any(effect.ports is not None for effect in fit.response.template):
+        return whole, False
+    plain = JointFit(replace(fit.response, template=()), fit.point)
+    coordinates = plain.response.coordinates(JointValues(fit.values.cascade))
+    point = evaluate(plain.response, coordinates, fit.point.whitener)
+    held = triangular_factor(plain.response, point)
+    count = len(held) - 1
+    largest = np.linalg.norm(held[:count, :count], axis=0)
+    size = len(whole) - 1
+    if np.all(np.abs(whole[:, :count]).max(axis=0) < EXPLODED * np.maximum(largest, 1e-300)):
+        return whole, False
+    found = np.zeros_like(whole)
+    found[:count, :count] = held[:count, :count]
+    found[size, size] = np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals))
+    return found, True
 
 
 def dominant_sections(fit: JointFit) -> list[int]:

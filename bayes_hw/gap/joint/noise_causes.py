@@ -134,8 +134,10 @@ def noise_spectrum(
         def minus(x: FloatArray) -> float:
             return -value(shape(x))
 
-        options = {"maxiter": 200, "xatol": 0.02, "fatol": 0.05}
-        found = [minimize(minus, start, method="Nelder-Mead", options=options) for start in starts]
+        found = [
+            minimize(minus, tuple(start), method="Nelder-Mead", options={"maxiter": 200, "fatol": 0.05})
+            for start in starts
+        ]
         top = min(found, key=lambda r: float(r.fun))
         return -float(top.fun), np.asarray(top.x)
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import spearmanr
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
 from bayes_hw.identify.identified_model import dominant_modes
@@ -16,13 +14,11 @@ from bayes_hw.identify.identified_model import dominant_modes
 @dataclass(frozen=True)
 class Remainder:
     """What the final fit leaves: order of its noise, root mean square over innovations, kurtosis of the
-    innovations, how far (standard deviations) their size follows the acceleration of w, and the spectra's
-    log-likelihoods."""
+    innovations, and the spectra's log-likelihoods."""
 
     order: int
     ratio: float
     kurtosis: float
-    with_acceleration: float
     spectrum: NoiseSpectrum
 
 
@@ -40,17 +36,5 @@ def remainder_of(fit: JointFit) -> Remainder:
         whitener.order,
         float(fit.point.rms / np.sqrt(np.mean(a**2))),
         float(np.mean(a**4) / np.mean(a**2) ** 2 - 3),
-        size_with_acceleration(fit, a),
         noise_spectrum(fit, residuals, modes),
     )
-
-
-def size_with_acceleration(fit: JointFit, innovations: FloatArray) -> float:
-    """Standard deviations by which the rank correlation of |innovation| and |second difference of w| departs
-    from none: what the surroundings do knows nothing of the motion."""
-    values = fit.values
-    bends = [
-        np.abs(np.gradient(np.gradient(fit.response.simulate(values, r.u).w))) for r in fit.response.records
-    ]
-    correlation = spearmanr(np.abs(innovations), np.concatenate(bends)).statistic
-    return float(abs(correlation) * np.sqrt(len(innovations)))
