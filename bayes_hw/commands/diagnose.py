@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bayes_hw.commands.options import add_common, add_output, add_record_options
 from bayes_hw.errors import InputError
+
+if TYPE_CHECKING:
+    from bayes_hw.record import Record
 
 NAME = "diagnose"
 SUMMARY = "why a simulator and records differ: where, which unmodelled effect, how far the gap shrinks"
@@ -63,7 +68,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.sentence import sentence
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
-    from bayes_hw.record import Record, Units
+    from bayes_hw.record import Units
     from bayes_hw.report.render import remove_pages, render
 
     begin = time.perf_counter()
@@ -79,8 +84,8 @@ def run(parsed: argparse.Namespace) -> None:
         return
     if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
-            "give a case folder, or records with --holdout, or --model or --simulator with --train and "
-            "--holdout"
+            "give either a case folder or --model or --simulator, these with --train and --holdout; "
+            "or records alone with --holdout"
         )
     if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
@@ -98,6 +103,9 @@ def run(parsed: argparse.Namespace) -> None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
+    if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
+        _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
+        return
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,
@@ -120,30 +128,68 @@ def run(parsed: argparse.Namespace) -> None:
         say(sentence(diagnosis))
 
 
+OWN_MODEL = (
+    "the model given was identified from these very records, so that its structure may have taken up what is "
+    "missing: it is opened again and inferred together with the effects"
+)
+
+
+def _own_model(model: str, train: Sequence[Record]) -> bool:
+    """Whether a model.json, or that of a case folder, says that it was identified from these records."""
+    import json
+
+    from bayes_hw.files import read_small_text
+
+    path = Path(model)
+    try:
+        if path.is_dir():
+            path = path / json.loads(read_small_text(path / "case.json"))["model"]
+        named = json.loads(read_small_text(path)).get("records", [])
+        digests = {item["sha256"] for item in named} - {""}
+    except (OSError, ValueError, AttributeError, KeyError, TypeError, RecursionError):
+        return False
+    return any(record.sha256 in digests for record in train)
+
+
 def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
     """Diagnose records without any model."""
-    import numpy as np
-
     from bayes_hw.commands.inputs import read_records
-    from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
-    from bayes_hw.progress import Progress
-    from bayes_hw.report.render import remove_pages, render
 
     if parsed.train:
         raise InputError("--train goes with --model or --simulator; give the records themselves")
     if parsed.without:
         raise InputError("--without goes with a model; without one every effect is tried")
     if not parsed.holdout:
-        raise InputError("records without a model need --holdout RECORD, a record that is never fitted")
+        raise InputError(
+            "records without a model need --holdout RECORD, which is never fitted; or give one case folder"
+        )
     check_output_folder(out)
     train = read_records(parsed, parsed.case, None)
     holdout = read_records(parsed, parsed.holdout, train[0].units)
+    _joint(parsed, out, begin, train, holdout, train[0].name, ())
+
+
+def _joint(
+    parsed: argparse.Namespace,
+    out: Path,
+    begin: float,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    name: str,
+    notes: Sequence[str],
+) -> None:
+    """Infer structure, effect and noise together, and write."""
+    import numpy as np
+
+    from bayes_hw.commands.speech import say
+    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
+    from bayes_hw.progress import Progress
+    from bayes_hw.report.render import remove_pages, render
+
     progress = Progress(parsed.quiet)
-    diagnosis = diagnose_records(
-        train, holdout, np.random.default_rng(parsed.seed), name=train[0].name, progress=progress
-    )
+    rng = np.random.default_rng(parsed.seed)
+    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress)
     write_results(diagnosis, out)
     remove_pages(out)
     if not parsed.no_report:
@@ -151,9 +197,8 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         from bayes_hw.report.joint_report import joint_report
 
         with progress.stage("report"):
-            origin = provenance(
-                parsed.command_line, parsed.seed, [*train, *holdout], time.perf_counter() - begin
-            )
+            seconds = time.perf_counter() - begin
+            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], seconds)
             render(joint_report(diagnosis, origin), out)
     if not parsed.quiet:
         say(summary(diagnosis))

@@ -29,6 +29,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.inputs import read_records
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
+    from bayes_hw.gap.joint.corrected_model import read_corrected, simulate_corrected
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.model.sample_rate import check_rates
 
@@ -37,7 +38,8 @@ def run(parsed: argparse.Namespace) -> None:
     model = HammersteinWiener.read(parsed.model)
     (record,) = read_records(parsed, [parsed.record], model.units)
     check_rates(model, [record])
-    simulation = model.simulate(record.u)
+    corrected = read_corrected(parsed.model)
+    simulation = model.simulate(record.u) if corrected is None else simulate_corrected(corrected, record.u)
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     write_csv(

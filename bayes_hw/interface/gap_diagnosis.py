@@ -9,8 +9,11 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.case import Case
+from bayes_hw.gap.joint import joint_diagnosis
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
@@ -24,7 +27,7 @@ from bayes_hw.report.figures_diagnosis import gap_canvas
 class GapDiagnosis:
     """What is missing from a simulator; `diagnosis` holds fits, decision and prediction."""
 
-    diagnosis: diagnosis.Diagnosis
+    diagnosis: diagnosis.Diagnosis | JointDiagnosis
 
     @property
     def verdict(self) -> Verdict:
@@ -38,6 +41,8 @@ class GapDiagnosis:
 
     def __str__(self) -> str:
         """The verdict in words."""
+        if isinstance(self.diagnosis, JointDiagnosis):
+            return joint_diagnosis.summary(self.diagnosis)
         return sentence(self.diagnosis)
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -52,20 +57,22 @@ class GapDiagnosis:
     def plot(self) -> Figure:
         """The first record held out: measured, predicted before and after, and both errors."""
         found = self.diagnosis
+        held_out = (found if isinstance(found, JointDiagnosis) else found.case).holdout[0]
         noise = self.verdict.gap_holdout.noise_floor
-        return on_paper(
-            gap_canvas(found.case.holdout[0], found.before, found.after, found.low, found.high, noise)
-        )
+        return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
         """verdict.json and holdout_prediction.csv, as `bayes-hw diagnose` writes them."""
-        diagnosis.write_results(self.diagnosis, Path(folder))
+        if isinstance(self.diagnosis, JointDiagnosis):
+            joint_diagnosis.write_results(self.diagnosis, Path(folder))
+        else:
+            diagnosis.write_results(self.diagnosis, Path(folder))
 
 
 def diagnose(
-    model: HammersteinWiener,
+    model: HammersteinWiener | Record | Sequence[Record],
     train: Record | Sequence[Record],
-    holdout: Record | Sequence[Record],
+    holdout: Record | Sequence[Record] | None = None,
     *,
     seed: int = 1,
     jobs: int | None = None,
@@ -73,10 +80,18 @@ def diagnose(
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
+    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together.
+
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Raises InputError on arguments that are not what they should be, and on
     records that do not fit the model.
     """
+    if holdout is None and not isinstance(model, HammersteinWiener):
+        own, held = records_given(model), records_given(train, "holdout")
+        found = joint_diagnosis.diagnose_records(own, held, generator(seed), name=own[0].name)
+        return GapDiagnosis(found)
+    if holdout is None:
+        raise InputError("holdout: is missing; give records held out, which are never fitted")
     simulator = model_given(model)
     records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
     rng, number, labels = generator(seed), threads(jobs), struck(without)

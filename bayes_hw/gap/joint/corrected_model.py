@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.files import read_small_text
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
     dominant_sections,
     effect_quantities,
-    static_gain,
 )
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports, Simulated
-from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
+from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
+from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -26,8 +29,6 @@ from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
 DRAWS_KEPT = 200
-
-__all__ = ["corrected_model", "simulate_corrected", "static_gain"]
 
 
 def corrected_model(
@@ -134,8 +135,24 @@ def simulate_corrected(data: Mapping[str, Any], u: FloatArray) -> Simulated:
     return response.simulate(response.values(coordinates), u)
 
 
-def natural(data: Mapping[str, Any]) -> tuple[JointValues, CascadeValues]:
-    """Natural parameters of a corrected.json."""
-    response, coordinates, _ = joint_response_of(data)
-    values = response.values(coordinates)
-    return values, values.cascade
+def predict_corrected(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and 94 % band of y (samples,) under a command, parameters and noise both counted."""
+    response, coordinates, draws = joint_response_of(data)
+    mean = response.simulate(response.values(coordinates), u).y
+    spread = np.zeros_like(mean)
+    if len(draws):
+        drawn = [response.simulate(response.values(x), u).y for x in draws]
+        low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
+        spread = (high - low) / 2
+    sigma = float(data.get("noise", {}).get("sigma", 0.0))
+    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + sigma**2)
+    return mean, mean - half, mean + half
+
+
+def read_corrected(path: Path | str) -> dict[str, Any] | None:
+    """The content of a corrected.json; None where the file is a plain model or cannot be read as JSON."""
+    try:
+        data = json.loads(read_small_text(Path(path)))
+    except (OSError, ValueError, RecursionError):
+        return None
+    return data if isinstance(data, dict) and "joint" in data else None
