@@ -32,7 +32,7 @@ DRAWS_KEPT = 200
 
 
 def corrected_model(
-    name: str, train: Sequence[Record], posterior: JointPosterior, sigma: float, *, with_effects: bool
+    name: str, train: Sequence[Record], posterior: JointPosterior, sigma: float
 ) -> dict[str, object]:
     """The content of corrected.json: a model.json with "effects", and below "joint" what simulates them."""
     fit = posterior.fit
@@ -55,7 +55,7 @@ def corrected_model(
     )
     s = fit.structure
     found: dict[str, object] = dict(model.to_dict())
-    kept = values.effects if with_effects else ()
+    kept = values.effects
     quantities = effect_quantities(fit, values)
     found["effects"] = [
         {
@@ -88,8 +88,8 @@ def corrected_model(
             }
             for e in kept
         ],
-        "coordinates": fit.point.coordinates[: None if with_effects else s.n_static + s.n_linear].tolist(),
-        "draws": posterior.coordinates[:DRAWS_KEPT].tolist() if with_effects else [],
+        "coordinates": fit.point.coordinates.tolist(),
+        "draws": posterior.coordinates[:DRAWS_KEPT].tolist(),
     }  # fmt: skip
     return found
 

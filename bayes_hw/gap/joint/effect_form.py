@@ -194,6 +194,20 @@ FORMS: tuple[Form, ...] = (
         lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
         lambda _: [(0.0,)],
     ),
+    Form(
+        "other", "torque limit", "law",
+        lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.3, 1.0, 3.0)],
+        K.EXCESS, K.BASE_SECOND_DIFFERENCE,
+    ),
+    Form(
+        "other", "stiffness over position", "law",
+        lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
+        lambda s: [
+            (2 * np.pi / p, phase) for p in _periods(s)[::2] if p > 0.5 * s.travel for phase in (0.4, 2.0)
+        ],
+        K.MODULATED, K.BASE_SECOND_DIFFERENCE,
+    ),
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(
         "sensor_drift", "thermal", "output",

@@ -31,6 +31,9 @@ CONFUSABLE_NATS = 15.0
 
 SMALL = 0.002
 
+PART_OF_G = ("transport_delay", "unmodelled_mode")
+"""Without a model they are no gap."""
+
 
 @dataclass(frozen=True)
 class JointDecision:
@@ -39,64 +42,77 @@ class JointDecision:
     answer: tuple[str, ...]
     probability: Mapping[str, float]
     confusable: tuple[tuple[str, str], ...]
-    coloured: float
 
 
 def decide_jointly(found: JointAnswer) -> JointDecision:
     """See the constants above."""
-    left, spectrum = found.remainder, found.remainder.spectrum
-    evidence = dict(found.nats)
-    evidence.update(found.readings.nats)
-    coloured = spectrum.autoregression - spectrum.first_order if left.order > 1 else 0.0
-    rounded = "encoder_quantization" in evidence
-    timed = "timing_jitter" in evidence
-    remains = 0.0
-    if not rounded and not timed:
-        slow = spectrum.torque - max(spectrum.first_order, spectrum.white)
-        walk = spectrum.walk - max(spectrum.first_order, spectrum.white)
-        closest = max(spectrum.autoregression, spectrum.first_order)
-        if found.nats and left.ratio < COARSE_RATIO:
-            remains = 0.0
-        elif (
-            walk > TORQUE_NATS
-            and spectrum.walk > max(closest - AS_GOOD, spectrum.torque - AS_GOOD)
-            and left.kurtosis < GAUSSIAN
-        ):
-            evidence.setdefault("sensor_drift", walk)
-        elif slow > TORQUE_NATS and spectrum.torque > closest - AS_GOOD and left.kurtosis < GAUSSIAN:
-            evidence.setdefault("wind", slow)
-        elif coloured > COLOURED_NATS or (left.order > 1 and max(slow, walk) > COLOURED_NATS):
-            remains = max(coloured, slow, walk)
-    sure = {label: _sure(nats) for label, nats in evidence.items()}
-    p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (left.order > 1))
-    answer = tuple(sorted(evidence, key=lambda label: -evidence[label]))
-    if len(answer) > 2:
-        answer = answer[:2]
+    evidence = {**found.nats, **found.readings.nats}
+    remains = evidence.pop(OTHER, 0.0)
+    if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
+        cause, nats = cause_of_remainder(found)
+        if cause == OTHER:
+            remains = max(remains, nats)
+        elif cause is not None:
+            evidence.setdefault(cause, nats)
+    answer = tuple(sorted(evidence, key=lambda label: -evidence[label]))[:2]
     if remains > 0:
-        answer = (answer[0], OTHER) if answer and found.nats.get(answer[0], np.inf) > remains else (OTHER,)
+        certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
+        answer = (answer[0], OTHER) if certain else (OTHER,)
+    confusable = confusions(found, answer)
+    return JointDecision(answer, _probabilities(found, answer, evidence, remains, confusable), confusable)
+
+
+def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
+    """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
+    left, spectrum = found.remainder, found.remainder.spectrum
+    if found.nats and left.ratio < COARSE_RATIO:
+        return None, 0.0
+    closest = max(spectrum.autoregression, spectrum.first_order)
+    plain = max(spectrum.first_order, spectrum.white)
+    slow, walk = spectrum.torque - plain, spectrum.walk - plain
+    if left.kurtosis < GAUSSIAN:
+        if walk > TORQUE_NATS and spectrum.walk > max(closest - AS_GOOD, spectrum.torque):
+            return "sensor_drift", walk
+        if slow > TORQUE_NATS and spectrum.torque > closest - AS_GOOD:
+            return "wind", slow
+    coloured = spectrum.autoregression - spectrum.first_order
+    strongest = max(coloured, slow, walk)
+    return (OTHER, strongest) if left.order > 1 and strongest > COLOURED_NATS else (None, 0.0)
+
+
+def _probabilities(
+    found: JointAnswer,
+    answer: tuple[str, ...],
+    evidence: Mapping[str, float],
+    remains: float,
+    confusable: tuple[tuple[str, str], ...],
+) -> dict[str, float]:
+    sure = {label: _sure(nats) for label, nats in evidence.items()}
+    p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
+    own = found.fit.score - found.base.score
+    if answer and OTHER not in answer and found.rivals.get(OTHER, -np.inf) > own - CONFUSABLE_NATS:
+        p_other = max(p_other, 0.35)
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(sure)
     if answer == (OTHER,):
         probability = {label: min(p, 0.3) for label, p in probability.items()}
-    probability["transport_delay"] = probability["unmodelled_mode"] = 0.0
-    confusable = confusions(found, answer)
+    for label in PART_OF_G:
+        probability[label] = 0.0
     for named, rival in confusable:
         shared = probability[named]
         probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
-    none = float(np.prod([1 - p for p in sure.values()])) * (1 - p_other) if evidence or remains else 0.0
-    if not answer:
+    if answer:
+        none = float(np.prod([1 - p for p in sure.values()])) * (1 - p_other)
+        rest = SMALL * len(LABEL_BLOCKS)
+    else:
         best = max(found.rivals.values(), default=-10.0)
         none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
-    rest = max(0.0, 1 - none - p_other) if not answer else SMALL * len(LABEL_BLOCKS)
-    silent = [
-        label
-        for label in LABEL_BLOCKS
-        if probability[label] == 0.0 and label not in ("transport_delay", "unmodelled_mode")
-    ]
+        rest = max(0.0, 1 - none - p_other)
+    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in PART_OF_G]
     for label in silent:
         probability[label] = rest / max(len(silent), 1)
     probability["none"], probability[OTHER] = none, p_other
-    return JointDecision(answer, probability, confusable, coloured)
+    return probability
 
 
 def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
@@ -107,7 +123,7 @@ def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, 
     return tuple(
         (answer[0], label)
         for label, nats in found.rivals.items()
-        if label != answer[0] and nats > own - CONFUSABLE_NATS and nats > 0
+        if label not in (answer[0], OTHER) and nats > own - CONFUSABLE_NATS and nats > 0
     )
 
 

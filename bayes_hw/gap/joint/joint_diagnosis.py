@@ -37,6 +37,9 @@ from bayes_hw.threads import one_blas_thread
 PREDICTED_DRAWS = 40
 BOOTSTRAPS = 300
 SEGMENTS = 12
+MOST_SAMPLES = 40_000
+"""Of all records together: from longer ones each record's beginning is used, in proportion."""
+
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded: the errors are not independent."""
 
@@ -80,10 +83,18 @@ def diagnose_records(
     if not records:
         raise InputError(f"{name}: no record to train on; give at least one")
     check_records(name, records[0].sample_rate_hz, records, holdout)
+    whole = sum(len(record) for record in records)
+    if whole > MOST_SAMPLES:
+        records = [record.split(MOST_SAMPLES / whole)[0] for record in records]
+        notes = (
+            *notes,
+            f"only the beginning of each record was used, {MOST_SAMPLES} of {whole} samples in all",
+        )
     with one_blas_thread(), np.errstate(all="ignore"):
         found = search(records, progress.say)
         decision = decide_jointly(found)
-        fit = found.fit if decision.answer != (OTHER,) else found.base
+        unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
+        fit = found.base if unnamed else found.fit
         wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
         posterior = laplace(fit, records[0].units, rng, wide)
         return _finished(
@@ -95,7 +106,11 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
     """Standard deviation of the encoder's noise, output units, as far as the fit tells."""
     answer = set(decision.answer)
     sigma = fit.point.rms
-    if answer & {"wind", OTHER} or (answer == {"sensor_drift"} and not fit.labels):
+    if (
+        "wind" in answer
+        or (OTHER in answer and OTHER not in fit.labels)
+        or (answer == {"sensor_drift"} and not fit.labels)
+    ):
         sigma = innovation_sigma(fit)
     if "encoder_quantization" in answer and found.readings.step is not None:
         sigma = max(
@@ -141,9 +156,11 @@ def _finished(
     half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
-    parameters = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.effects.items()}
-    if decision.answer == (OTHER,):
-        parameters = {}
+    parameters = {
+        n: Estimate.of(d, posterior.units.get(n, ""))
+        for n, d in posterior.effects.items()
+        if n.split(".")[0] in set(decision.answer) - {OTHER}
+    }
     for key, value in found.readings.parameters.items():
         if key.split(".")[0] in decision.answer:
             unit = {"step": units.output, "size": units.output, "sd": "s"}.get(key.split(".")[1], "")
@@ -161,7 +178,7 @@ def _finished(
         time.perf_counter() - begin,
         (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
     )
-    corrected = corrected_model(name, train, posterior, sigma, with_effects=decision.answer != (OTHER,))
+    corrected = corrected_model(name, train, posterior, sigma)
     return JointDiagnosis(
         name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
         corrected,

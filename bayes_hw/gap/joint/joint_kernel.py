@@ -20,7 +20,7 @@ BIAS, CHANGE, WARMING = range(6, 9)
 INPUTS = 9
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP = range(6)
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED = range(8)
 BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
@@ -198,7 +198,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                         d_q[c_signal_sections[j, 0, i]] += x1[i]
                         d_q[c_signal_sections[j, 1, i]] += x2[i]
             t0, t1, t2 = thetas[j, 0], thetas[j, 1], thetas[j, 2]
-            g0 = g1 = g2 = by_q = 0.0
+            g0 = g1 = g2 = by_q = by_w = 0.0
             tau, by_z = 0.0, 0.0
             law = laws[j]
             if law in (COULOMB, STRIBECK):
@@ -245,6 +245,17 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     tau, by_q, g0 = -r, -1 / t0, r / t0
                 else:
                     tau = -1.0 if r > 0 else 1.0
+            elif law == EXCESS:
+                r = q / t0
+                if r > 1.0:
+                    tau, by_q, g0 = 1.0 - r, -1 / t0, r / t0
+                elif r < -1.0:
+                    tau, by_q, g0 = -1.0 - r, -1 / t0, r / t0
+            elif law == MODULATED:
+                by_q = math.sin(t0 * w + t1)
+                turned = q * math.cos(t0 * w + t1)
+                tau = q * by_q
+                by_w, g0, g1 = t0 * turned, w * turned, turned
             taus[j] = tau
             if law == BRISTLE:
                 for c in range(columns):
@@ -255,7 +266,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     d_tau[c] = -d_z[c]
             else:
                 for c in range(columns):
-                    d_tau[c] = by_q * d_q[c]
+                    d_tau[c] = by_q * d_q[c] + by_w * d_w[c]
                 if c_thetas[j, 0] >= 0:
                     d_tau[c_thetas[j, 0]] += g0
                 if c_thetas[j, 1] >= 0:
