@@ -204,7 +204,7 @@ FORMS: tuple[Form, ...] = (
         "other", "stiffness over position", "law",
         lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
         lambda s: [
-            (2 * np.pi / p, phase) for p in _periods(s)[::2] if p > 0.5 * s.travel for phase in (0.4, 2.0)
+            (2 * np.pi / p, phase) for p in _periods(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
         ],
         K.MODULATED, K.BASE_SECOND_DIFFERENCE,
     ),

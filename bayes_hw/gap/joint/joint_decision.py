@@ -30,6 +30,9 @@ CONFUSABLE_NATS = 15.0
 """Within which a rival label explains the records as well as the one named."""
 
 SMALL = 0.002
+NEAR = 0.7
+"""Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
+
 
 PART_OF_G = ("transport_delay", "unmodelled_mode")
 """Without a model they are no gap."""
@@ -90,8 +93,8 @@ def _probabilities(
     sure = {label: _sure(nats) for label, nats in evidence.items()}
     p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
     own = found.fit.score - found.base.score
-    if answer and OTHER not in answer and found.rivals.get(OTHER, -np.inf) > own - CONFUSABLE_NATS:
-        p_other = max(p_other, 0.35)
+    if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
+        p_other = max(p_other, 0.3)
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(sure)
     if answer == (OTHER,):

@@ -88,7 +88,7 @@ def diagnose_records(
         records = [record.split(MOST_SAMPLES / whole)[0] for record in records]
         notes = (
             *notes,
-            f"only the beginning of each record was used, {MOST_SAMPLES} of {whole} samples in all",
+            f"only the beginnings of the records were used, {MOST_SAMPLES} of {whole} samples",
         )
     with one_blas_thread(), np.errstate(all="ignore"):
         found = search(records, progress.say)

@@ -73,11 +73,8 @@ class JointFit:
     def score(self) -> float:
         """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
         size = self.response.size + self.point.whitener.order + 1
-        return (
-            self.log_likelihood
-            - 0.5 * size * float(np.log(self.point.samples))
-            - LABEL_PRICE_NATS * len(self.labels)
-        )
+        price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(self.labels)
+        return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
 
     def descended(self, steps: int = FULL_STEPS) -> JointFit:
         """After at most `steps` steps."""

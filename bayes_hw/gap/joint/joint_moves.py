@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 
 STARTS_OF_A_LABEL = 3
@@ -15,6 +16,7 @@ KEPT_LABELS, KEPT_AFTER = 5, 2
 """Successive halving over labels: steps given, and how many go on."""
 
 REGROWTHS = 4
+SLACK_NATS = 0.5
 
 
 def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
@@ -101,9 +103,11 @@ def pruned(fit: JointFit) -> JointFit:
 
 
 def delayed(fit: JointFit) -> JointFit:
-    """The delay advanced while the likelihood gains, or does not lose while an order is saved."""
-    while True:
+    """The delay advanced while that costs next to nothing: a delay that G's poles make up sets them free."""
+    longest = longest_delay(fit.response.records)
+    while fit.structure.delay_samples < longest:
         later = fit.later().descended()
-        if later.score < fit.score - 0.5:
-            return fit
+        if later.score < fit.score - SLACK_NATS:
+            break
         fit = later
+    return fit
