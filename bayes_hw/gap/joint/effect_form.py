@@ -176,6 +176,7 @@ FORMS: tuple[Form, ...] = (
     _stribeck("motor", K.BASE_COMMAND),
     _coulomb("load", K.BASE_SPEED),
     _presliding("load", K.BASE_SPEED),
+    _stribeck("load", K.BASE_SPEED),
     Form(
         "backlash", "kinematic", "output",
         lambda s: (Slot(K.PLAY, "half_gap", False, 0.0, 0.3 * s.travel),),

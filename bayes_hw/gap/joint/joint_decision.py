@@ -95,6 +95,7 @@ def _probabilities(
     own = found.fit.score - found.base.score
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
+        sure = {label: 0.7 * p if label in found.nats else p for label, p in sure.items()}
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(sure)
     if answer == (OTHER,):

@@ -18,8 +18,8 @@ from bayes_hw.record import Units
 
 DRAWS = 1000
 INFLATION = 1.7
-"""Of standard deviations, for structures that were not chosen and forms that are a little wrong: see
-docs/decisions."""
+"""Of standard deviations, for structures not chosen and forms a little wrong: see
+docs/decisions/joint-search.md."""
 
 RIDGE = 1e-9
 CHAOTIC = 1.7
