@@ -91,6 +91,7 @@ def _probabilities(
     confusable: tuple[tuple[str, str], ...],
 ) -> dict[str, float]:
     sure = {label: _sure(nats) for label, nats in evidence.items()}
+    nothing = float(np.prod([1 - p for p in sure.values()]))
     p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
     own = found.fit.score - found.base.score
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
@@ -106,7 +107,7 @@ def _probabilities(
         shared = probability[named]
         probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
     if answer:
-        none = float(np.prod([1 - p for p in sure.values()])) * (1 - p_other)
+        none = nothing * (1 - p_other)
         rest = SMALL * len(LABEL_BLOCKS)
     else:
         best = max(found.rivals.values(), default=-10.0)
