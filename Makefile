@@ -4,18 +4,33 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: study test fast-test lint format studies lock clean
+.PHONY: study test slow-test kernels docs lint format studies lock clean
 
 study: $(STAMP)
 	$(BIN)/python studies/02_twin.py
 
-test: lint
+test: $(STAMP)
+	$(MAKE) --no-print-directory --jobs=2 lint kernels
 	$(BIN)/python -m pytest -n 2
+
+# Compiles what the modules of the tests need, once instead of in every worker.
+kernels: $(STAMP)
+	@$(BIN)/python -m pytest --collect-only -q > /dev/null
+
+# What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
+slow-test: $(STAMP)
+	$(BIN)/python -m pytest -n 2 -m slow
 
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+# Offline: pages with what they run, warnings as errors, doctests. Ends in docs/_build/html/index.html.
+docs: $(STAMP)
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -d docs/_build/doctrees -b html docs docs/_build/html
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -d docs/_build/doctrees -b doctest docs docs/_build/doctest
 
 format: $(STAMP)
 	$(BIN)/ruff format .
@@ -36,8 +51,8 @@ $(STAMP): requirements.lock pyproject.toml
 
 # Needs uv on the PATH: resolves pyproject.toml for CPython 3.11 to 3.13 on every platform.
 lock:
-	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --no-emit-index-url \
+	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --extra docs --no-emit-index-url \
 	  --quiet pyproject.toml -o requirements.lock
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .import_linter_cache docs/_build docs/generated

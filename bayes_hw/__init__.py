@@ -3,6 +3,7 @@
     import bayes_hw as hw
 
     records = [hw.Record.read("train_1.csv"), hw.Record.read("train_2.csv")]
+    hw.look(records).write("look/")
     model = hw.identify(records).model
     posterior = hw.sample(model, records)
     gap = hw.diagnose(model, records, [hw.Record.read("holdout.csv")])
@@ -21,12 +22,13 @@ if TYPE_CHECKING:
     from bayes_hw.interface.gap_diagnosis import diagnose as diagnose
     from bayes_hw.interface.identified_axis import identify as identify
     from bayes_hw.interface.sampled_posterior import sample as sample
+    from bayes_hw.interface.seen_records import look as look
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener as HammersteinWiener
     from bayes_hw.record import Columns as Columns
     from bayes_hw.record import Record as Record
     from bayes_hw.record import Units as Units
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "Columns": "bayes_hw.record",
@@ -35,6 +37,7 @@ _HOMES = {
     "Record": "bayes_hw.record",
     "Units": "bayes_hw.record",
     "diagnose": "bayes_hw.interface.gap_diagnosis",
+    "look": "bayes_hw.interface.seen_records",
     "sample": "bayes_hw.interface.sampled_posterior",
 }
 """Where each name of the Python interface lives."""

@@ -21,6 +21,7 @@ from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
+from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
@@ -63,18 +64,16 @@ class Analysis:
     """Everything that a report on one axis says.
 
     `predictions` are those of the held-out records, or, where there are none, of the last training record
-    (`held_out` False). `coverages` are pairs of record name and coverage. `everything` is the posterior with
-    all of G free, where it was asked for. `autocorrelations`
-    (parameters, lags) are those of the dominant chains, averaged over the ensembles. `truth` holds true
-    parameter values where they are known.
+    (`held_out` False). `coverages` are pairs of record name and coverage. `autocorrelations`
+    (parameters, lags) are averaged over the ensembles. `truth` holds true parameter values where they are
+    known.
     """
 
     title: str
     records: tuple[Record, ...]
     start: StartCondition
     identification: Identification | None
-    dominant: Inference
-    everything: Inference | None
+    inference: Inference
     predictions: tuple[Prediction, ...]
     held_out: bool
     fits: tuple[RecordFit, ...]
@@ -97,63 +96,46 @@ def analyse(
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
-    free_all: bool = True,
+    free: FreeSet = "all",
     checkpoint_folder: Path | None = None,
     resume: bool = False,
     truth: dict[str, float] | None = None,
 ) -> Analysis:
-    """Identify (unless `model` is given), sample the dominant parameters and all of G, predict.
+    """Identify (unless `model` is given), sample and predict.
 
     With `checkpoint_folder` the chains are kept there, and with `resume` they go on from what is there; the
     caller removes it with `discard_checkpoints`. Raises InputError when records and model differ in sample
     rate.
     """
     progress = progress or Progress(quiet=True)
-    dominant_rng, all_rng, predict_rng = rng.spawn(4)[1:]
+    infer_rng, predict_rng = rng.spawn(2)
     identification = None
     if model is None:
         identification = identify_with_progress(records, title, start, progress)
         model = identification.model
     check_rates(model, [*records, *holdout])
-    progress.say("posterior of the dominant parameters")
-    dominant = infer(
+    progress.say("posterior")
+    inference = infer(
         model,
         records,
-        dominant_rng,
-        free="dominant",
+        infer_rng,
+        free=free,
         start=start,
         noise=noise,
         settings=settings,
         jobs=jobs,
         progress=progress,
-        checkpoint_folder=checkpoint_folder and checkpoint_folder / "dominant",
+        checkpoint_folder=checkpoint_folder,
         resume=resume,
     )
-    everything = None
-    if free_all:
-        progress.say("posterior with all of G free")
-        everything = infer(
-            model,
-            records,
-            all_rng,
-            free="all",
-            start=start,
-            noise=noise,
-            settings=settings,
-            jobs=jobs,
-            progress=progress,
-            checkpoint_folder=checkpoint_folder and checkpoint_folder / "all",
-            resume=resume,
-        )
     predicted = tuple(holdout) or (records[-1],)
-    predictions = tuple(predict(dominant.posterior, record, predict_rng) for record in predicted)
+    predictions = tuple(predict(inference.posterior, record, predict_rng) for record in predicted)
     return Analysis(
         title=title,
         records=tuple(records),
         start=start,
         identification=identification,
-        dominant=dominant,
-        everything=everything,
+        inference=inference,
         predictions=predictions,
         held_out=bool(holdout),
         fits=() if identification is None else tuple(evaluate(identification, holdout)),
@@ -162,17 +144,16 @@ def analyse(
             for prediction in predictions
             for level in COVERAGE_LEVELS
         ),
-        response=response_band(dominant.posterior, identification),
-        spectrum=residual_spectrum(dominant.residuals, model.sample_rate_hz),
-        autocorrelations=chain_autocorrelations(dominant.posterior),
+        response=response_band(inference.posterior, identification),
+        spectrum=residual_spectrum(inference.residuals, model.sample_rate_hz),
+        autocorrelations=chain_autocorrelations(inference.posterior),
         truth=truth or {},
     )
 
 
 def discard_checkpoints(folder: Path) -> None:
-    """Remove the checkpoints that `analyse` kept in `folder`."""
-    for name in ("dominant", "all", ""):
-        discard_checkpoint(folder / name)
+    """Remove the checkpoint that `analyse` kept in `folder`."""
+    discard_checkpoint(folder)
 
 
 def identify_with_progress(

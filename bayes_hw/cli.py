@@ -22,7 +22,11 @@ from bayes_hw.commands import (
     design_experiment,
     diagnose,
     identifiability,
+    inspect,
+    look,
+    plan,
     simulate,
+    validate,
 )
 from bayes_hw.commands.options import (
     FREE_HELP,
@@ -43,6 +47,8 @@ Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear d
 train, dead zone, with honest uncertainties.
 
   a guided first hour             bayes-hw demo
+  what to record                  bayes-hw plan --velocity 1.5 --acceleration 2 --stroke -5 5 --out plan/
+  a first look at records         bayes-hw look azimuth.csv --out look/
   from a record to a report       bayes-hw report azimuth.csv --out azimuth/
   step by step                    bayes-hw identify azimuth.csv --out model/
                                   bayes-hw sample --model model/model.json azimuth.csv --out posterior/
@@ -53,7 +59,9 @@ train, dead zone, with honest uncertainties.
   for the controller              bayes-hw design --posterior posterior/ --out design/
   simulator against records       bayes-hw diagnose case/ --out diagnosis/
   is that diagnosis right         bayes-hw blind make, run, score
+  a log as it comes               bayes-hw inspect night.csv
   other formats, MATLAB           bayes-hw convert azimuth.mat --out azimuth.csv
+  are these files as they should  bayes-hw validate model.json posterior.json
   completion in your shell        bayes-hw completion bash
 
 Each command has a --help of its own that ends with an example, and takes --seed (same seed, same machine:
@@ -78,6 +86,10 @@ MODULES: tuple[Any, ...] = (
     blind,
     identifiability,
     convert,
+    inspect,
+    validate,
+    look,
+    plan,
     completion,
 )
 """Commands with a module of their own: NAME, SUMMARY, EXAMPLE, add_arguments(parser) and run(parsed)."""
@@ -135,7 +147,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_record_options(sub)
     add_start(sub)
     add_noise(sub)
-    sub.add_argument("--free", choices=("dominant", "all"), default="dominant", help=FREE_HELP)
+    sub.add_argument("--free", choices=("dominant", "all"), default="all", help=FREE_HELP)
     add_sampling(sub)
     add_common(sub)
 

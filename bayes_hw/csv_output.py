@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -15,10 +16,12 @@ ROWS = 2**16
 
 
 def write_csv(path: Path, columns: Mapping[str, FloatArray]) -> None:
-    """Write columns of equal length under their names, with all 17 digits of every number."""
+    """Write columns of equal length under their names, with all 17 digits of every number; NaN is empty."""
     table = list(columns.values())
     with temporary_sibling(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(columns) + "\n")
         for start in range(0, len(table[0]), ROWS):
             rows = np.column_stack([column[start : start + ROWS] for column in table])
-            np.savetxt(file, rows, fmt="%.17g", delimiter=",")
+            text = io.StringIO()
+            np.savetxt(text, rows, fmt="%.17g", delimiter=",")
+            file.write(text.getvalue().replace("nan", "") if np.isnan(rows).any() else text.getvalue())

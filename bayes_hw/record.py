@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.formats.column_output import write_columns
-from bayes_hw.record_files import Columns, read_columns
-from bayes_hw.resample import describe, resample_columns
+from bayes_hw.formats.xarray_table import table_of_xarray
+from bayes_hw.quantities import conversion, speed_of, spelt
+from bayes_hw.reading_options import Columns, ReadingOptions
+from bayes_hw.record_checks import Finding, check_signals
+from bayes_hw.record_files import FileContent, parts_of_table, read_parts
+from bayes_hw.resample import between_measured, describe, resample_columns
 
-__all__ = ["Columns", "Record", "Units"]
+__all__ = ["Columns", "ReadingOptions", "Record", "Units"]
 
 
 @dataclass(frozen=True)
@@ -53,36 +57,10 @@ class Units:
         return f"({self.output}/{self.time})/{command}"
 
 
-SPELLINGS = {
-    "s": ("sec", "second", "seconds"),
-    "deg": ("degree", "degrees", "°"),
-    "deg/s": ("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s"),
-    "rad": ("radian", "radians"),
-    "rad/s": ("rad/sec", "radian/s", "radians/s", "radians/second"),
-    "arcsec": ("arcsecond", "arcseconds"),
-    "arcsec/s": ("arcsec/sec", "arcsecond/s", "arcseconds/s"),
-}
-"""Of units, that mean the same."""
-
-
-def _spelt(unit: str) -> str:
-    """The unit in the first of its spellings."""
-    return next((first for first, others in SPELLINGS.items() if unit.lower() in others), unit)
-
-
-def _units(path: Path, given: Units | Mapping[str, str], stated: Mapping[str, str]) -> Units:
-    """The units of a record of which the file states some; see `Record.read`."""
-    asked = given.to_dict() if isinstance(given, Units) else dict(given)
-    held = {role: _spelt(unit) for role, unit in stated.items()}
-    if held.get("time", "s") != "s":
-        raise InputError(f"{path}: states its times in {stated['time']!r}; write them in s")
-    for role, unit in asked.items():
-        if role in held and held[role] != _spelt(unit):
-            raise InputError(
-                f"{path}: states its {role} in {stated[role]!r}, {unit!r} is asked for; convert the record, "
-                f"or correct the unit in the file, the model or --{role}-unit"
-            )
-    return Units.from_dict({**held, **asked})
+def _one(contents: list[FileContent], name: str) -> list[FileContent]:
+    if len(contents) > 1:
+        raise InputError(f"{name}: its gaps make {len(contents)} records of it; select one before")
+    return contents
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +70,14 @@ class Record:
     `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
     the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
     the source, so it may start at any value and carry their rounding; the step to compute with is
-    1 / `sample_rate_hz`. Raises InputError unless the three columns have one length, are finite,
-    and the rate is positive.
+    1 / `sample_rate_hz`.
+
+    `measured`, shape (samples,), is False where y was not measured and holds a value between its
+    neighbours; None where every sample was measured. A command without any output is a record of which no
+    sample was measured. `known` are further measured columns (samples,) by name, in `known_units`.
+    `stated_units` are the roles whose unit the file or the reader stated; the others are taken for granted.
+
+    Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
 
     name: str
@@ -105,25 +89,65 @@ class Record:
     source: str = ""
     sha256: str = ""
     treatment: tuple[str, ...] = ()
+    measured: BoolArray | None = None
+    known: Mapping[str, FloatArray] = field(default_factory=dict)
+    known_units: Mapping[str, str] = field(default_factory=dict)
+    stated_units: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         for column in ("t", "u", "y"):
-            values = np.asarray(getattr(self, column), dtype=np.float64)
-            if values.ndim != 1 or len(values) != len(self.t):
+            object.__setattr__(self, column, self._column(column, getattr(self, column)))
+        known = {name: self._column(f"known {name!r}", values) for name, values in self.known.items()}
+        object.__setattr__(self, "known", known)
+        if self.measured is not None:
+            mask = np.asarray(self.measured)
+            if mask.shape != (len(self.t),) or mask.dtype != np.bool_:
                 raise InputError(
-                    f"record {self.name}: {column} has shape {values.shape}; "
-                    "give t, u and y as columns of one length"
+                    f"record {self.name}: measured has shape {mask.shape} and type {mask.dtype}; "
+                    "give True or False for every sample"
                 )
-            if not np.isfinite(values).all():
-                raise InputError(f"record {self.name}: {column} holds NaN or inf; remove them")
-            object.__setattr__(self, column, values)
+            object.__setattr__(self, "measured", None if mask.all() else mask)
         if not (math.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise InputError(
                 f"record {self.name}: sample rate {self.sample_rate_hz!r}; give a positive one in Hz"
             )
 
+    def _column(self, name: str, given: Any) -> FloatArray:
+        values = np.asarray(given, dtype=np.float64)
+        if values.ndim != 1 or len(values) != len(self.t):
+            raise InputError(
+                f"record {self.name}: {name} has shape {values.shape}; "
+                "give t, u and y as columns of one length"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"record {self.name}: {name} holds NaN or inf; remove them, or say with `measured` which "
+                "samples of y were not measured"
+            )
+        return values
+
     def __len__(self) -> int:
         return len(self.t)
+
+    @property
+    def has_output(self) -> bool:
+        """Whether any sample of y was measured; a command alone has none."""
+        return self.measured is None or bool(self.measured.any())
+
+    @property
+    def measured_samples(self) -> BoolArray:
+        """`measured` as an array (samples,) in every case."""
+        return np.ones(len(self), dtype=np.bool_) if self.measured is None else self.measured
+
+    @property
+    def y_or_nan(self) -> FloatArray:
+        """y, NaN where it was not measured."""
+        return self.y if self.measured is None else np.where(self.measured, self.y, np.nan)
+
+    def columns(self) -> dict[str, FloatArray]:
+        """t, u, y (NaN where unmeasured, left out where there is none) and the known signals."""
+        output = {"y": self.y_or_nan} if self.has_output else {}
+        return {"t": self.t, "u": self.u, **output, **self.known}
 
     @classmethod
     def read(
@@ -134,32 +158,112 @@ class Record:
         sample_rate_hz: float | None = None,
         resample_hz: float | None = None,
         units: Units | Mapping[str, str] | None = None,
+        options: ReadingOptions | None = None,
     ) -> Record:
-        """Read a CSV, MATLAB, HDF5 or Parquet file; see `bayes_hw.record_files.read_columns`.
+        """Read one record from a file of any format; see `bayes_hw.record_files.read_parts`.
 
-        Units, all or those of "input" or "output" alone, are as given, else as the file states them, else
-        deg/s and deg. Raises InputError where a file states other units than are given, or times not in s.
+        `options` says everything that can be said about reading; the other arguments are its most used parts.
+        Units, all or those of "input" or "output" alone, are what to convert to where the file states a unit,
+        else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file
+        holds
+        no record, or gaps make several of it: `read_all` gives those.
         """
-        path = Path(path)
-        content = read_columns(
-            path, columns or Columns(), sample_rate_hz=sample_rate_hz, resample_hz=resample_hz
+        chosen = options or ReadingOptions()
+        given = units.to_dict() if isinstance(units, Units) else dict(units or {})
+        records = cls.read_all(
+            path,
+            replace(
+                chosen,
+                columns=columns or chosen.columns,
+                sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
+                resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
+                units={**chosen.units, **given},
+            ),
         )
+        if len(records) > 1:
+            raise InputError(
+                f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"
+            )
+        return records[0]
+
+    @classmethod
+    def read_all(cls, path: Path | str, options: ReadingOptions | None = None) -> list[Record]:
+        """Every record of a file: one, or those that `options.gaps` makes of it."""
+        path = Path(path)
+        chosen = options or ReadingOptions()
+        given = Units.from_dict(dict(chosen.units)).to_dict()
+        asked = {role: given[role] for role in ("input", "output") if role in chosen.units}
+        contents = read_parts(path, replace(chosen, units=asked))
+        several = len(contents) > 1
+        return [
+            cls._of_content(path, content, f"_{number}" if several else "")
+            for number, content in enumerate(contents, start=1)
+        ]
+
+    @classmethod
+    def _of_content(cls, path: Path, content: FileContent, number: str) -> Record:
         return cls(
-            name=path.stem,
+            name=f"{path.stem}{number}",
             t=content.t,
             u=content.u,
             y=content.y,
             sample_rate_hz=content.sample_rate_hz,
-            units=_units(path, units or {}, content.units),
+            units=Units.from_dict(dict(content.units)),
             source=str(path),
             sha256=content.sha256,
             treatment=content.treatment,
+            measured=content.measured,
+            known=content.known,
+            known_units=content.known_units,
+            stated_units=frozenset(content.units),
+        )
+
+    @classmethod
+    def from_xarray(
+        cls, dataset: Any, *, options: ReadingOptions | None = None, name: str = "record"
+    ) -> Record:
+        """One record of an `xarray.Dataset`, as if read from a file: variables and coordinates are
+        columns, times
+        may be numbers or dates, and attributes `units` are the units that it states.
+
+        Raises InputError where it holds no record.
+        """
+        chosen = options or ReadingOptions()
+        (content,) = _one(parts_of_table(Path(name), table_of_xarray(dataset), chosen), name)
+        return cls._of_content(Path(name), content, "")
+
+    def converted(self, units: Units) -> Record:
+        """The record in other units; raises InputError where they measure something else."""
+        said = []
+        columns = {"u": self.u, "y": self.y}
+        for column, role in (("u", "input"), ("y", "output")):
+            held, wanted = getattr(self.units, role), getattr(units, role)
+            if spelt(held) == spelt(wanted):
+                continue
+            try:
+                factor = conversion(held, wanted)
+            except InputError as error:
+                raise InputError(
+                    f"{self.source or self.name}: its {role} is in {held}, {wanted} is asked for; {error}: "
+                    "convert "
+                    f"the record, or correct the unit in the file, the model or --{role}-unit"
+                ) from None
+            columns[column] = columns[column] * factor
+            said.append(f"{role} converted from {held} to {wanted}")
+        return replace(self, units=units, treatment=(*self.treatment, *said), u=columns["u"], y=columns["y"])
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""
+        if not self.has_output:
+            return ()
+        return check_signals(
+            self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)
         )
 
     def write(self, path: Path | str) -> None:
-        """Write t, u, y in the format of the path's ending; see `bayes_hw.formats.column_output`."""
-        units = {"t": self.units.time, "u": self.units.input, "y": self.units.output}
-        write_columns(Path(path), {"t": self.t, "u": self.u, "y": self.y}, self.units.to_dict(), units)
+        """Write `columns` in the format of the path's ending; see `bayes_hw.formats.column_output`."""
+        units = {"t": self.units.time, "u": self.units.input, "y": self.units.output, **self.known_units}
+        write_columns(Path(path), self.columns(), self.units.to_dict(), units)
 
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.
@@ -169,8 +273,16 @@ class Record:
         """
         t, u, y = resample_columns(self.t, self.u, self.y, rate_hz)
         sentence = describe(self.t, rate_hz, lambda index: f"sample {index + 1}")
+        measured = None if self.measured is None else between_measured(self.t, self.measured, t)
         return replace(
-            self, t=t, u=u, y=y, sample_rate_hz=float(rate_hz), treatment=(*self.treatment, sentence)
+            self,
+            t=t,
+            u=u,
+            y=y,
+            sample_rate_hz=float(rate_hz),
+            treatment=(*self.treatment, sentence),
+            measured=measured,
+            known={name: np.interp(t, self.t, values) for name, values in self.known.items()},
         )
 
     @property
@@ -213,6 +325,8 @@ class Record:
             t=self.t[chosen],
             u=self.u[chosen],
             y=self.y[chosen],
+            measured=None if self.measured is None else self.measured[chosen],
+            known={name: values[chosen] for name, values in self.known.items()},
             treatment=(
                 *self.treatment,
                 f"cut to {start_s:g} s to {stop_s:g} s after the first sample",

@@ -1,35 +1,30 @@
-"""Reading records from CSV, MATLAB, HDF5 and Parquet files, refusing what cannot be one."""
+"""Reading records from files of every format, refusing what cannot be one."""
 
 from __future__ import annotations
 
 import hashlib
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from bayes_hw import time_stamps
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.formats.csv_file import read_csv
-from bayes_hw.formats.hdf5_file import is_hdf5, read_hdf5
-from bayes_hw.formats.iddata import read_iddata
-from bayes_hw.formats.matlab_file import read_matlab
-from bayes_hw.formats.parquet_file import read_parquet
+from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
-from bayes_hw.resample import MOST_SAMPLES, describe, resample_columns
+from bayes_hw.log_columns import LogColumns, log_columns
+from bayes_hw.quantities import conversion, spelt, with_step
+from bayes_hw.reading_options import Columns, ReadingOptions
+from bayes_hw.record_checks import wrapped_angle
+from bayes_hw.record_parts import Part, cut_into_parts
+from bayes_hw.resample import MOST_SAMPLES
 
-HDF5, PARQUET = (".h5", ".hdf5", ".hdf"), (".parquet", ".pq")
-"""Endings of files, without regard to case."""
+__all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
 
 FEWEST_SAMPLES = 32
 MOST_BYTES = 512 * 2**20
-LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6
-"""Rates outside are those of stamps in ms, ns or days, not in s."""
 
 LARGEST_VALUE = 1e12
 """A value beyond is a glitch of the log, and overflows when squared and summed."""
@@ -37,62 +32,42 @@ LARGEST_VALUE = 1e12
 LEAST_CHANGE = 1e-14
 """A column that changes by no more than this times its largest value or 1 is constant."""
 
-MOST_GAPS = 0.5
-"""Largest part of a record, in time, that resampling may bridge."""
-
-RATE_TOLERANCE = 0.01
-"""Largest relative difference between a given sample rate and that of the time stamps."""
-
-
-@dataclass(frozen=True)
-class Columns:
-    """Names of a file's columns or variables; `time` is None when the file holds no time stamps."""
-
-    time: str | None = "t"
-    input: str = "u"
-    output: str = "y"
+DEFAULT_UNITS = {"input": "deg/s", "output": "deg"}
 
 
 class FileContent(NamedTuple):
-    """What a file holds of a record: columns (samples,), rate, digest, what was done to them, and the units
-    that it states, by role ("time", "input", "output")."""
+    """What a file holds of a record: columns (samples,), rate, which outputs were measured, known signals,
+    digest, what was done to them, and the units by role ("input", "output") that they are in, as far as file
+    or options state them."""
 
     t: FloatArray
     u: FloatArray
     y: FloatArray
     sample_rate_hz: float
+    measured: BoolArray | None
+    known: Mapping[str, FloatArray]
     sha256: str
     treatment: tuple[str, ...]
     units: Mapping[str, str]
+    known_units: Mapping[str, str]
 
 
-def read_columns(
-    path: Path,
-    columns: Columns,
-    *,
-    sample_rate_hz: float | None = None,
-    resample_hz: float | None = None,
-) -> FileContent:
-    """Read one record from the file at `path`, whose ending says its format.
+def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
+    """Read the record, or the records that its gaps make of it, from the file at `path`.
 
-    `.mat` is MATLAB, `.h5`, `.hdf5` and `.hdf` are HDF5, `.parquet` and `.pq` Parquet, anything else
-    CSV; see `read_csv`, `read_matlab`, `read_hdf5`, `read_parquet`. A MATLAB file without variables
-    of the names asked for, but with an iddata structure, is read by `read_iddata`. `sample_rate_hz`
-    stands for the time stamps when `columns.time` is None, and is otherwise checked against them
-    (1 %). Stamps that are not uniform in the sense of `time_stamps.is_uniform` are refused,
-    unless `resample_hz` gives the rate to put the record on, as `resample.resample_columns` does.
+    The format is that of the file's ending; see `formats.readers`. Stamps of a uniform rate, also with jitter
+    below a third of a step, make a record. Rows that repeat are dropped. Missing samples are refused unless
+    `options.gaps` or `options.resample_hz` says what becomes of them.
 
-    Raises InputError, naming the file, the row or column, and the remedy, on anything that is not
-    a record: fewer than 32 or more than 10,000,000 samples, a missing column, a cell that is not
-    a finite number or is beyond 1e12, stamps that repeat or go back, a constant input or output.
+    Raises InputError, naming the file, the row or column, and the remedy, on anything that is not a record:
+    fewer than 32 or more than 10,000,000 samples, a missing column, a cell that is not a finite number or is
+    beyond 1e12, stamps that go back or repeat with other values, a constant command or output, an angle that
+    jumps by a whole turn.
     """
-    for option, rate in (("--sample-rate", sample_rate_hz), ("--resample", resample_hz)):
-        if rate is not None and not (math.isfinite(rate) and rate > 0):
-            raise InputError(f"{option} {rate!r}: give a positive rate in Hz")
-    if columns.time is None and sample_rate_hz is None:
+    columns = options.columns
+    if columns.time is None and options.sample_rate_hz is None:
         raise InputError(f"{path}: no time column is named; give --sample-rate RATE in Hz")
-    roles = {"time": columns.time, "input": columns.input, "output": columns.output}
-    wanted = {role: name for role, name in roles.items() if name is not None}
+    wanted = options.wanted
     if len(set(wanted.values())) < len(wanted):
         raise InputError(
             f"{path}: one column is named twice among {', '.join(map(repr, wanted.values()))}; "
@@ -100,41 +75,177 @@ def read_columns(
         )
     with _os_errors(path):
         digest = _digest(path)
-        table = _table(path, columns, list(wanted.values()))
-        _check_columns(path, table, wanted)
-        if columns.time is None:
-            assert sample_rate_hz is not None
-            t = np.arange(len(table.values[columns.input])) / sample_rate_hz
-        else:
-            t = table.values[columns.time]
-            _check_stamps(path, t, table)
-        rate, treatment = _rate(path, t, table, sample_rate_hz, may_be_uneven=resample_hz is not None)
-        if columns.time is None:
-            treatment = (f"time counted from 0 s at the given rate of {rate:g} Hz",)
-        u, y = table.values[columns.input], table.values[columns.output]
-        if resample_hz is not None and not (rate == resample_hz and time_stamps.is_uniform(t)):
-            _check_gaps(path, t, table)
-            treatment = (*treatment, describe(t, resample_hz, table.place))
-            t, u, y = _resampled(path, t, u, y, resample_hz)
-            rate = resample_hz
-    units = {role: table.units[name] for role, name in wanted.items() if name in table.units}
-    return FileContent(t, u, y, float(rate), digest, treatment, units)
+        tables: list[tuple[Path, Table]] = []
+        names = [*wanted.values(), *options.known]
+        clocks = [name for name in (columns.time, options.output_time) if name is not None]
+        if options.output_time is not None:
+            names.append(options.output_time)
+        tables.append((path, _present(path, names, clocks, options)))
+    for other in options.join:
+        absent = [name for name in names if name not in tables[0][1].values or name in clocks]
+        with _os_errors(other):
+            _digest(other)
+            tables.append((other, _present(other, absent, clocks, options)))
+    return _of_tables(path, tables, options, digest)
 
 
-def _table(path: Path, columns: Columns, wanted: list[str]) -> Table:
-    """The columns `wanted` by the reader of the file's format."""
-    suffix, rows = path.suffix.lower(), MOST_SAMPLES + 1
-    if suffix in PARQUET:
-        return read_parquet(path, wanted, most_rows=rows)
-    if suffix in HDF5 or (suffix == ".mat" and is_hdf5(path)):
-        return read_hdf5(path, wanted, most_rows=rows)
-    if suffix != ".mat":
-        return read_csv(path, wanted, most_rows=rows)
-    table = read_matlab(path, wanted, most_rows=rows)
-    if columns.input in table.missing and columns.output in table.missing:
-        names = (columns.time or Columns.time or "", columns.input, columns.output)
-        return read_iddata(path, names, most_rows=rows) or table
+def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
+    """The same of a table in memory, which `path` stands for in what is said."""
+    return _of_tables(path, [(path, table)], options, "")
+
+
+def _of_tables(
+    path: Path, tables: Sequence[tuple[Path, Table]], options: ReadingOptions, digest: str
+) -> list[FileContent]:
+    log = log_columns(tables, options)
+    if len(log.t) < FEWEST_SAMPLES:
+        raise InputError(
+            f"{path}: has {len(log.t)} samples of the {FEWEST_SAMPLES} that a record needs; give a longer one"
+        )
+    if len(log.t) > MOST_SAMPLES:
+        raise InputError(f"{path}: has more than {MOST_SAMPLES:,} samples; cut the record into parts")
+    _check_values(path, log, options)
+    parts = cut_into_parts(path, log, options)
+    contents = [_content(path, part, log, options, digest) for part in parts]
+    return _those_that_move(path, contents, log, options)
+
+
+def _present(path: Path, names: Sequence[str], clocks: Sequence[str], options: ReadingOptions) -> Table:
+    """The columns of `names` that a file holds, where others may hold the rest; else all or none."""
+    table = read_table(path, names, clocks, most_rows=MOST_SAMPLES + 1)
+    may_lack = options.join or (not options.needs_output and options.columns.output == Columns.output)
+    if table.missing and not table.values and may_lack:
+        held = [name for name in names if name not in table.missing]
+        if held:
+            return read_table(path, held, clocks, most_rows=MOST_SAMPLES + 1)
     return table
+
+
+def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, digest: str) -> FileContent:
+    """A part in the units asked for, unwrapped, its command a velocity."""
+    said = [*log.said, *part.said]
+    units: dict[str, str] = {}
+    stated = {} if options.ignore_units else log.units
+    u, y = part.u, part.y
+    known_units = {name: log.units[name] for name in part.known if name in log.units}
+    for role in ("input", "output"):
+        is_position = role == "input" and options.input_position is not None
+        factor, unit, sentence = _in_unit(path, role, stated.get(role), options.units.get(role), is_position)
+        if unit is not None:
+            units[role] = unit
+        if factor != 1.0:
+            said.append(sentence)
+            if role == "input":
+                u = u * factor
+            else:
+                y = y * factor
+    if options.unwrap is not None and part.has_output:
+        turn = options.unwrap
+        y = _unwrapped(y, part.measured, turn)
+        if options.input_position is not None:
+            u = np.unwrap(u, period=turn)
+        said.append(f"angle unwrapped at {turn:g} and counted from its first value, {y[0]:.9g}")
+        y = y - y[0]
+    elif part.has_output:
+        fault = wrapped_angle(part.y if part.measured is None else part.y[part.measured])
+        if fault is not None and options.unwrap is None:
+            rows = np.flatnonzero(part.measured_samples)
+            place = log.place_of(part.row_of(int(rows[fault.first])))
+            raise InputError(f"{path}: {place}: {fault}")
+    if options.reverse:
+        y = -y
+        said.append("output taken with the other sign")
+    if options.input_position is None:
+        return FileContent(
+            part.t, u, y, part.rate_hz, part.measured, part.known, digest, tuple(said), units, known_units
+        )
+    said.append(
+        f"command: forward difference of the position {options.input_position!r}; the last sample, which "
+        "has none, "
+        "left out"
+    )
+    known = {name: values[:-1] for name, values in part.known.items()}
+    measured = None if part.measured is None else part.measured[:-1]
+    speed = np.diff(u) * part.rate_hz
+    return FileContent(
+        part.t[:-1], speed, y[:-1], part.rate_hz, measured, known, digest, tuple(said), units, known_units
+    )
+
+
+def _in_unit(
+    path: Path, role: str, stated: str | None, wanted: str | None, is_position: bool
+) -> tuple[float, str | None, str]:
+    """What to multiply a column by, the unit that it is then in, None where nobody says, and what to say."""
+    if is_position and stated is not None:
+        stated = f"({stated})/s" if not stated.replace("°", "d").isalpha() else f"{stated}/s"
+    if stated is None:
+        if wanted is None:
+            return 1.0, None, ""
+        step, unit = with_step(wanted)
+        return step, unit, f"{role}: each count taken as {wanted}"
+    if wanted is None:
+        step, unit = with_step(stated)
+        return step, spelt(unit), f"{role} stated in {stated!r}: multiplied by {step:g}"
+    try:
+        factor = conversion(stated, wanted)
+    except InputError as error:
+        raise InputError(f"{path}: its {role}: {error}; correct --{role}-unit or the file") from None
+    return factor, with_step(wanted)[1], f"{role} converted from {stated} to {wanted}"
+
+
+def _unwrapped(y: FloatArray, measured: BoolArray | None, turn: float) -> FloatArray:
+    """The angle without jumps; where it was not measured, between its neighbours."""
+    if measured is None:
+        return np.unwrap(y, period=turn)
+    shown = np.flatnonzero(measured)
+    return np.interp(np.arange(len(y)), shown, np.unwrap(y[shown], period=turn))
+
+
+def _those_that_move(
+    path: Path, contents: Sequence[FileContent], log: LogColumns, options: ReadingOptions
+) -> list[FileContent]:
+    """The parts whose command and output change; raises InputError where none does."""
+    kept, fault = [], ""
+    for content in contents:
+        role = _constant(content)
+        if role is None:
+            kept.append(content)
+        elif not fault:
+            value = float(content.u[0] if role == "input" else content.y[0])
+            fault = (
+                f"{path}: {log.kind} {options.wanted[role]!r} is {value:g} throughout, which shows "
+                f"nothing of the axis; give a record that moves, or map another with --{role} NAME"
+            )
+    if not kept:
+        raise InputError(fault)
+    dropped = len(contents) - len(kept)
+    if dropped:
+        word = f"{dropped} parts left out in which nothing moves"
+        kept = [content._replace(treatment=(*content.treatment, word)) for content in kept]
+    return kept
+
+
+def _constant(content: FileContent) -> str | None:
+    has_output = content.measured is None or bool(content.measured.any())
+    for role, values in (("input", content.u), ("output", content.y)):
+        if role == "output" and not has_output:
+            continue
+        if np.ptp(values) <= LEAST_CHANGE * max(float(np.abs(values).max()), 1.0):
+            return role
+    return None
+
+
+def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
+    columns = {"time": log.t, "input": log.u} | ({} if log.y is None else {"output": log.y})
+    for role, values in columns.items():
+        sizes = np.where(np.isfinite(values), np.abs(values), 0.0)
+        largest = int(sizes.argmax())
+        if sizes[largest] > LARGEST_VALUE:
+            raise InputError(
+                f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
+                f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
+                "larger unit"
+            )
 
 
 @contextmanager
@@ -149,9 +260,17 @@ def _os_errors(path: Path) -> Iterator[None]:
         raise InputError(f"{str(path)!r}: cannot be read ({error}); check the path") from None
 
 
+def checked_file(path: Path) -> str:
+    """The digest of a file; raises InputError where it is none, or cannot be read."""
+    with _os_errors(path):
+        return _digest(path)
+
+
 def _digest(path: Path) -> str:
     """SHA-256 of the file; refuses what is not a file, is empty, or is too large."""
     if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return _digest(path / "metadata.yaml")
         raise InputError(f"{path}: is a directory; give a CSV, .mat, .h5 or .parquet file")
     if path.exists() and not path.is_file():
         raise InputError(f"{path}: is not a regular file; give a CSV, .mat, .h5 or .parquet file")
@@ -165,122 +284,3 @@ def _digest(path: Path) -> str:
         )
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _check_columns(path: Path, table: Table, wanted: dict[str, str]) -> None:
-    for role, name in wanted.items():
-        if name in table.missing:
-            shown = ", ".join(repr(other[:40]) for other in table.names[:20])
-            more = ", ..." if len(table.names) > 20 else ""
-            without = ", or give --time none --sample-rate RATE" if role == "time" else ""
-            raise InputError(
-                f"{path}: no {table.kind} {name!r} for the {role}; it has {shown or 'none'}{more}: "
-                f"map one with --{role} NAME{without}"
-            )
-    lengths = {name: len(values) for name, values in table.values.items()}
-    if len(set(lengths.values())) > 1:
-        found = ", ".join(f"{name!r} has {length}" for name, length in lengths.items())
-        raise InputError(f"{path}: {found} samples; give {table.kind}s of one length")
-    samples = next(iter(lengths.values()))
-    if samples < FEWEST_SAMPLES:
-        raise InputError(
-            f"{path}: has {samples} samples of the {FEWEST_SAMPLES} that a record needs; give a longer one"
-        )
-    if samples > MOST_SAMPLES:
-        raise InputError(f"{path}: has more than {MOST_SAMPLES:,} samples; cut the record into parts")
-    for role, name in wanted.items():
-        values = table.values[name]
-        largest = int(np.abs(values).argmax())
-        size = abs(float(values[largest]))
-        if size > LARGEST_VALUE:
-            raise InputError(
-                f"{path}: {table.place(largest)}, {table.kind} {name!r}: {values[largest]:g} is "
-                f"beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a larger unit"
-            )
-        if role != "time" and np.ptp(values) <= LEAST_CHANGE * max(size, 1.0):
-            raise InputError(
-                f"{path}: {table.kind} {name!r} is {values[0]:g} throughout, which shows "
-                f"nothing of the axis; give a record that moves, or map another with --{role} NAME"
-            )
-
-
-def _check_stamps(path: Path, t: FloatArray, table: Table) -> None:
-    fault = time_stamps.first_not_increasing(t)
-    if fault is not None:
-        before, here = float(t[fault - 1]), float(t[fault])
-        verb = "repeats" if before == here else "goes back from"
-        stamps = f"{here!r}" if before == here else f"{before!r} to {here!r}"
-        raise InputError(
-            f"{path}: {table.place(fault)}: time stamp {verb} {stamps}; "
-            "remove the row, or give --time none --sample-rate RATE"
-        )
-    median = float(np.median(np.diff(t)))
-    if not 1 / HIGHEST_RATE_HZ <= median <= 1 / LOWEST_RATE_HZ:
-        raise InputError(
-            f"{path}: time stamps step by {median:.4g} (median); give times in s, at a rate of "
-            f"{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz{_in_another_unit(median)}"
-        )
-
-
-def _in_another_unit(step: float) -> str:
-    """What to do where a step would be one of 1 to 1000 Hz in a finer unit than s; nothing elsewhere."""
-    for unit, seconds in (("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
-        if 1e-3 <= step * seconds <= 1.0:
-            rate = 1 / (step * seconds)
-            return f"; if they are in {unit}, give --time none --sample-rate {rate:.6g}"
-    return ""
-
-
-def _rate(
-    path: Path, t: FloatArray, table: Table, given_hz: float | None, *, may_be_uneven: bool
-) -> tuple[float, tuple[str, ...]]:
-    """Sample rate in Hz (of the median step if uneven), and what to say about it.
-
-    `given_hz` is taken where it is given; the stamps must agree with it.
-    """
-    if time_stamps.is_uniform(t):
-        rate = time_stamps.mean_rate(t)
-    elif may_be_uneven:
-        rate = 1 / float(np.median(np.diff(t)))
-    else:
-        fault = time_stamps.first_step_change(t)
-        before, here = np.diff(t)[fault - 2 : fault]
-        raise InputError(
-            f"{path}: {table.place(fault)}: time step changes from {before:.4g} s to {here:.4g} s; "
-            "give --resample RATE (in Hz) to put the record on a uniform grid"
-        )
-    if given_hz is None or given_hz == rate:
-        return rate, ()
-    if not abs(rate / given_hz - 1) <= RATE_TOLERANCE:
-        raise InputError(
-            f"{path}: the time stamps say {rate:.6g} Hz, --sample-rate says {given_hz:g} Hz; "
-            "correct one, or give --time none to ignore the stamps"
-        )
-    return given_hz, (f"taken at the given {given_hz:g} Hz, the time stamps saying {rate:.8g} Hz",)
-
-
-def _check_gaps(path: Path, t: FloatArray, table: Table) -> None:
-    ends = time_stamps.gaps(t)
-    missing = t[ends] - t[ends - 1]
-    share = float(missing.sum() / (t[-1] - t[0]))
-    if share > MOST_GAPS:
-        longest = int(missing.argmax())
-        raise InputError(
-            f"{path}: {table.place(int(ends[longest]))}: a gap of {missing[longest]:.4g} s; gaps are "
-            f"{100 * share:.0f} % of the record: cut it into parts without them"
-        )
-
-
-def _resampled(
-    path: Path, t: FloatArray, u: FloatArray, y: FloatArray, rate_hz: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    try:
-        columns = resample_columns(t, u, y, rate_hz)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    if len(columns[0]) < FEWEST_SAMPLES:
-        raise InputError(
-            f"{path}: --resample {rate_hz:g} leaves {len(columns[0])} samples of the "
-            f"{FEWEST_SAMPLES} that a record needs; give a higher rate"
-        )
-    return columns

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.time_stamps import GAP_STEPS, STEP_TOLERANCE, gaps, is_uniform, mean_rate
 
@@ -43,6 +43,12 @@ def resample_columns(
     area = np.add.reduceat(held * np.diff(knots), np.searchsorted(knots, edges[:-1]))
     grid = edges[:-1]
     return t[0] + grid, area * rate_hz, np.interp(grid, s, y)
+
+
+def between_measured(t: FloatArray, measured: BoolArray, grid: FloatArray) -> BoolArray:
+    """Which samples of `grid` lie on a measured sample of `t`, or between two that follow each other."""
+    share: BoolArray = np.interp(grid, t, measured.astype(np.float64)) > 1 - 1e-6
+    return share
 
 
 def describe(t: FloatArray, rate_hz: float, place: Callable[[int], str]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from bayes_hw.arrays import FloatArray, IntArray
 
@@ -82,6 +81,12 @@ def mean_rate(t: FloatArray) -> float:
     span = float(t[-1] - t[0])
     rate = (len(t) - 1) / span
     uncertainty = max(resolution(t), float(np.ptp(_line_residuals(t)[0]))) / span
+    return fewest_digits(rate, uncertainty)
+
+
+def fewest_digits(rate: float, uncertainty: float) -> float:
+    """`rate`, in Hz, or its period rounded to the fewest digits that change it by no more than `uncertainty`,
+    relative to it."""
     for digits in range(15):
         for candidate in (float(f"{rate:.{digits}e}"), 1 / float(f"{1 / rate:.{digits}e}")):
             if abs(candidate / rate - 1) <= uncertainty:
@@ -98,6 +103,8 @@ def _line_residuals(t: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _strip_width(t: FloatArray) -> float:
     """Extent in time, in s, of the narrowest strip about a straight line that holds all stamps."""
+    from scipy.optimize import minimize_scalar
+
     residuals, k = _line_residuals(t)
     steepest = 2 * float(np.ptp(residuals)) / len(t)
     narrowest = minimize_scalar(

@@ -33,7 +33,6 @@ def main() -> None:
         jobs=study.jobs,
         progress=study.progress,
         truth=true_values(twin.truth),
-        free_all=not study.quick,
     )
     study.write_report(analysis)
     study.write_results(

@@ -35,7 +35,6 @@ def main() -> None:
         settings=SamplerSettings(max_steps=100 if study.quick else 2000),
         jobs=study.jobs,
         progress=study.progress,
-        free_all=False,
     )
     study.write_report(analysis)
     study.write_results(headline(analysis))

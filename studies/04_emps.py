@@ -39,7 +39,6 @@ def main() -> None:
         settings=SamplerSettings(max_steps=100 if study.quick else 12000),
         jobs=study.jobs,
         progress=study.progress,
-        free_all=False,
     )
     study.write_report(analysis)
     residual = held_out.y - analysis.predictions[0].mean

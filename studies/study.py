@@ -177,10 +177,10 @@ def skip_without(data: Path) -> None:
 
 def headline(analysis: Analysis) -> dict[str, Any]:
     """The numbers of an analysis that a results file keeps."""
-    posterior = analysis.dominant.posterior
+    posterior = analysis.inference.posterior
     content: dict[str, Any] = {
         "posterior": posterior.to_dict(),
-        "residuals": analysis.dominant.residuals.to_dict(),
+        "residuals": analysis.inference.residuals.to_dict(),
         "coverage": [
             {
                 "record": name,
@@ -197,8 +197,6 @@ def headline(analysis: Analysis) -> dict[str, Any]:
             for fit in analysis.fits
         ],
     }
-    if analysis.everything is not None:
-        content["posterior_all_free"] = analysis.everything.posterior.to_dict()
     if analysis.identification is not None:
         content["steps"] = [
             {"name": step.name, "cost": step.cost, "fit_percent": step.fit_percent}

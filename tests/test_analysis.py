@@ -40,8 +40,8 @@ def analysis(small_axis: HammersteinWiener, small_record: Record) -> Analysis:
 def test_both_posteriors_and_the_held_out_record(analysis: Analysis) -> None:
     assert analysis.held_out
     assert analysis.identification is None and analysis.fits == ()
-    assert analysis.everything is not None
-    assert analysis.everything.posterior.axis.free == "all"
+    assert analysis.inference.posterior.axis.free == "all"
+    assert analysis.inference.posterior.conditional_on == ()
     assert [prediction.record.name for prediction in analysis.predictions] == ["simulated_2"]
     assert [covered.nominal for _, covered in analysis.coverages] == [0.5, 0.8, 0.94]
     assert all(covered.agrees for _, covered in analysis.coverages)
@@ -72,7 +72,7 @@ def test_residual_spectrum_is_that_of_white_noise(analysis: Analysis) -> None:
 
 def test_autocorrelations_start_at_one(analysis: Analysis) -> None:
     found = analysis.autocorrelations
-    assert found.shape == (len(analysis.dominant.posterior.names), 50)
+    assert found.shape == (len(analysis.inference.posterior.names), 50)
     np.testing.assert_allclose(found[:, 0], 1.0)
     assert (np.abs(found) <= 1 + 1e-9).all()
 
@@ -82,13 +82,13 @@ def test_without_held_out_records_the_last_training_record_is_shown(
 ) -> None:
     """Resumed from its checkpoint the run gives the same draws; discarding leaves nothing of it."""
     folder = tmp_path / "checkpoint"
-    first = analysed(small_axis, small_record, [], free_all=False, checkpoint_folder=folder)
+    first = analysed(small_axis, small_record, [], free="dominant", checkpoint_folder=folder)
     assert not first.held_out
     assert first.predictions[0].record is small_record
-    assert first.everything is None
-    assert (folder / "dominant" / "plan.h5").is_file()
-    again = analysed(small_axis, small_record, [], free_all=False, checkpoint_folder=folder, resume=True)
-    np.testing.assert_array_equal(again.dominant.posterior.values, first.dominant.posterior.values)
+    assert first.inference.posterior.conditional_on
+    assert (folder / "plan.h5").is_file()
+    again = analysed(small_axis, small_record, [], free="dominant", checkpoint_folder=folder, resume=True)
+    np.testing.assert_array_equal(again.inference.posterior.values, first.inference.posterior.values)
     discard_checkpoints(folder)
     assert not folder.exists()
 

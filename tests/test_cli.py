@@ -12,13 +12,13 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from command_files import files_below, write_axis
+from command_files import SHORT_PILOT, files_below, write_axis
 
 from bayes_hw.cli import build_parser, main
 from bayes_hw.infer import pilot
@@ -54,7 +54,7 @@ def example_of(command: str) -> list[str]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
-    """Sampling's pilot in a third of its steps; processes of their own run it in full."""
+    """Sampling's pilot in a third of its steps."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
@@ -304,14 +304,20 @@ def test_resume_without_a_checkpoint_starts_anew_and_says_so(
     assert "no checkpoint" in line and "from the beginning" in line
 
 
-def program(*arguments: str, **options: Any) -> subprocess.Popen[str]:
-    """The installed program as a process of its own, its output read as text.
+def installed() -> list[str]:
+    """The installed program."""
+    return [str(Path(sys.executable).with_name("bayes-hw"))]
+
+
+def program(
+    *arguments: str, start: Sequence[str] = (sys.executable, "-c", SHORT_PILOT), **options: Any
+) -> subprocess.Popen[str]:
+    """The program, by default with a short pilot, as a process of its own, its output read as text.
 
     Ctrl-C reaches it even where the tests themselves run in the background, which would have it ignored.
     """
-    path = Path(sys.executable).with_name("bayes-hw")
     return subprocess.Popen(
-        [path, *arguments],
+        [*start, *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -323,7 +329,8 @@ def program(*arguments: str, **options: Any) -> subprocess.Popen[str]:
 def test_installed_program_refuses_in_one_line(tmp_path: Path) -> None:
     """Exit status 2 and no traceback; a file name that would move the cursor is shown by its codes."""
     out = tmp_path / "run.csv"
-    process = program("simulate", "--model", "no\nsuch\x1b[2J.json", "r.csv", "--out", str(out))
+    given = ("simulate", "--model", "no\nsuch\x1b[2J.json", "r.csv", "--out", str(out))
+    process = program(*given, start=installed())
     printed, complaint = process.communicate(timeout=60)
     assert (process.returncode, printed) == (2, "")
     (line,) = complaint.splitlines()
@@ -366,8 +373,8 @@ def test_a_bar_on_a_terminal(folder: Path, tmp_path: Path) -> None:
     controller, terminal = pty.openpty()
     termios.tcsetwinsize(terminal, (24, 120))
     arguments = sample_arguments(folder, tmp_path, *SHORT, "--jobs", "1")
-    path = Path(sys.executable).with_name("bayes-hw")
-    done = subprocess.run([path, *arguments], stdout=subprocess.PIPE, stderr=terminal, timeout=120)
+    command = [sys.executable, "-c", SHORT_PILOT, *arguments]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=terminal, timeout=120)
     os.close(terminal)
     shown = os.read(controller, 65536).decode()
     os.close(controller)

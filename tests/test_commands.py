@@ -90,7 +90,7 @@ def with_column(column: int, value: Callable[[int], str]) -> Callable[[list[str]
     ("change", "said"),
     [
         (with_header("t,command,y"), "no column 'u' for the input"),
-        (with_row(7, "0.25,nan,0"), "row 7, column 'u': 'nan' is not a finite number"),
+        (with_row(7, "0.25,nan,0"), "row 7, column 'u': empty cell or NaN, so not measured"),
         (with_row(7, "0.25,0,fast"), "row 7, column 'y': 'fast' is not a finite number"),
         (with_row(7, "0.25,0,"), "row 7, column 'y': empty cell"),
         (with_row(7, "0.20,0,0"), "row 7: time stamp repeats 0.2"),
@@ -221,7 +221,7 @@ def test_any_value_in_a_model_is_used_or_refused(
         (["--time", "none"], "give --sample-rate"),
         (["--input", "y"], "named twice"),
         (["--input", "velocity"], "no column 'velocity'"),
-        (["--input-unit", "V"], "--input-unit V: the model is in deg/s"),
+        (["--input-unit", "V"], "its input is in V, deg/s is asked for; 'V' cannot be converted"),
         (["--model", "missing.json"], "missing.json: cannot be read"),
         (["--out", ""], "--out"),
         (["--out", "train_1.csv"], "train_1.csv: is a file where a folder is to be"),
@@ -363,3 +363,18 @@ def test_band_files_never_overwrite_each_other() -> None:
 def test_band_files_stay_in_their_folder(name: str) -> None:
     """A name that would leave the folder, or show as another, is replaced by a number."""
     assert band_file_names([name]) == ["bands_1.csv"]
+
+
+def test_a_command_alone_is_simulated(folder: Path) -> None:
+    """Its file lacks y, and holds the numbers that the whole record gives."""
+    rows = [line.split(",") for line in lines_of(folder / "train_1.csv")]
+    (folder / "command.csv").write_text("".join(f"{row[0]},{row[1]}\n" for row in rows))
+    for name in ("train_1", "command"):
+        assert (
+            main(["simulate", "--model", "model/model.json", f"{name}.csv", "--out", f"{name}_run.csv"]) == 0
+        )
+    alone, whole = (
+        np.genfromtxt(folder / f"{n}_run.csv", delimiter=",", names=True) for n in ("command", "train_1")
+    )
+    assert alone.dtype.names == ("t", "u", "w", "y_model")
+    np.testing.assert_array_equal(alone["y_model"], whole["y_model"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -124,10 +124,8 @@ def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As the README shows it, its module and all: a dead zone of the motor is named."""
-    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    (shown,) = re.findall(r"```py\n(.*?)```", readme, re.DOTALL)
-    (tmp_path / "my_motor.py").write_text(shown)
+    """As the tutorial shows it, its module and all: a dead zone of the motor is named."""
+    shutil.copy(Path(__file__).parents[1] / "docs" / "tutorials" / "my_motor.py", tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     simulator = find_simulator("my_motor:simulator")

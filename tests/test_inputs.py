@@ -38,15 +38,27 @@ def test_the_units_that_a_file_states_hold_for_those_after_it(paths: dict[str, s
     assert alone.units == Units(output="arcsec")
 
 
-@pytest.mark.parametrize(("options", "names", "units"), [
-    ((), ("radians", "degrees"), None),
-    (("--output-unit", "deg"), ("radians",), None),
-    ((), ("radians",), Units()),
-    (("--output-unit", "rad"), ("plain",), Units()),
+@pytest.mark.parametrize(("options", "name", "units", "factor"), [
+    ((), "radians", Units(), 180 / np.pi),
+    (("--output-unit", "deg", "--input-unit", "deg/s"), "radians", None, 180 / np.pi),
+    (("--output-unit", "rad", "--input-unit", "rad/s"), "plain", Units(), 180 / np.pi),
+    ((), "plain", RADIANS, 1.0),
 ])  # fmt: skip
-def test_units_that_differ_are_refused(
-    paths: dict[str, str], options: tuple[str, ...], names: tuple[str, ...], units: Units | None
+def test_units_that_differ_are_converted(
+    paths: dict[str, str], options: tuple[str, ...], name: str, units: Units | None, factor: float
 ) -> None:
-    """Of two records, of a record and an option or a model, of an option and a model."""
-    with pytest.raises(InputError, match=r"convert the record|in the model's unit"):
-        read_records(parsed(*options), [paths[name] for name in names], units)
+    """To those of the model, or of the options; what nobody states is in the model's."""
+    (record,) = read_records(parsed(*options, "--accept", "scale"), [paths[name]], units)
+    np.testing.assert_allclose(record.y, factor * np.cos(T), rtol=1e-12)
+    assert record.units == (units or Units())
+
+
+def test_records_after_the_first_are_in_its_units(paths: dict[str, str]) -> None:
+    first, second = read_records(parsed(), [paths["radians"], paths["degrees"]])
+    assert first.units == second.units == RADIANS
+    np.testing.assert_allclose(second.y, np.radians(np.cos(T)), rtol=1e-12)
+
+
+def test_units_of_something_else_are_refused(paths: dict[str, str]) -> None:
+    with pytest.raises(InputError, match=r"convert the record"):
+        read_records(parsed(), [paths["radians"]], Units(output="V"))

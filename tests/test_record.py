@@ -104,3 +104,49 @@ def test_a_unit_that_no_file_can_hold_is_refused(text: str) -> None:
 ])  # fmt: skip
 def test_unit_of_the_velocity_gain(units: Units, gain: str) -> None:
     assert units.velocity_gain == gain
+
+
+def test_unmeasured_samples_go_with_every_part(record):
+    measured = np.arange(200) % 7 != 3
+    known = {"wind": np.arange(200.0)}
+    holed = dataclasses.replace(record, measured=measured, known=known, known_units={"wind": "m/s"})
+    part = holed.window(1.0, 2.5)
+    np.testing.assert_array_equal(part.measured, measured[20:50])
+    np.testing.assert_array_equal(part.known["wind"], np.arange(20.0, 50.0))
+    first, rest = holed.split(0.5)
+    np.testing.assert_array_equal(np.concatenate([first.measured, rest.measured]), measured)
+    assert holed.window(0.0, 0.15).measured is None
+    np.testing.assert_array_equal(np.isnan(holed.y_or_nan), ~measured)
+    np.testing.assert_array_equal(holed.measured_samples, measured)
+
+
+def test_a_resampled_hole_stays_a_hole(record):
+    """A new sample between two old ones is measured where both were."""
+    measured = np.ones(200, dtype=bool)
+    measured[100] = False
+    finer = dataclasses.replace(record, measured=measured).resampled(40.0)
+    np.testing.assert_array_equal(np.flatnonzero(~finer.measured_samples), [199, 200, 201])
+    coarser = dataclasses.replace(record, measured=measured, known={"w": np.arange(200.0)}).resampled(10.0)
+    np.testing.assert_array_equal(np.flatnonzero(~coarser.measured_samples), [50])
+    np.testing.assert_allclose(coarser.known["w"], 2 * np.arange(100.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("measured", [np.ones(199, dtype=bool), np.ones(200)])
+def test_a_mask_of_another_shape_or_type_is_refused(record, measured):
+    with pytest.raises(InputError, match="True or False for every sample"):
+        dataclasses.replace(record, measured=measured)
+
+
+def test_a_command_alone_has_no_output_to_write(record, tmp_path):
+    alone = dataclasses.replace(record, measured=np.zeros(200, dtype=bool), y=np.zeros(200))
+    assert not alone.has_output and record.has_output
+    alone.write(tmp_path / "command.csv")
+    assert (tmp_path / "command.csv").read_text().splitlines()[0] == "t,u"
+
+
+def test_unmeasured_samples_are_written_as_empty_cells(record, tmp_path):
+    measured = np.ones(200, dtype=bool)
+    measured[[5, 9]] = False
+    dataclasses.replace(record, measured=measured).write(tmp_path / "holed.csv")
+    lines = (tmp_path / "holed.csv").read_text().splitlines()
+    assert [number for number, line in enumerate(lines) if line.endswith(",")] == [6, 10]

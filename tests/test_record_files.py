@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
-from bayes_hw.record import Columns, Record, Units
+from bayes_hw.record import Columns, ReadingOptions, Record, Units
 from bayes_hw.record_files import FEWEST_SAMPLES
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
@@ -54,10 +54,12 @@ def test_every_finite_record_survives_a_round_trip_through_csv(tmp_path, data, s
     t = start + np.arange(samples) / rate_hz
     u[:2] = y[:2] = 0.0, 1.0
     record = Record.read(write_csv(tmp_path / "axis.csv", t, u, y))
-    for read, written in ((record.t, t), (record.u, u), (record.y, y)):
+    for read, written in ((record.u, u), (record.y, y)):
         np.testing.assert_array_equal(read, written)
+    is_epoch = start > 1e8
+    np.testing.assert_array_equal(record.t, (np.arange(samples) / rate_hz if is_epoch else t))
     assert record.sample_rate_hz == rate_hz
-    assert record.treatment == ()
+    assert [said[:13] for said in record.treatment] == ["time: Unix st"] * is_epoch
 
 
 def test_a_record_carries_its_provenance_and_units(tmp_path):
@@ -119,7 +121,9 @@ def test_uneven_stamps_are_refused_with_the_row_and_both_steps_and_the_remedy(tm
     kept = np.delete(np.arange(100), 50)
     path = write_csv(tmp_path / "a.csv", *(column[kept] for column in columns()))
     message = refusal(path)
-    assert message.startswith("row 52: time step changes from 0.05 s to 0.1 s; give --resample RATE")
+    assert message.startswith("row 52: time step changes from 0.05 s to 0.1 s: samples are missing (1 single")
+    for option in ("--gaps bridge", "--gaps split", "--resample RATE"):
+        assert option in message
 
 
 def test_uneven_stamps_are_put_on_a_grid_when_asked(tmp_path):
@@ -162,7 +166,7 @@ def test_repeated_and_backward_stamps_are_refused_with_the_row(tmp_path, stamp, 
     t, u, y = columns()
     t[40] = stamp
     message = refusal(write_csv(tmp_path / "a.csv", t, u, y), resample_hz=resample_hz)
-    assert message.startswith(f"row 42: {complaint}; remove the row")
+    assert message.startswith(f"row 42: {complaint}") and "--time none --sample-rate RATE" in message
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1e3, "ms"), (1e9, "ns"), (1 / 86400 / 1000, "")])
@@ -171,7 +175,7 @@ def test_stamps_that_are_not_in_seconds_are_refused(tmp_path, scale, unit):
     t, u, y = columns()
     said = refusal(write_csv(tmp_path / "a.csv", t * scale, u, y))
     assert "give times in s" in said
-    remedy = f"if they are in {unit}, give --time none --sample-rate {1 / (t[1] - t[0]):.6g}"
+    remedy = f"if they are in {unit}, which makes 20 Hz, give --time-unit {unit}"
     assert said.endswith(remedy) == bool(unit)
 
 
@@ -274,9 +278,10 @@ def test_the_rubin_azimuth_is_refused_as_it_is_and_read_when_resampled():
     assert "row 4: time step changes from 0.09985 s to 0.05045 s" in refusal(path, columns=names)
     record = Record.read(path, columns=names, resample_hz=10)
     assert record.sample_rate_hz == 10
-    assert record.t[0] == 1685543398.58531
+    assert record.t[0] == 0.0
+    assert "2023-05-31T14:29:58.585310Z" in record.treatment[0]
     assert record.y[0] == -28.7293094221051
-    assert "uneven stamps" in record.treatment[0]
+    assert "uneven stamps" in record.treatment[1]
 
 
 @needs_shared
@@ -315,3 +320,26 @@ def test_every_practice_record_is_read_at_a_whole_rate_without_treatment():
         record = Record.read(path)
         assert record.sample_rate_hz in (20.0, 25.0, 50.0)
         assert record.treatment == ()
+
+
+@pytest.mark.parametrize("dates", [False, True])
+def test_an_xarray_dataset_is_a_record(dates):
+    xarray = pytest.importorskip("xarray")
+    t, u, y = columns()
+    when = np.datetime64("2026-03-14T22:41:07", "ns") + (1e9 * t).astype("timedelta64[ns]") if dates else t
+    attributes = {"units": "rad"}
+    data = {
+        "cmd": ("time", u),
+        "angle": ("time", y, attributes),
+        "image": (("time", "x"), np.zeros((100, 2))),
+    }
+    dataset = xarray.Dataset(data, coords={"time": when})
+    options = ReadingOptions(Columns("time", "cmd", "angle"), units={"output": "deg"})
+    record = Record.from_xarray(dataset, options=options, name="night")
+    np.testing.assert_allclose(record.y, np.degrees(y))
+    np.testing.assert_allclose(record.t, t, atol=1e-9)
+    assert (record.name, record.units) == ("night", Units())
+    with pytest.raises(
+        InputError, match="night: no variable 'wind' for the output; it has 'time', 'cmd', 'angle'"
+    ):
+        Record.from_xarray(dataset, options=ReadingOptions(Columns("time", "cmd", "wind")), name="night")

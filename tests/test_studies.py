@@ -21,10 +21,27 @@ ELSEWHERE = {
 }
 """Studies whose runs are tested beside the modules that they rest on."""
 
-SCRIPTS = [path for path in sorted(STUDIES.glob("[0-9][0-9]_*.py")) if path.name not in ELSEWHERE]
+SLOW = {
+    "02_twin.py",
+    "06_performance.py",
+    "11_gain_identifiability.py",
+    "12_next_experiment.py",
+    "13_controller_margins.py",
+    "16_error_sources.py",
+    "17_interval_width.py",
+    "18_two_axes.py",
+    "19_decision_constants.py",
+}
+"""Studies whose quick form takes more than five seconds, but that of the first hour."""
+
+SCRIPTS = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.name in SLOW else [])
+    for path in sorted(STUDIES.glob("[0-9][0-9]_*.py"))
+    if path.name not in ELSEWHERE
+]
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("script", SCRIPTS)
 def test_quick_run(script: Path, tmp_path: Path) -> None:
     arguments = ["--quick", "--quiet", "--jobs", "1", "--out", str(tmp_path)]
     done = subprocess.run(

@@ -6,8 +6,6 @@ import argparse
 from contextlib import nullcontext
 from pathlib import Path
 
-import numpy as np
-
 from bayes_hw.errors import InputError
 from bayes_hw.folder_claim import claimed_folder
 
@@ -25,6 +23,9 @@ def run(parsed: argparse.Namespace) -> None:
     if "out" in parsed and not parsed.out:
         raise InputError("--out: is empty; name a place for the results")
     claim = claimed_folder(Path(parsed.out)) if getattr(parsed, "out_is_folder", False) else nullcontext()
+    from bayes_hw.commands.early import refuse_early
+
+    refuse_early(parsed)
     try:
         with claim:
             if "run" in parsed:
@@ -33,7 +34,9 @@ def run(parsed: argparse.Namespace) -> None:
                 from bayes_hw.commands.axis import COMMANDS
 
                 COMMANDS[parsed.command](parsed)
-    except np.linalg.LinAlgError as error:
+    except ValueError as error:
+        if type(error).__name__ != "LinAlgError":
+            raise
         named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
         raise InputError(
             f"{', '.join(named)}: no fit is possible in floating point ({error}); "

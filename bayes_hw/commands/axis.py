@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import read_records, sampler_settings
+from bayes_hw.commands.inputs import read_record, read_records, sampler_settings
 from bayes_hw.commands.speech import rounded, say, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
@@ -95,9 +95,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         )
         written = render(posterior_report(analysis, origin), out)
     discard_checkpoints(parsed.checkpoint)
-    say_verdict(analysis.dominant.posterior, parsed.quiet)
-    if analysis.everything is not None and not analysis.everything.posterior.converged:
-        warn("NOT CONVERGED with all of G free: " + "; ".join(analysis.everything.posterior.problems))
+    say_verdict(analysis.inference.posterior, parsed.quiet)
     if not parsed.quiet:
         say(f"report: {written.html} and {written.pdf}")
 
@@ -108,7 +106,7 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
     with staged(out) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits, analysis.records)
-        analysis.dominant.posterior.write(place, analysis.records)
+        analysis.inference.posterior.write(place, analysis.records)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
 
@@ -180,12 +178,12 @@ def predict_command(parsed: argparse.Namespace) -> None:
         _predict_corrected(parsed, out, corrected)
         return
     posterior = Posterior.read(parsed.posterior)
-    (record,) = read_records(parsed, [parsed.record], posterior.axis.model.units)
+    record = read_record(parsed, parsed.record, posterior.axis.model.units, needs_output=False)
     prediction = predict(posterior, record, np.random.default_rng(parsed.seed))
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
-    if not parsed.quiet:
+    if not parsed.quiet and record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
         say(
@@ -197,10 +195,11 @@ def predict_command(parsed: argparse.Namespace) -> None:
 def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
     """Predict from the corrected model of a diagnosis."""
     model = HammersteinWiener.from_dict(corrected)
-    (record,) = read_records(parsed, [parsed.record], model.units)
+    record = read_record(parsed, parsed.record, model.units, needs_output=False)
     check_rates(model, [record])
     mean, low, high = predict_corrected(corrected, record.u)
-    write_csv(out, {"t": record.t, "u": record.u, "y": record.y, "mean": mean, "lo": low, "hi": high})
+    columns = {name: values for name, values in record.columns().items() if name not in record.known}
+    write_csv(out, columns | {"mean": mean, "lo": low, "hi": high})
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:

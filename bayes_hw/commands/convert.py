@@ -32,13 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Read, check and write; raises InputError on bad input before anything is written."""
-    from bayes_hw.commands.inputs import read_records
-    from bayes_hw.commands.speech import say
+    from bayes_hw.commands.inputs import reading_options
+    from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_file
-    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+    from bayes_hw.formats.json_file import is_model as is_model_file
+    from bayes_hw.record import Record
 
     source, out = Path(parsed.source), Path(parsed.out)
-    is_model = ".json" in (source.suffix.lower(), out.suffix.lower())
+    is_model = out.suffix.lower() == ".json" or (source.suffix.lower() == ".json" and is_model_file(source))
     endings = MODEL_ENDINGS if is_model else RECORD_ENDINGS
     for path, given in ((source, True), (out, False)):
         if (is_model or not given) and path.suffix.lower() not in endings:
@@ -46,14 +47,29 @@ def run(parsed: argparse.Namespace) -> None:
             raise InputError(f"{path}: no ending of a {kind}'s file; use one of {', '.join(endings)}")
     check_output_file(out, [source])
     if is_model:
+        from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
         model = HammersteinWiener.read(source)
         model.write(out)
         if not parsed.quiet:
             say(f"{out}: model {model.name}, {model.sample_rate_hz:g} Hz, {len(model.linear.poles)} poles")
         return
-    (record,) = read_records(parsed, [str(source)])
-    record.write(out)
-    if not parsed.quiet:
-        say(f"{out}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
+    records = Record.read_all(source, reading_options(parsed, needs_output=False))
+    targets = [out] if len(records) == 1 else numbered(out, len(records))
+    for target in targets[1:] if len(records) > 1 else []:
+        check_output_file(target, [source])
+    for record, target in zip(records, targets, strict=True):
+        record.write(target)
+    if parsed.quiet:
+        return
+    for record, target in zip(records, targets, strict=True):
+        say(f"{target}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
         for treatment in record.treatment:
             say(treatment)
+        for finding in record.findings():
+            warn(f"{source}: {finding}")
+
+
+def numbered(out: Path, count: int) -> list[Path]:
+    """OUT_1.csv, OUT_2.csv, ... beside where OUT.csv would be."""
+    return [out.with_name(f"{out.stem}_{number}{out.suffix}") for number in range(1, count + 1)]

@@ -58,7 +58,7 @@ def run(parsed: argparse.Namespace) -> None:
     """Diagnose and write; raises InputError on bad input before anything is written."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands import inputs
     from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.case import Case
@@ -93,8 +93,7 @@ def run(parsed: argparse.Namespace) -> None:
     train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
 
     def read_record(path: Path, *, units: Units) -> Record:
-        (record,) = read_records(parsed, [str(path)], units)
-        return record
+        return inputs.read_record(parsed, str(path), units)
 
     case: Case | SimulatorCase
     if folder is not None:

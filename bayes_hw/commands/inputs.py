@@ -4,49 +4,120 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayes_hw.commands.speech import warn
 from bayes_hw.errors import InputError, storable_text
-from bayes_hw.record import Columns, Record, Units
+from bayes_hw.record import Columns, ReadingOptions, Record, Units
 
 if TYPE_CHECKING:
     from bayes_hw.infer.sampler import SamplerSettings
 
 
+def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) -> ReadingOptions:
+    """How records are read, as the options of `add_record_options` say."""
+    for option, given in (("--input-unit", parsed.input_unit), ("--output-unit", parsed.output_unit)):
+        storable_text(given or "", option)
+    units = {"input": parsed.input_unit, "output": parsed.output_unit}
+    return ReadingOptions(
+        columns=Columns(
+            time=None if parsed.time == "none" else parsed.time,
+            input=parsed.input,
+            output=None if parsed.output == "none" and not needs_output else parsed.output,
+        ),
+        sample_rate_hz=parsed.sample_rate,
+        resample_hz=parsed.resample,
+        units={role: unit for role, unit in units.items() if unit},
+        time_unit=parsed.time_unit,
+        input_position=parsed.input_position,
+        output_time=parsed.output_time,
+        join=tuple(map(Path, parsed.join)),
+        gaps=parsed.gaps,
+        unwrap=parsed.unwrap,
+        known=tuple(parsed.known),
+        part_s=None if parsed.part is None else (parsed.part[0], parsed.part[1]),
+        reverse=parsed.reverse,
+        ignore_units=parsed.ignore_units,
+        needs_output=needs_output,
+    )
+
+
 def read_records(
-    parsed: argparse.Namespace, paths: Sequence[str], units: Units | None = None
+    parsed: argparse.Namespace,
+    paths: Sequence[str],
+    units: Units | None = None,
+    *,
+    needs_output: bool = True,
 ) -> list[Record]:
     """The records at `paths` as the options say; `units` are the model's, where there is one.
 
-    Raises InputError when an option gives another unit than the model has, or a record states another than
-    options, model or the first record.
+    A record in other units than the model's, or the first record's, is converted; one whose units neither
+    file
+    nor options state is taken to be in theirs. What was found to be decided about a file is said on stderr.
+
+    Raises InputError when units cannot be converted, or a record is not what it is said to be and
+    `parsed.accept` does not say that it is.
     """
-    for option, given, of_model in (
-        ("--input-unit", parsed.input_unit, units and units.input),
-        ("--output-unit", parsed.output_unit, units and units.output),
-    ):
-        if given is not None and of_model is not None and given != of_model:
-            raise InputError(
-                f"{option} {given}: the model is in {of_model}; give records in the model's unit"
-            )
-        storable_text(given or "", option)
-    options = {"input": parsed.input_unit, "output": parsed.output_unit}
-    chosen: Units | dict[str, str] = units or {role: unit for role, unit in options.items() if unit}
-    columns = Columns(
-        time=None if parsed.time == "none" else parsed.time, input=parsed.input, output=parsed.output
-    )
+    options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
     for path in paths:
-        record = Record.read(
-            path,
-            columns=columns,
-            sample_rate_hz=parsed.sample_rate,
-            resample_hz=parsed.resample,
-            units=chosen,
-        )
-        records.append(record)
-        chosen = records[0].units
+        parts = read_once(parsed, path, options)
+        if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
+            warn(
+                f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"
+            )
+        for record in parts:
+            target = units or (records[0].units if records else None)
+            if target is not None:
+                record = in_units(record, target)
+            refuse_faults(record, parsed.accept)
+            for finding in record.findings():
+                warn(f"{record.source or record.name}: {finding}")
+            records.append(record)
     return records
+
+
+def read_once(parsed: argparse.Namespace, path: str, options: ReadingOptions) -> list[Record]:
+    """The records of a file, from `parsed.read_already` where they were read before the command began."""
+    already: dict[tuple[str, str], list[Record]] = getattr(parsed, "read_already", {})
+    key = (path, repr(options))
+    if key not in already:
+        already[key] = Record.read_all(path, options)
+    return already[key]
+
+
+def read_record(
+    parsed: argparse.Namespace, path: str, units: Units | None = None, *, needs_output: bool = True
+) -> Record:
+    """One record; raises InputError where gaps make several of it."""
+    records = read_records(parsed, [path], units, needs_output=needs_output)
+    if len(records) > 1:
+        raise InputError(
+            f"{path}: its gaps make {len(records)} records of it; take one with --part START STOP (s), or "
+            "write them "
+            "with bayes-hw convert"
+        )
+    return records[0]
+
+
+def in_units(record: Record, target: Units) -> Record:
+    """The record in the units of model or first record; what nobody stated is in them already."""
+    if record.units == target:
+        return record
+    stated = {role: getattr(record.units, role) for role in record.stated_units}
+    held = replace(target, **{role: unit for role, unit in stated.items() if role != "time"})
+    return replace(record, units=held).converted(target)
+
+
+def refuse_faults(record: Record, accepted: Sequence[str]) -> None:
+    """Raise InputError at what would be fitted to nonsense, unless it is accepted."""
+    for finding in record.findings():
+        if finding.severity == "fatal" and finding.kind not in accepted:
+            raise InputError(
+                f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"
+            )
 
 
 def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:

@@ -7,11 +7,12 @@ import os
 from typing import TypeVar
 
 FREE_HELP = (
-    "dominant (default): limits, dead zone, gain, dominant modes and noise, other roots of G held; "
-    "all: every pole and zero of G as well"
+    "all (default): limits, dead zone, noise and every pole and zero of G; dominant: limits, dead zone, "
+    "gain, dominant modes and noise, conditional on the other roots of G, and too narrow where "
+    "the same records gave those roots"
 )
 
-RECORD_HELP = "a record: .csv, .mat, .h5 or .parquet"
+RECORD_HELP = "a record: text such as .csv, .mat, .h5, .parquet, .fits, .tdms, .mcap, .json"
 
 
 Parser = TypeVar("Parser", bound=argparse.ArgumentParser)
@@ -37,11 +38,38 @@ def add_output(parser: argparse.ArgumentParser, text: str, metavar: str = "DIR")
 
 
 def add_record_options(parser: argparse.ArgumentParser) -> None:
-    """How columns, rates and units of the records are read."""
-    group = parser.add_argument_group("how to read the records")
-    group.add_argument("--time", default="t", metavar="NAME", help="time column in s (default t), or none")
-    group.add_argument("--input", default="u", metavar="NAME", help="command column (default u)")
+    """How columns, clocks, rates, gaps and units of the records are read."""
+    group = parser.add_argument_group("how to read the records (bayes-hw inspect FILE says what to give)")
+    group.add_argument(
+        "--time",
+        default="t",
+        metavar="NAME",
+        help="time column (default t): s, Unix time, ISO 8601, MATLAB's datetime, MJD; or none",
+    )
+    group.add_argument(
+        "--input",
+        default="u",
+        metavar="NAME",
+        help="command column (default u); names without their units, or numbers from 1 without a header",
+    )
     group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
+    group.add_argument(
+        "--input-position", metavar="NAME", help="the command is a position: its difference is the velocity"
+    )
+    group.add_argument(
+        "--known", action="append", default=[], metavar="NAME", help="a further measured column"
+    )
+    group.add_argument(
+        "--join",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="further columns, from a file with its own clock",
+    )
+    group.add_argument("--output-time", metavar="NAME", help="the clock of the output, where it has its own")
+    group.add_argument(
+        "--time-unit", metavar="UNIT", help="unit of the time column: s, ms, us, ns, min, h, d"
+    )
     group.add_argument("--sample-rate", type=float, metavar="HZ", help="needed where there is no time column")
     group.add_argument(
         "--resample",
@@ -50,10 +78,34 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         help="put records with uneven time stamps, or another rate, on this rate",
     )
     group.add_argument(
-        "--input-unit", metavar="UNIT", help="unit of the command (default: as the file states, else deg/s)"
+        "--gaps",
+        choices=("refuse", "split", "bridge"),
+        default="refuse",
+        help="missing samples: refused (default); split: every gap begins a new record; bridge: up to 3 in a"
+        " row stay in the record as unmeasured, longer gaps begin a new one",
     )
     group.add_argument(
-        "--output-unit", metavar="UNIT", help="unit of the output (default: as the file states, else deg)"
+        "--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s"
+    )
+    group.add_argument("--unwrap", type=float, metavar="TURN", help="the angle wraps at TURN (360, 6.283...)")
+    group.add_argument("--reverse", action="store_true", help="the output counts against the command")
+    group.add_argument(
+        "--input-unit",
+        metavar="UNIT",
+        help="unit of the command: what to convert to where the file states one, else what it is in (deg/s)",
+    )
+    group.add_argument("--output-unit", metavar="UNIT", help="unit of the output, likewise (deg)")
+    group.add_argument(
+        "--ignore-units",
+        action="store_true",
+        help="the units that the file states are wrong: --input-unit and --output-unit say what it is in",
+    )
+    group.add_argument(
+        "--accept",
+        action="append",
+        default=[],
+        choices=("swapped", "position", "scale", "stuck"),
+        help="take a record in spite of what was found in it",
     )
 
 

@@ -17,7 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """One model, one record."""
     parser.add_argument("record", metavar="RECORD", help=RECORD_HELP)
     parser.add_argument("--model", required=True, metavar="MODEL.json", help="the model to simulate")
-    add_output(parser, "CSV file with columns t,u,y,w,y_model", "FILE.csv")
+    add_output(
+        parser,
+        "CSV file with columns t,u,y,w,y_model; without y where the record is a command alone",
+        "FILE.csv",
+    )
     add_record_options(parser)
     add_common(parser)
 
@@ -26,7 +30,7 @@ def run(parsed: argparse.Namespace) -> None:
     """Simulate and write; raises InputError where the response overflows."""
     import numpy as np
 
-    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.inputs import read_record
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
     from bayes_hw.gap.joint.corrected_model import read_corrected, simulate_corrected
@@ -36,13 +40,11 @@ def run(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
-    (record,) = read_records(parsed, [parsed.record], model.units)
+    record = read_record(parsed, parsed.record, model.units, needs_output=False)
     check_rates(model, [record])
     corrected = read_corrected(parsed.model)
     simulation = model.simulate(record.u) if corrected is None else simulate_corrected(corrected, record.u)
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
-    write_csv(
-        out,
-        {"t": record.t, "u": record.u, "y": record.y, "w": simulation.w, "y_model": simulation.y},
-    )
+    columns = {name: values for name, values in record.columns().items() if name not in record.known}
+    write_csv(out, columns | {"w": simulation.w, "y_model": simulation.y})

@@ -7,13 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scipy import io
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import temporary_sibling
-from bayes_hw.formats.hdf5_output import hdf5_written_atomically
-from bayes_hw.formats.parquet_file import pyarrow_parquet
 
 
 def write_columns(
@@ -31,15 +28,21 @@ def write_columns(
     """
     match path.suffix.lower():
         case ".mat":
+            from scipy import io
+
             with temporary_sibling(path) as temporary:
                 io.savemat(temporary, dict(columns), oned_as="column", do_compression=True)
         case ".h5" | ".hdf5" | ".hdf":
+            from bayes_hw.formats.hdf5_output import hdf5_written_atomically
+
             with hdf5_written_atomically(path) as file:
                 file.attrs.update(attributes)
                 for name, values in columns.items():
                     data = file.create_dataset(name, data=values, compression="gzip", shuffle=True)
                     data.attrs["units"] = units[name]
         case ".parquet" | ".pq":
+            from bayes_hw.formats.parquet_file import pyarrow_parquet
+
             parquet = pyarrow_parquet(path)
             table = _arrow_table(columns, attributes, units)
             with temporary_sibling(path) as temporary:

@@ -1,4 +1,4 @@
-"""Reading columns of numbers from delimited text."""
+"""Reading columns from tables in text, with whatever separator, decimal sign, header and comments."""
 
 from __future__ import annotations
 
@@ -7,55 +7,106 @@ import itertools
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.formats.table import Table
+from bayes_hw.formats.header import is_time_name, matches
+from bayes_hw.formats.table import Column, Table
+from bayes_hw.formats.text_layout import COMMENTS, MISSING, NUMBER, Layout, cells_of, find_layout
 
 LONGEST_LINE = 2**20
-DELIMITERS = ",;\t"
+ROWS_AT_ONCE = 2**16
+LONGEST_EXACT = 15
+"""Digits of a whole number that a float holds exactly."""
 
-_NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*", re.ASCII)
 
+def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
+    """Read the columns that `wanted` names, at most `most_rows` rows, from a table in text.
 
-def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
-    """Read the columns named in `wanted`, at most `most_rows` rows, from UTF-8 text with a header.
+    Layout by `find_layout`; names by `header.matches`, or numbers from 1 where there is no header. Cells that
+    are empty, NaN or NULL are NaN. Columns of `text` may hold anything, and then come as text. Where the
+    first of `text`, the clock, stands in the table several times, each column is given the one nearest
+    before it.
 
-    The delimiter is that of comma, semicolon and tab which the header has most of. Blank lines are
-    skipped but counted: the header is row 1. Other columns may hold anything.
-
-    Raises InputError, naming the row and column, on a cell that is not a finite number, and on a
-    file that is not such a table. Raises OSError when the file cannot be read.
+    Raises InputError, naming row and column, on another cell that is not a finite number, and on a file
+    that is
+    not a table. Raises OSError when the file cannot be read.
     """
     _check_lines(path)
+    layout = find_layout(path)
+    positions: dict[str, int] = {}
+    clocks: dict[str, int] = {}
+    for name in wanted:
+        found = _positions(path, layout, name)
+        if len(found) > 1 and not (name in text and is_time_name(name)):
+            raise InputError(f"{path}: row 1 has column {name!r} twice; rename one of them")
+        if found:
+            positions[name] = found[0]
+        if len(found) > 1:
+            clocks = {
+                other: _nearest(found, _positions(path, layout, other)) for other in wanted if other != name
+            }
+    missing = tuple(name for name in wanted if name not in positions)
+    if missing:
+        return Table({}, missing, layout.names, "column", lambda index: f"row {index + 2}")
     try:
-        with path.open(encoding="utf-8-sig") as stream:
-            header, delimiter = _read_header(path, stream)
-            for name in wanted:
-                if header.count(name) > 1:
-                    raise InputError(f"{path}: row 1 has column {name!r} twice; rename one of them")
-            values: dict[str, FloatArray] = {}
-            missing = tuple(name for name in wanted if name not in header)
-            if not missing:
-                positions = {name: header.index(name) for name in wanted}
-                numbers = _load_numbers(stream, delimiter, list(positions.values()), most_rows)
-                if numbers is None or not np.isfinite(numbers).all():
-                    raise _cell_fault(path, delimiter, positions)
-                values = {name: numbers[:, i].copy() for i, name in enumerate(positions)}
+        columns = _read(
+            path, layout, positions | {f"\0{name}": at for name, at in clocks.items()}, most_rows, text
+        )
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text; save it as CSV in UTF-8") from None
+    place = _Places(path, layout)
+    own = {name: columns.pop(f"\0{name}") for name in clocks}
+    for name in text:
+        if name in columns and layout.step is not None and _is_blank(columns[name]):
+            columns[name] = np.arange(len(columns[name])) * layout.step
+    units = {name: layout.units[at] for name, at in positions.items() if layout.units[at]}
     return Table(
-        values=values,
-        missing=missing,
-        names=tuple(header),
-        kind="column",
-        place=lambda index: f"row {_file_row(path, index)}",
+        columns,
+        (),
+        layout.names,
+        "column",
+        place,
+        units,
+        own,
+        {name: layout.units[at] for name, at in clocks.items() if layout.units[at]},
+        layout.said,
     )
+
+
+def column_names(path: Path) -> Layout:
+    """The layout of the table in `path`, its lines checked."""
+    _check_lines(path)
+    return find_layout(path)
+
+
+def _positions(path: Path, layout: Layout, name: str) -> list[int]:
+    found = matches(layout.names, name)
+    if not found and name.isdecimal() and 0 < int(name) <= layout.columns:
+        return [int(name) - 1]
+    if not found and not layout.has_header and not name.isdecimal() and name != "\0":
+        count = len(layout.names)
+        raise InputError(
+            f"{path}: row 1 holds numbers: there is no header; name columns by number, from 1 to {count}, "
+            "such as --time 1 --input 2 --output 3, or put a header before it, such as t,u,y"
+        )
+    return found
+
+
+def _nearest(clocks: Sequence[int], found: Sequence[int]) -> int:
+    """The last of the clocks that stands before the column, or the first."""
+    at = found[0] if found else 0
+    return max((clock for clock in clocks if clock < at), default=clocks[0])
+
+
+def _is_blank(column: Column) -> bool:
+    if column.dtype.kind == "f":
+        return bool(np.isnan(column).all())
+    return all(cell.lower() in MISSING for cell in column[:1000])
 
 
 def _check_lines(path: Path) -> None:
@@ -75,35 +126,36 @@ def _check_lines(path: Path) -> None:
                 )
 
 
-def _read_header(path: Path, stream: TextIO) -> tuple[list[str], str]:
-    line = stream.readline()
-    delimiter = max(DELIMITERS, key=line.count)
-    try:
-        cells = next(csv.reader([line], delimiter=delimiter), [])
-    except csv.Error as error:
-        raise InputError(
-            f"{path}: row 1 is not a header ({error}); put the column names there, such as t,u,y"
-        ) from None
-    header = [cell.strip() for cell in cells]
-    if not any(header):
-        raise InputError(f"{path}: row 1 is blank; put the column names there, such as t,u,y")
-    if all(_NUMBER.fullmatch(name) for name in header):
-        raise InputError(
-            f"{path}: row 1 holds numbers; put a header of column names before it, such as t,u,y"
-        )
-    return header, delimiter
+def _read(
+    path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
+) -> dict[str, Column]:
+    if layout.decimal == "." and not _has_stamps(path, layout, positions):
+        numbers = _load_numbers(path, layout, list(positions.values()), most_rows)
+        if numbers is not None and not np.isinf(numbers).any():
+            return {name: numbers[:, i].copy() for i, name in enumerate(positions)}
+    return _read_cells(path, layout, positions, most_rows, text)
 
 
-def _load_numbers(stream: TextIO, delimiter: str, positions: list[int], most_rows: int) -> FloatArray | None:
+def _has_stamps(path: Path, layout: Layout, positions: Mapping[str, int]) -> bool:
+    """Whether the first row holds text, or a whole number that a float would round."""
+    for _, cells in _rows(path, layout):
+        shown = [cells[at] if at < len(cells) else "" for at in positions.values()]
+        return any(not NUMBER.fullmatch(cell) or len(cell.strip("+- ")) > LONGEST_EXACT for cell in shown)
+    return False
+
+
+def _load_numbers(path: Path, layout: Layout, positions: list[int], most_rows: int) -> FloatArray | None:
     """Cells at `positions`, shape (rows, columns), or None where a cell is not a number."""
-    with warnings.catch_warnings():
+    with path.open(encoding=layout.encoding) as stream, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "loadtxt: input contained no data", UserWarning)
         warnings.filterwarnings("ignore", "Input line .* contained no data", UserWarning)
+        for _ in range(layout.first_row):
+            next(stream, "")
         try:
             numbers = np.loadtxt(
                 stream,
                 dtype=np.float64,
-                delimiter=delimiter,
+                delimiter=None if layout.separator == " " else layout.separator,
                 comments=None,
                 quotechar='"',
                 usecols=positions,
@@ -117,44 +169,101 @@ def _load_numbers(stream: TextIO, delimiter: str, positions: list[int], most_row
     return numbers.reshape(-1, len(positions))
 
 
-def _rows(path: Path, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Row number and cells of each row that is not blank, the header included."""
-    with path.open(encoding="utf-8-sig") as stream:
-        reader = csv.reader(stream, delimiter=delimiter)
-        for cells in reader:
-            if cells:
-                yield reader.line_num, cells
+def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Number, from 1, and cells of each row that is not blank nor a comment; raises InputError on what is no
+    row of a table."""
+    with path.open(encoding=layout.encoding) as stream:
+        for number, line in itertools.islice(enumerate(stream, start=1), layout.first_row, None):
+            if line == "\n" or line.startswith(COMMENTS):
+                continue
+            try:
+                yield number, cells_of(line, layout.separator)
+            except csv.Error as error:
+                raise InputError(
+                    f"{path}: row {number}: is not a row of a table ({error}); correct it"
+                ) from None
 
 
-def _file_row(path: Path, index: int) -> int:
-    with path.open(encoding="utf-8-sig") as stream:
-        rows = (number for number, line in enumerate(stream, start=1) if line != "\n")
-        return next(itertools.islice(rows, index + 1, None))
+class _Places:
+    """Where in the file the row of an index stands, counted when asked for the first time."""
+
+    def __init__(self, path: Path, layout: Layout) -> None:
+        self.path, self.layout = path, layout
+
+    def __call__(self, index: int) -> str:
+        number, _ = next(itertools.islice(_rows(self.path, self.layout), index, None))
+        return f"row {number}"
 
 
-def _cell_fault(path: Path, delimiter: str, positions: Mapping[str, int]) -> InputError:
-    """The error that names the first cell of the wanted columns that is not a finite number."""
-    row = 1
-    try:
-        for row, cells in itertools.islice(_rows(path, delimiter), 1, None):
-            for name, position in positions.items():
-                cell = cells[position] if position < len(cells) else ""
-                fault = _fault_of_cell(cell)
-                if fault:
-                    return InputError(f"{path}: row {row}, column {name!r}: {fault}")
-    except csv.Error as error:
-        return InputError(f"{path}: row {row + 1}: is not a row of a table ({error}); correct it")
-    return InputError(f"{path}: is not a table of numbers; check its quotes and separators")
+def _read_cells(
+    path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
+) -> dict[str, Column]:
+    """The same cell by cell, a stretch of rows at a time."""
+    rows = itertools.islice(_rows(path, layout), most_rows)
+    parts: dict[str, list[Column]] = {name: [] for name in positions}
+    is_text = {name: name.removeprefix("\0") in text or name.startswith("\0") for name in positions}
+    while stretch := list(itertools.islice(rows, ROWS_AT_ONCE)):
+        stretch = _without_end(stretch)
+        for name, at in positions.items():
+            cells = [cells[at] if at < len(cells) else "" for _, cells in stretch]
+            if is_text[name]:
+                parts[name].append(np.array(cells, dtype=np.str_))
+            else:
+                parts[name].append(_numbers(path, layout, name.removeprefix("\0"), stretch, cells))
+    return {
+        name: _stamps(np.concatenate(part), layout)
+        if is_text[name] and part
+        else np.concatenate([np.zeros(0), *part])
+        for name, part in parts.items()
+    }
+
+
+def _without_end(stretch: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Less the mark that some programs write after the last row, such as EOF."""
+    while (
+        stretch
+        and len(list(filter(None, stretch[-1][1]))) == 1
+        and re.fullmatch("[A-Za-z]+", stretch[-1][1][0])
+    ):
+        stretch = stretch[:-1]
+    return stretch
+
+
+def _stamps(cells: Column, layout: Layout) -> Column:
+    """Stamps as whole numbers or floats where all are, else as text."""
+    if len(cells) == 0:
+        return np.zeros(0)
+    given = np.char.replace(cells, ",", ".") if layout.decimal == "," else cells
+    if NUMBER.fullmatch(str(given[0])):
+        plain = [cell if NUMBER.fullmatch(cell) else "nan" for cell in given.tolist()]
+        bad = [c for c in given.tolist() if c.lower() not in MISSING and not NUMBER.fullmatch(c)]
+        if not bad:
+            if all(re.fullmatch("[+-]?[0-9]{1,18}|[+-]?[0-8][0-9]{18}", cell) for cell in plain):
+                return np.array(plain).astype(np.int64)
+            return np.array(plain).astype(np.float64)
+    return cells
+
+
+def _numbers(
+    path: Path, layout: Layout, name: str, stretch: Sequence[tuple[int, list[str]]], cells: Sequence[str]
+) -> FloatArray:
+    values = np.empty(len(cells))
+    for i, cell in enumerate(cells):
+        if NUMBER.fullmatch(cell) or (layout.decimal == "," and NUMBER.fullmatch(cell.replace(",", ".", 1))):
+            values[i] = float(cell.replace(",", ".", 1) if layout.decimal == "," else cell)
+            if math.isfinite(values[i]):
+                continue
+        elif cell.lower() in MISSING:
+            values[i] = math.nan
+            continue
+        raise InputError(f"{path}: row {stretch[i][0]}, column {name!r}: {_fault_of_cell(cell)}")
+    return values
 
 
 def _fault_of_cell(cell: str) -> str:
-    if not cell.strip():
-        return "empty cell; fill it in or remove the row"
-    if not _NUMBER.fullmatch(cell):
-        shown = repr(cell.strip()[:40])
-        if _NUMBER.fullmatch(cell.replace(",", ".", 1)):
-            return f"{shown} is not a number; write a decimal point"
-        return f"{shown} is not a finite number; correct it or remove the row"
-    if not math.isfinite(float(cell)):
-        return f"{cell.strip()[:40]!r} is too large; correct it or remove the row"
-    return ""
+    shown = repr(cell[:40])
+    if NUMBER.fullmatch(cell):
+        return f"{shown} is too large; correct it or remove the row"
+    if NUMBER.fullmatch(cell.replace(",", ".", 1)):
+        return f"{shown} is not a number; write a decimal point"
+    return f"{shown} is not a finite number; correct it or remove the row"

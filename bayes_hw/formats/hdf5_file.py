@@ -7,16 +7,16 @@ storage, no external links, no references. Their declared size is checked before
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
-from bayes_hw.formats.table import Table, stated_unit
+from bayes_hw.formats.header import is_time_name
+from bayes_hw.formats.table import Column, Table, numbers, refuse_infinite, stated_unit
 
 MOST_BYTES = 256 * 2**20
 """Largest size of one data set, or of one of its chunks, inflated, in bytes."""
@@ -34,8 +34,12 @@ def is_hdf5(path: Path) -> bool:
     return head.startswith(SIGNATURE) or head[MATLAB_BLOCK:] == SIGNATURE
 
 
-def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
+def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
     """Read the data sets named in `wanted`, at most `most_rows` of each; "group.u" is "group/u".
+
+    NaN is unmeasured; those of `text`, clocks, may hold text. A data set beside which another is named as
+    a clock
+    comes with those stamps where `text` are not of its length.
 
     Raises InputError on a file that is no sound HDF5 file, and on a data set that is not a vector of finite
     real numbers or larger than `MOST_BYTES`. Raises OSError when the file cannot be read.
@@ -48,10 +52,19 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         with h5py.File(path, "r") as file:
             found = {name: _dataset(path, file, name) for name in wanted}
             values = {
-                name: _vector(path, name, dataset, most_rows)
+                name: _vector(path, name, dataset, most_rows, is_text=name in text)
                 for name, dataset in found.items()
                 if dataset is not None
             }
+            beside = {
+                name: clock
+                for name, dataset in found.items()
+                if dataset is not None and name not in text and (clock := _clock_beside(dataset)) is not None
+            }
+            clocks = {
+                name: _vector(path, name, clock, most_rows, is_text=True) for name, clock in beside.items()
+            }
+            clock_units = {name: unit for name, clock in beside.items() if (unit := _unit(clock)) is not None}
             names = _names(file)
             units = {
                 name: unit
@@ -70,7 +83,26 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         kind="data set",
         place=lambda index: f"sample {index + 1}",
         units=units,
+        clocks=clocks,
+        clock_units=clock_units,
     )
+
+
+def _clock_beside(dataset: h5py.Dataset) -> h5py.Dataset | None:
+    """The data set of the same group, not the file itself, that is named as a clock."""
+    group = dataset.parent
+    if group.name == "/" or len(group) > MOST_NAMES:
+        return None
+    for name in group:
+        if is_time_name(name) and isinstance(group.get(name, getlink=True), h5py.HardLink):
+            clock = group[name]
+            if (
+                isinstance(clock, h5py.Dataset)
+                and clock.name != dataset.name
+                and clock.shape == dataset.shape
+            ):
+                return clock
+    return None
 
 
 def _unit(dataset: h5py.Dataset) -> str | None:
@@ -94,11 +126,11 @@ def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset | None:
     return place if isinstance(place, h5py.Dataset) else None
 
 
-def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int) -> FloatArray:
+def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int, *, is_text: bool) -> Column:
     def refusal(said: str) -> InputError:
         return InputError(f"{path}: data set {name!r} {said}")
 
-    if dataset.dtype.kind not in "iuf":
+    if dataset.dtype.kind not in "iuf" and not (is_text and dataset.dtype.kind in "OS"):
         raise refusal("does not hold real numbers; name a vector of numbers")
     if dataset.is_virtual or dataset.external:
         raise refusal("lies in other files; write the numbers into the file itself")
@@ -113,13 +145,13 @@ def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int) -> Flo
                 "cut the record into parts"
             )
     first = tuple(slice(most_rows) for _ in shape)
-    values = np.asarray(dataset[first], dtype=np.float64).ravel()
-    faults = np.flatnonzero(~np.isfinite(values))
-    if len(faults):
-        raise refusal(
-            f"sample {faults[0] + 1}: {values[faults[0]]} is not a finite number; correct or remove it"
-        )
-    return values
+    if dataset.dtype.kind in "OS":
+        if h5py.check_string_dtype(dataset.dtype) is None:
+            raise refusal("does not hold real numbers; name a vector of numbers")
+        return np.array(dataset.asstr()[first].ravel(), dtype=np.str_)
+    values = numbers(dataset[first]).ravel()
+    refuse_infinite(path, name, "data set", values, lambda index: f"sample {index + 1}")
+    return values if is_text else values.astype(np.float64)
 
 
 def _names(file: h5py.File) -> tuple[str, ...]:

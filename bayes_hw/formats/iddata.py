@@ -84,8 +84,8 @@ def _column(structure: Structure, names: tuple[str, str], most_rows: int) -> Flo
         if value.ndim != 2 or min(value.shape) != 1:
             shape = " x ".join(map(str, value.shape))
             raise _refusal(structure, name, f"is {shape}; export one input and one output")
-        if not np.isfinite(value).all():
-            first = int(np.flatnonzero(~np.isfinite(value.ravel()))[0])
+        if np.isinf(value).any():
+            first = int(np.flatnonzero(np.isinf(value.ravel()))[0])
             raise _refusal(
                 structure, name, f"sample {first + 1} is not a finite number; correct or remove it"
             )

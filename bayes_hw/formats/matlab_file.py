@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.matlab_elements import (
@@ -28,7 +26,7 @@ from bayes_hw.formats.matlab_elements import (
     DamagedError,
     Matrix,
 )
-from bayes_hw.formats.table import Table
+from bayes_hw.formats.table import Table, refuse_infinite
 
 MOST_BYTES = 256 * 2**20
 """Largest size of one variable, inflated, in bytes."""
@@ -104,7 +102,7 @@ def read_matlab(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     structure's.
 
     Raises InputError on a file that is no undamaged MATLAB file of version 5 to 7, and on a
-    variable that is not a real vector of finite numbers or larger than `MOST_BYTES`. Raises
+    variable that is not a real vector of numbers; NaN is unmeasured, or larger than `MOST_BYTES`. Raises
     OSError when the file cannot be read.
     """
     values: dict[str, FloatArray] = {}
@@ -133,12 +131,7 @@ def read_matlab(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     except (DamagedError, zlib.error):
         raise InputError(f"{path}: is a damaged MATLAB file; save it again") from None
     for label, vector in values.items():
-        faults = np.flatnonzero(~np.isfinite(vector))
-        if len(faults):
-            raise InputError(
-                f"{path}: variable {label!r}, sample {faults[0] + 1}: {vector[faults[0]]} is not a "
-                "finite number; correct or remove the sample"
-            )
+        refuse_infinite(path, label, "variable", vector, lambda index: f"sample {index + 1}")
     return Table(
         values=values,
         missing=tuple(label for label in wanted if label not in values),

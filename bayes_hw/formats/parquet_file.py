@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.formats.table import Table, stated_unit
+from bayes_hw.formats.header import matches, unit_of
+from bayes_hw.formats.table import Column, Table, numbers, refuse_infinite, stated_unit
 
 MOST_BYTES = 512 * 2**20
 """Largest size of one row group, inflated, in bytes, as the file states it.
@@ -33,8 +34,10 @@ def pyarrow_parquet(path: Path) -> ModuleType:
     return parquet
 
 
-def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
-    """Read the columns named in `wanted`, at most `most_rows` rows.
+def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
+    """Read the columns named in `wanted`, at most `most_rows` rows; empty cells are NaN, and those of
+    `text` may
+    hold text or dates.
 
     Raises InputError on a file that is no sound Parquet file, and on a column that does not hold finite real
     numbers, or a row group larger than `MOST_BYTES`. Raises OSError when the file cannot be read.
@@ -51,9 +54,10 @@ def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
                 for name in wanted:
                     if names.count(name) > 1:
                         raise InputError(f"{path}: has column {name!r} twice; rename one of them")
-                present = [name for name in wanted if name in names]
-                _check(path, file, present)
-                values = _columns(path, file, present, most_rows)
+                found = {name: at[0] for name in wanted if (at := matches(names, name))}
+                present = {name: names[at] for name, at in found.items()}
+                _check(path, file, present, text)
+                values = _columns(path, file, present, most_rows, text)
                 units = _units(file, present)
         except InputError:
             raise
@@ -70,21 +74,26 @@ def read_parquet(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     )
 
 
-def _units(file: object, names: Sequence[str]) -> dict[str, str]:
-    """The units in the metadata `units` or `unit` of the columns."""
+def _units(file: object, names: Mapping[str, str]) -> dict[str, str]:
+    """The units in the metadata `units` or `unit` of the columns, or in their names."""
     schema = file.schema_arrow  # type: ignore[attr-defined]
-    found = {name: schema.field(name).metadata or {} for name in names}
-    stated = {name: stated_unit(held.get(b"units", held.get(b"unit"))) for name, held in found.items()}
-    return {name: unit for name, unit in stated.items() if unit is not None}
+    found = {name: schema.field(column).metadata or {} for name, column in names.items()}
+    stated = {
+        name: stated_unit(held.get(b"units", held.get(b"unit"))) or unit_of(names[name])
+        for name, held in found.items()
+    }
+    dates = {name for name, column in names.items() if str(schema.field(column).type).startswith("timestamp")}
+    return {name: unit for name, unit in stated.items() if unit is not None} | dict.fromkeys(dates, "ns")
 
 
-def _check(path: Path, file: object, names: Sequence[str]) -> None:
+def _check(path: Path, file: object, names: Mapping[str, str], text: Collection[str]) -> None:
     from pyarrow import types
 
     metadata, schema = file.metadata, file.schema_arrow  # type: ignore[attr-defined]
-    for name in names:
-        kind = schema.field(name).type
-        if not (types.is_integer(kind) or types.is_floating(kind)):
+    for name, column in names.items():
+        kind = schema.field(column).type
+        is_stamp = types.is_timestamp(kind) or types.is_string(kind) or types.is_large_string(kind)
+        if not (types.is_integer(kind) or types.is_floating(kind) or (name in text and is_stamp)):
             raise InputError(f"{path}: column {name!r} is of type {str(kind)[:40]}; give a column of numbers")
     size = max((metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)), default=0)
     if size > MOST_BYTES:
@@ -94,23 +103,36 @@ def _check(path: Path, file: object, names: Sequence[str]) -> None:
         )
 
 
-def _columns(path: Path, file: object, names: Sequence[str], most_rows: int) -> dict[str, FloatArray]:
-    parts: dict[str, list[FloatArray]] = {name: [] for name in names}
+def _columns(
+    path: Path, file: object, names: Mapping[str, str], most_rows: int, text: Collection[str]
+) -> dict[str, Column]:
+    parts: dict[str, list[Column]] = {name: [] for name in names}
     rows = 0
-    batches = file.iter_batches(BATCH_ROWS, columns=list(names), use_threads=False)  # type: ignore[attr-defined]
+    columns = list(dict.fromkeys(names.values()))
+    batches = file.iter_batches(BATCH_ROWS, columns=columns, use_threads=False)  # type: ignore[attr-defined]
     for batch in batches if names else ():
-        for name in names:
-            column = batch.column(name)
-            values = column.to_numpy(zero_copy_only=False).astype(np.float64)
-            faults = np.flatnonzero(~np.isfinite(values))
-            if len(faults):
-                held = "empty" if column[int(faults[0])].as_py() is None else values[faults[0]]
-                raise InputError(
-                    f"{path}: row {rows + faults[0] + 1}, column {name!r}: {held} is not a finite number; "
-                    "correct it or remove the row"
-                )
+        for name, column in names.items():
+            values = _values(batch.column(column), is_stamp=name in text)
+            refuse_infinite(path, name, "column", values, partial(_row, rows))
             parts[name].append(values)
         rows += batch.num_rows
         if rows >= most_rows:
             break
-    return {name: np.concatenate([np.zeros(0), *part])[:most_rows] for name, part in parts.items()}
+    return {name: np.concatenate(part or [np.zeros(0)])[:most_rows] for name, part in parts.items()}
+
+
+def _row(before: int, index: int) -> str:
+    return f"row {before + index + 1}"
+
+
+def _values(column: object, *, is_stamp: bool) -> Column:
+    """Numbers, NaN where empty; dates in ns, and text as it is."""
+    from pyarrow import types
+
+    kind = column.type  # type: ignore[attr-defined]
+    values = column.to_numpy(zero_copy_only=False)  # type: ignore[attr-defined]
+    if types.is_timestamp(kind):
+        return values.astype("datetime64[ns]").astype(np.int64)
+    if types.is_string(kind) or types.is_large_string(kind):
+        return np.array(["" if cell is None else cell for cell in values], dtype=np.str_)
+    return numbers(values) if is_stamp else values.astype(np.float64)

@@ -1,22 +1,14 @@
 """Which block a cause enters at that nobody named: what functions rich enough for any cause there take.
 
 They are held against the base's residuals beside a wandering discrepancy of unknown strength, a random walk
-fitted with them. Autoregressive noise in its place counts what is slow for little, and a block that moves
-the axis slowly is not told from one that bends its modes. How surprising a function's gain is ranks the
-blocks: on 102 simulated cases (seeds for calibration) whose effect was struck from the catalogue the first
-block was right in 96, where the functions of `free_functions` in autoregressive noise, with the best effect
-of every block, had 54. Stiffness and damping that change with the amplitude of the torsion are six of the 96:
-springs that stiffen and delays passed for the drive's, since no function of the motion now follows ringing
-that drifts out of phase.
+fitted with them: autoregressive noise in its place counts what is slow for little. How surprising a
+function's gain is ranks the blocks. Stiffness and damping that change with the amplitude of the torsion are
+among the functions, since no function of the motion now follows ringing that drifts out of phase.
 
 A random walk also takes up what a torque does that wanders, most of a wind. Where the noise of such a torque
 is likelier than the walk and leaves no function anything, the functions are held against it, and what is slow
-is the disturbance's or the input's, whichever has the more surprising function of few shapes. On 336 more
-calibration cases (seeds 1900 to 1936, 24 an effect) that, friction by the motor's own speed and gains that
-drift made it 300 where it had been 284: 21 winds of 24 instead of 12, 20 frictions instead of 16. On the 102
-it is 94. Tried and not kept: the likelihood of noise fitted anew beside every function (a bias of the command
-leaves the re-estimated base more than a constant, and wind beat it always), finer torques over time, more
-lags, ripple by the motor's own angle.
+is the disturbance's or the input's, whichever has the more surprising function of few shapes. Measured in
+docs/decisions/0007-blocks-without-a-name.md.
 """
 
 from __future__ import annotations

@@ -16,9 +16,6 @@ from bayes_hw.record import Record
 MIN_SAMPLES = 200
 """Samples that all records together must have."""
 
-MAX_SAMPLES = 100_000
-"""Samples used of all records together: from longer ones each record's beginning, in proportion."""
-
 BLOCK_ROWS = 20
 """Block rows of the Hankel matrices: one second at 20 Hz, and more than any order tried."""
 
@@ -82,21 +79,26 @@ class Experiment:
 
 
 def prepare(records: Sequence[Record], *, free_start: bool) -> Experiment:
-    """Check that the records belong to one axis, cut them to MAX_SAMPLES, and scale them.
+    """Check that the records belong to one axis, and scale them.
 
     Raises InputError when rates or units differ, the command or output is constant, or too few samples are
     given.
     """
     _check(records)
-    records = _beginnings(records)
     input_scale = max(float(np.abs(record.u).max()) for record in records)
     output_scale = max(float(np.std(record.y)) for record in records)
     scaled = tuple(replace(record, u=record.u / input_scale, y=record.y / output_scale) for record in records)
     level = white_noise_level([record.y for record in scaled])
-    moving = tuple(_moving(record.y, OUTSIDE_NOISE * level) for record in scaled)
-    if sum(np.count_nonzero(mask) for mask in moving) < MIN_SAMPLES // 2:
-        moving = tuple(np.ones(len(record)) for record in scaled)
+    moving = moving_samples(scaled, level)
     return Experiment(scaled, input_scale, output_scale, level, moving, free_start)
+
+
+def moving_samples(records: Sequence[Record], noise_level: float) -> tuple[FloatArray, ...]:
+    """`Experiment.moving` of scaled records; everything where next to nothing is clear of zero."""
+    moving = tuple(_moving(record.y, OUTSIDE_NOISE * noise_level) for record in records)
+    if sum(np.count_nonzero(mask) for mask in moving) < MIN_SAMPLES // 2:
+        return tuple(np.ones(len(record)) for record in records)
+    return moving
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,14 +154,6 @@ def _check(records: Sequence[Record]) -> None:
             f"record {first.name}: {samples} samples are too few to identify an axis; "
             f"give at least {MIN_SAMPLES}, half of them in one record"
         )
-
-
-def _beginnings(records: Sequence[Record]) -> Sequence[Record]:
-    """The records, or the same share of each from its start when they hold more than MAX_SAMPLES."""
-    share = MAX_SAMPLES / sum(len(record) for record in records)
-    if share >= 1:
-        return records
-    return [record.split(share)[0] for record in records]
 
 
 def white_noise_level(outputs: Sequence[FloatArray]) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import Structure
-from bayes_hw.identify.cascade_fit import CascadeFit, fit_cascade
+from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
 from bayes_hw.identify.fit import fit_percent
@@ -21,8 +21,8 @@ from bayes_hw.identify.identified_model import (
     baseline_model,
     blocks_shown,
     cascade_in_units,
-    cut_warning,
     hammerstein_wiener_model,
+    search_note,
     warnings_of,
 )
 from bayes_hw.identify.input_nonlinearity import InputNonlinearity, estimate_input_nonlinearity
@@ -33,6 +33,7 @@ from bayes_hw.identify.linear_output_error import (
     best_poles,
     identify_linear,
 )
+from bayes_hw.identify.long_records import beginnings
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.output_nonlinearity import (
     OutputNonlinearity,
@@ -94,20 +95,23 @@ def _identify(
     progress: Progress,
 ) -> Identification:
     experiment = prepare(records, free_start=free_start)
-    source = pole_source(experiment, experiment.commands)
-    linear = identify_linear(experiment, source, min(max_order, MAX_LINEAR_ORDER), progress)
-    path = _identify_blocks(experiment, linear, source, max_order, progress)
-    return _result(experiment, records, linear, path, name)
+    begun = beginnings(experiment)
+    source = pole_source(begun, begun.commands)
+    linear = identify_linear(begun, source, min(max_order, MAX_LINEAR_ORDER), progress)
+    path = _identify_blocks(experiment, begun, linear, source, max_order, progress)
+    everywhere = evaluated(linear.fit.structure, linear.fit.values, experiment.records)
+    return _result(experiment, begun, records, replace(linear, fit=everywhere), path, name)
 
 
 def _identify_blocks(
+    whole: Experiment,
     experiment: Experiment,
     linear: LinearStage,
     source: PoleSource,
     max_order: int,
     report: Progress,
 ) -> _Path:
-    """Steps 2 to 4."""
+    """Steps 2 and 3 on the beginnings of long records, step 4 on the `whole`."""
     at_rest = Structure.of_order(
         min(SCAN_ORDER, max_order), linear.scanned_delay, linear.fit.structure.integrator
     )
@@ -135,12 +139,13 @@ def _identify_blocks(
     ]
     output_step = min(trials, key=lambda trial: trial.fit.sum_of_squares)
     report("output nonlinearity", 1, 1)
-    joint = identify_jointly(experiment, linear.fit, max_order, report)
+    joint = identify_jointly(whole, linear.fit, max_order, report)
     return _Path(input_step, input_fit, output_step, joint)
 
 
 def _result(
     experiment: Experiment,
+    begun: Experiment,
     records: Sequence[Record],
     linear: LinearStage,
     path: _Path,
@@ -157,7 +162,7 @@ def _result(
         baseline=baseline_model(experiment, linear.fit),
         cascade=cascade_in_units(experiment, final),
         baseline_cascade=cascade_in_units(experiment, linear.fit),
-        steps=_steps(experiment, linear, path),
+        steps=_steps(experiment, begun, linear, path),
         input_curve=Rebuilt(curve.command * experiment.input_scale, curve.rebuilt * experiment.input_scale),
         output_cloud=_thinned(
             path.output_step.intermediate * experiment.output_scale,
@@ -179,13 +184,13 @@ def _result(
         noise=noise,
         residuals=tuple(e * experiment.output_scale for e in final.residuals),
         warnings=(
-            *cut_warning(experiment, records),
+            *search_note(path.joint.search_factor, path.joint.searched_samples, experiment.samples),
             *warnings_of(experiment, path.joint, linear.fit, shown),
         ),
     )
 
 
-def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[Step, ...]:
+def _steps(experiment: Experiment, begun: Experiment, linear: LinearStage, path: _Path) -> tuple[Step, ...]:
     final = path.joint.fit
     return (
         _step(
@@ -195,13 +200,13 @@ def _steps(experiment: Experiment, linear: LinearStage, path: _Path) -> tuple[St
             linear.fit,
         ),
         _step(
-            experiment,
+            begun,
             "input nonlinearity",
             "f(u) rebuilt on hinges through G, saturation fitted to it, then refined by output error",
             path.input_fit,
         ),
         _step(
-            experiment,
+            begun,
             "output nonlinearity",
             "y against w simulated with the saturation, half width by the output error",
             path.output_step.fit,

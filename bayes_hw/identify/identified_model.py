@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
@@ -16,7 +14,7 @@ from bayes_hw.identify.whole_cascade import JointStage
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import Mode
-from bayes_hw.record import Record, Units
+from bayes_hw.record import Units
 
 LIGHT_DAMPING = 0.3
 """A pole pair with a smaller damping ratio is a resonance."""
@@ -154,6 +152,12 @@ def warnings_of(
             "the linear baseline, which has a constant command offset besides, describes these records "
             "at least as well"
         )
+    if joint.slow_poles_kept:
+        found.append(
+            f"{joint.slow_poles_kept} slow real poles of G are kept although the records do not ask for "
+            "them: they would lose travel at each reversal as a dead zone does, and the interval of the dead "
+            "zone must allow for them"
+        )
     if not joint.fit.structure.integrator:
         found.append("the records speak against an integrator; the output does not behave like a position")
     elif (share := integrator_share(experiment, joint.fit)) < WEAK_INTEGRATOR:
@@ -164,14 +168,14 @@ def warnings_of(
     return tuple(found)
 
 
-def cut_warning(experiment: Experiment, records: Sequence[Record]) -> tuple[str, ...]:
-    """A sentence saying so when only the beginnings of the records were used."""
-    given = sum(len(record) for record in records)
-    if experiment.samples == given:
+def search_note(factor: int, searched: int, samples: int) -> tuple[str, ...]:
+    """A sentence saying so when the structure was sought on less than the records as given."""
+    if searched == samples:
         return ()
+    rate = f"at a rate lower by {factor}" if factor > 1 else "on the beginnings of the records"
     return (
-        f"only the beginning of each record was used, {experiment.samples} of {given} samples; "
-        "give shorter records or a lower rate to choose others",
+        f"order and blocks were sought {rate} ({searched} samples), since the records are long; every number "
+        f"was then fitted to all {samples} samples",
     )
 
 

@@ -18,7 +18,9 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
+from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
 from bayes_hw.identify.linear_output_error import NEAR_INTEGRATOR, OrderCandidate, Progress
+from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
@@ -35,19 +37,27 @@ BLOCKS = ("lower", "upper", "dead_zone")
 @dataclass(frozen=True, eq=False)
 class JointStage:
     """The chosen cascade; every order and delay tried; for each block in BLOCKS how much the criterion
-    rises without it (None where the records could not show it at all), and the error then.
+    rises without it (None where the records could not show it at all), and the error then; how many slow real
+    poles were kept although the criterion asks for none (`bayes_hw.identify.growth.slow_poles`); by how much
+    the rate was lowered for the search, and how many samples it saw.
     """
 
     fit: CascadeFit
     candidates: tuple[OrderCandidate, ...]
     evidence: dict[str, float | None]
     rms_without: dict[str, float]
+    slow_poles_kept: int
+    search_factor: int
+    searched_samples: int
 
 
-def identify_jointly(
-    experiment: Experiment, linear: CascadeFit, max_order: int, report: Progress
-) -> JointStage:
-    """Grow, choose and prune; `linear` is the baseline, whose dynamics are a candidate too."""
+def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, report: Progress) -> JointStage:
+    """Grow, choose and prune; `linear` is the baseline, whose dynamics are a candidate too.
+
+    Long records are searched at a lower rate or in part, and then fitted as a whole.
+    """
+    factor = search_factor(whole)
+    experiment = shortened(whole, factor) if whole.samples > SEARCH_SAMPLES else whole
     tried: list[Grown] = []
     parts = 2 * max_order + 4
 
@@ -81,7 +91,8 @@ def identify_jointly(
             wanted.append(found.structure.delay_samples)
         tried += [*pool.values(), found]
         wanted = [delay for delay in wanted if delay not in done]
-    tried.append(_without_blocks(experiment, linear))
+    if factor == 1:
+        tried.append(_without_blocks(experiment, linear))
     best = chosen(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
@@ -90,8 +101,21 @@ def identify_jointly(
         best = released
     best, evidence, rms_without = _drop_blocks(best)
     tried.append(best)
+    kept = 0
+    if best.structure.dead_zone:
+        wider = with_slow_poles(best)
+        best, kept = wider, wider.structure.order - best.structure.order
+    best = with_real_poles(at_full_rate(best, whole, factor))
     report("whole cascade", parts, parts)
-    return JointStage(cascade_fit(best), _tabulated(tried, experiment.output_scale), evidence, rms_without)
+    return JointStage(
+        cascade_fit(best),
+        _tabulated(tried, experiment.output_scale),
+        evidence,
+        rms_without,
+        kept,
+        factor,
+        experiment.samples,
+    )
 
 
 def chosen(items: Iterable[Grown]) -> Grown:

@@ -69,7 +69,7 @@ def infer(
     records: Sequence[Record],
     rng: np.random.Generator,
     *,
-    free: FreeSet = "dominant",
+    free: FreeSet = "all",
     start: StartCondition = "rest",
     noise: NoiseKind = "normal",
     settings: SamplerSettings | None = None,

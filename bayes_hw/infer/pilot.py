@@ -41,7 +41,7 @@ TRIAL_PROPOSALS = 2048
 
 ENOUGH = 0.3
 """Expected acceptance of independence proposals from which no exploring pilot is needed."""
-GOOD = 0.7
+GOOD = 0.5
 """Expected acceptance at which other coordinates are not tried."""
 OVERLOOKED = 4.0
 """A walker whose log p / q exceeds the mean of the trial draws by more was overlooked by the pilot."""

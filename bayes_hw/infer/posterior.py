@@ -66,6 +66,11 @@ class Posterior:
         return tuple(parameter.name for parameter in self.parameters)
 
     @property
+    def conditional_on(self) -> tuple[str, ...]:
+        """In words, what the same records estimated and these intervals take as known; empty for none."""
+        return ("the zeros and the other poles of G",) if self.axis.free == "dominant" else ()
+
+    @property
     def noise_order(self) -> int:
         return noise_order(self.noise_parameters)
 
@@ -145,6 +150,7 @@ class Posterior:
             "interval": "94 % highest-density interval",
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
+            "conditional_on": list(self.conditional_on),
             "start": "rest" if self.axis.start_positions is None else "free",
             "ensembles": self.values.shape[0],
             "steps": self.values.shape[1],

@@ -50,11 +50,12 @@ class Prediction:
         return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
 
     def columns(self) -> dict[str, FloatArray]:
-        """Record, mean and bands under the column names of `bayes-hw predict`."""
+        """Record, mean and bands under the column names of `bayes-hw predict`; no y where none was
+        measured."""
         return {
             "t": self.record.t,
             "u": self.record.u,
-            "y": self.record.y,
+            **({"y": self.record.y_or_nan} if self.record.has_output else {}),
             "mean": self.mean,
             "lo": self.lower,
             "hi": self.upper,
@@ -92,7 +93,7 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     """Bands of y for `record` under the posterior.
 
     The record starts at rest, or, where the posterior was sampled with free initial conditions, in the state
-    that least squares finds from its first quarter at the posterior mean.
+    that least squares finds from its first quarter at the posterior mean; a command alone starts at rest.
 
     Raises InputError when the sample rates differ.
     """
@@ -156,7 +157,7 @@ def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY)
 
 def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> FloatArray:
     """Outputs (draws, samples), from rest or from the initial state that the record's first part shows."""
-    if axis.start_positions is None:
+    if axis.start_positions is None or not record.has_output:
         return simulated_outputs(axis, draws.T, [record])[0]
     one = AxisParameters(
         axis.model,

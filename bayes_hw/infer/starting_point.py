@@ -21,6 +21,9 @@ from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
 
 REFITS = 2
+MOST_REORDERED = 3
+"""Further fits where a descent has let poles change places: their numbers are given anew before each."""
+
 ROUNDING = 1e-10
 APART = 5.0
 NEGLIGIBLE = 15.0
@@ -76,7 +79,10 @@ def starting_point(
     coordinates, covariance = _with_noise(axis, fit, noise, sampled)
     target = LogPosterior(axis, sampled, records)
     others = _other_modes(target, records, starts, noise, (coordinates, covariance))
-    mode, *further = (_along_the_plain(target, *one) for one in [(coordinates, covariance), *others])
+    modes = [(coordinates, covariance), *others]
+    heights = target(np.stack([one[0] for one in modes]))
+    modes = [modes[i] for i in np.argsort(-heights) if i == np.argmax(heights) or np.isfinite(heights[i])]
+    mode, *further = (_along_the_plain(target, *one) for one in modes)
     return StartingPoint(*mode, noise, sampled, starts, tuple(further))
 
 
@@ -94,7 +100,9 @@ def _refitted(
     axis: AxisParameters, records: Sequence[Record], fit: OutputErrorFit, order: int | None = None
 ) -> tuple[NoiseEstimate, OutputErrorFit]:
     """The fit with AR noise (of the given order, or chosen) and priors, and the noise of its residuals."""
-    for _ in range(REFITS):
+    for number in range(REFITS + MOST_REORDERED):
+        if number >= REFITS and np.array_equal(axis.put_in_order(fit.values), fit.values):
+            break
         noise = estimate_noise(split_by_record(fit.residuals, records), order)
         fit = fit_output_error(
             axis,

@@ -95,7 +95,7 @@ def sample(
     records: Record | Sequence[Record],
     *,
     seed: int = 1,
-    free: FreeSet = "dominant",
+    free: FreeSet = "all",
     start: StartCondition = "rest",
     noise: NoiseKind = "normal",
     settings: SamplerSettings | None = None,

@@ -17,11 +17,13 @@ from bayes_hw.model.mode_poles import mode_poles, squared_distances
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
     HalfNormal,
-    HyperbolicTangent,
     Identity,
     Logarithm,
     LogNormal,
     Normal,
+    NormalProbability,
+    TimeConstant,
+    TimeConstantLogarithm,
     Uniform,
 )
 
@@ -31,6 +33,10 @@ LIMIT_LOG_SD = 0.3
 GAIN_LOG_SD = 0.3
 FREQUENCY_LOG_SD = 0.1
 DAMPING_LOG_SD = 0.8
+TIME_CONSTANT_LOG_SD = 1.0
+FASTEST_DECAY = 1.0
+"""Time constant in samples from which a real pole is given by it."""
+
 DEAD_ZONE_SCALE = 3.0
 WEIGHT_SD = 1.0
 """Prior standard deviation of a residue, in units of the largest nominal one."""
@@ -275,9 +281,7 @@ class AxisParameters:
         nested = nested_weights(self._real_poles[self._free_real], real[self._free_real])
         for i, weight in zip(self._free_real, nested, strict=True):
             pole = float(np.clip(self._real_poles[i], -0.999999, 0.999999))
-            found.append(
-                Parameter(f"real_pole{i + 1}.value", "", pole, Uniform(-1.0, 1.0), HyperbolicTangent())
-            )
+            found.append(_real_pole(f"real_pole{i + 1}.value", pole))
             found.append(_weight(f"real_pole{i + 1}.weight", per_sample, float(weight), spread))
         for name, residue in zip(self._pair_names, pairs, strict=True):
             found.append(_weight(f"{name}.cosine", per_sample, float(2 * residue.real), spread))
@@ -318,6 +322,15 @@ def nested_residues(poles: FloatArray, weights: FloatArray) -> FloatArray:
         residues[j + 1 :] /= poles[j + 1 :] - poles[j]
         residues[j] = weights[j] - residues[j + 1 :].sum(axis=0)
     return residues
+
+
+def _real_pole(name: str, pole: float) -> Parameter:
+    """A pole by its time constant, or by itself where that is below FASTEST_DECAY samples."""
+    if abs(pole) > np.exp(-1 / FASTEST_DECAY):
+        median, sign = float(-1 / np.log(abs(pole))), float(np.sign(pole))
+        prior = TimeConstant(median, TIME_CONSTANT_LOG_SD, sign)
+        return Parameter(name, "", pole, prior, TimeConstantLogarithm(sign))
+    return Parameter(name, "", pole, Uniform(-1.0, 1.0), NormalProbability())
 
 
 def _gain(name: str, unit: str, value: float) -> Parameter:

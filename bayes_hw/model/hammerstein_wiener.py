@@ -12,12 +12,13 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
-from bayes_hw.files import read_small_text, temporary_sibling, write_text_atomically
+from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.modal import linear_batch, modal_form
+from bayes_hw.model.model_file import load_model_json
 from bayes_hw.record import Units
 
 WELL_APART = 1e-3
@@ -129,18 +130,11 @@ class HammersteinWiener:
         """
         path = Path(path)
         try:
-            if path.suffix.lower() == ".mat":
-                data: Any = read_idnlhw(path)
-            else:
-                data = json.loads(read_small_text(path))
-        except InputError:
-            raise
+            data: Any = read_idnlhw(path) if path.suffix.lower() == ".mat" else load_model_json(path)
         except OSError as error:
             raise InputError(
                 f"{path}: cannot be read ({error.strerror}); give a model.json, as from bayes-hw identify"
             ) from None
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: is not JSON ({error}); give a model.json") from None
         try:
             model = cls.from_dict(data)
         except InputError as error:

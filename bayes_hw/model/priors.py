@@ -11,6 +11,8 @@ from scipy import special
 from bayes_hw.arrays import FloatArray
 
 _LOG_SQRT_2PI = 0.5 * np.log(2 * np.pi)
+ROUNDING, SMALLEST_MODULUS = 1e-15, 1e-100
+"""Distance from the border at which a value still has a finite coordinate."""
 
 
 class Prior(Protocol):
@@ -131,6 +133,33 @@ class ShiftedLogNormal:
         return f"{self.lower:.4g} plus {rest}"
 
 
+@dataclass(frozen=True)
+class TimeConstant:
+    """A pole p of the given `sign` whose time constant -1 / log |p|, in samples, is log-normal about `median`.
+
+    A uniform density of p would hold a slow pole to be as unlikely as it is close to one; this one does not
+    care how fast the record was sampled.
+    """
+
+    median: float
+    log_sd: float
+    sign: float = 1.0
+
+    def log_density(self, value: FloatArray) -> FloatArray:
+        size = self.sign * np.asarray(value)
+        inside = (size > 0) & (size < 1)
+        rate = -np.log(np.where(inside, size, 0.5))
+        density = LogNormal(self.median, self.log_sd).log_density(1 / rate) - 2 * np.log(rate) + rate
+        return np.where(inside, density, -np.inf)
+
+    def quantile(self, probability: FloatArray) -> FloatArray:
+        order = probability if self.sign > 0 else 1 - np.asarray(probability)
+        return self.sign * np.exp(-1 / LogNormal(self.median, self.log_sd).quantile(order))
+
+    def describe(self, unit: str) -> str:
+        return f"its time constant in samples: {LogNormal(self.median, self.log_sd).describe(unit)}"
+
+
 class Transform(Protocol):
     """A monotone map between a parameter's value and an unbounded coordinate."""
 
@@ -202,3 +231,39 @@ class HyperbolicTangent:
     def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
         magnitude = np.abs(coordinate)
         return 2 * (np.log(2) - magnitude - np.log1p(np.exp(-2 * magnitude)))
+
+
+@dataclass(frozen=True)
+class NormalProbability:
+    """value = 2 Phi(coordinate) - 1, for values between -1 and 1.
+
+    A uniform prior is a standard normal one of the coordinate; of an inverse tangent it has exponential
+    tails, which a sampler crosses slowly.
+    """
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return np.asarray(special.erf(coordinate / np.sqrt(2)))
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        return np.sqrt(2) * np.asarray(special.erfinv(np.clip(value, ROUNDING - 1, 1 - ROUNDING)))
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return 0.5 * np.log(2 / np.pi) - 0.5 * np.asarray(coordinate) ** 2
+
+
+@dataclass(frozen=True)
+class TimeConstantLogarithm:
+    """value = sign exp(-exp(-coordinate)), a pole of modulus between 0 and 1: the coordinate is the logarithm
+    of its time constant in samples."""
+
+    sign: float = 1.0
+
+    def to_value(self, coordinate: FloatArray) -> FloatArray:
+        return self.sign * np.exp(-np.exp(-np.asarray(coordinate)))
+
+    def to_coordinate(self, value: FloatArray) -> FloatArray:
+        size = np.clip(self.sign * np.asarray(value), SMALLEST_MODULUS, 1 - ROUNDING)
+        return -np.log(-np.log(size))
+
+    def log_jacobian(self, coordinate: FloatArray) -> FloatArray:
+        return -np.exp(-coordinate) - coordinate

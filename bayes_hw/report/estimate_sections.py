@@ -132,10 +132,10 @@ def _order_table(identification: Identification) -> Table:
 
 
 def _residual_section(analysis: Analysis) -> Section:
-    residuals, spectrum = analysis.dominant.residuals, analysis.spectrum
+    residuals, spectrum = analysis.inference.residuals, analysis.spectrum
     rate = analysis.records[0].sample_rate_hz
     joined = np.concatenate(residuals.innovations)
-    order = analysis.dominant.posterior.noise_order
+    order = analysis.inference.posterior.noise_order
     figure = residual_diagnostics(
         ResidualDiagnostics(
             t=np.arange(len(joined)) / rate,

@@ -238,8 +238,11 @@ def _limits_section(analysis: Analysis) -> Section:
         "assumption that was not tested here.",
         "Effects outside the model (backlash with memory, friction, wind, encoder errors) are seen only as "
         "far as the residual tests see them.",
-        "The intervals hold for the structure of G that was chosen; its order and delay are not varied.",
+        "Order and delay of G are those chosen; slow poles that the evidence cannot exclude are kept in "
+        "the model, and all roots are free.",
     ]
-    if analysis.everything is None:
-        items.append("The roots of G other than the dominant modes were held at their point estimates.")
+    items += [
+        f"Not estimated, but taken as known: {known}."
+        for known in analysis.inference.posterior.conditional_on
+    ]
     return Section("What was not checked", (Bullets(tuple(items)),))

@@ -14,11 +14,9 @@ from bayes_hw.model.priors import Prior
 from bayes_hw.report.document import Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.figures_posterior import (
     CORNER_LIMIT,
-    IntervalSet,
     Marginal,
     autocorrelation,
     corner_plot,
-    interval_comparison,
     priors_and_posteriors,
     traces,
 )
@@ -38,16 +36,14 @@ PARAMETER_HEADER = ("parameter", "prior", "posterior mean ± sd", "94 % HDI")
 
 
 def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
-    """Parameters, correlations, convergence, and the comparison with all of G free."""
-    posterior = analysis.dominant.posterior
+    """Parameters, correlations and convergence."""
+    posterior = analysis.inference.posterior
     summaries = posterior.summaries
     sections = [
         _parameter_section(analysis),
         Section("Correlations", (_corner(posterior, summaries),)),
         _convergence_section(analysis, summaries),
     ]
-    if analysis.everything is not None:
-        sections.append(_widening_section(analysis, summaries, analysis.everything.posterior))
     return tuple(sections)
 
 
@@ -61,7 +57,7 @@ def _prior_density(prior: Prior):  # type: ignore[no-untyped-def]
 
 
 def _parameter_section(analysis: Analysis) -> Section:
-    posterior = analysis.dominant.posterior
+    posterior = analysis.inference.posterior
     derived = tuple(
         (
             parameter_name(name).words,
@@ -81,18 +77,18 @@ def _parameter_section(analysis: Analysis) -> Section:
         ),
         priors_and_posteriors(marginals(posterior, posterior.names, analysis.truth)),
     ]
-    if analysis.truth:
-        blocks.append(
-            Callout(
-                "info",
-                "Truth and conditional intervals",
-                "The records are simulated and the truth is marked. These intervals are conditional: they "
-                "hold the other roots of G at their estimates, which are not the true ones, and so may miss "
-                "the truth more often than 6 % of the time. The intervals that claim to hold it are those "
-                "with all of G free.",
-            )
-        )
+    if posterior.conditional_on:
+        blocks.append(Callout("warn", "Conditional intervals", conditional_sentence(posterior)))
     return Section("Parameters", tuple(blocks))
+
+
+def conditional_sentence(posterior: Posterior) -> str:
+    """What the intervals take as known, and what follows."""
+    known = " and ".join(posterior.conditional_on)
+    return (
+        f"These intervals take {known} as known. Where the same records gave them, the intervals are too "
+        "narrow, often by half; without --free dominant everything is estimated."
+    )
 
 
 def _parameter_rows(posterior: Posterior) -> tuple[tuple[str, ...], ...]:
@@ -151,7 +147,7 @@ def _corner(posterior: Posterior, summaries: dict[str, Summary]) -> Figure:
 
 
 def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> Section:
-    posterior, sampling = analysis.dominant.posterior, analysis.dominant.sampling
+    posterior, sampling = analysis.inference.posterior, analysis.inference.sampling
     ensembles, steps, walkers, _ = posterior.values.shape
     names = [parameter_name(name) for name in posterior.names]
     table = Table(
@@ -204,85 +200,6 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
 
 def sampling_starts(analysis: Analysis) -> str:
     """Whether the descents that preceded sampling agreed."""
-    starts = analysis.dominant.start.starts
+    starts = analysis.inference.start.starts
     total = len(starts.sums_of_squares)
     return f"Before sampling, {starts.agreeing} of {total} least-squares descents reached the same minimum."
-
-
-def _widening_section(analysis: Analysis, dominant: dict[str, Summary], everything: Posterior) -> Section:
-    all_summaries = everything.summaries
-    shared = [name for name in dominant if name in all_summaries]
-    sets = [
-        IntervalSet(
-            label,
-            np.array([summaries[name].mean for name in shared]),
-            np.array([summaries[name].hdi94[0] for name in shared]),
-            np.array([summaries[name].hdi94[1] for name in shared]),
-        )
-        for label, summaries in (("dominant parameters free", dominant), ("all of G free", all_summaries))
-    ]
-    truth = np.array([analysis.truth.get(name, np.nan) for name in shared])
-    blocks: list[Paragraph | Callout | Table | Figure] = []
-    if not everything.converged:
-        blocks.append(Callout("warn", "All of G free: not converged", "; ".join(everything.problems)))
-    blocks += [
-        _widening_table(dominant, all_summaries, analysis.truth, shared),
-        priors_and_posteriors(marginals(everything, shared, analysis.truth)),
-        interval_comparison(
-            sets,
-            [parameter_name(name) for name in shared],
-            np.array([dominant[name].sd for name in shared]),
-            truth=truth,
-        ),
-        Table(
-            PARAMETER_HEADER,
-            _parameter_rows(everything),
-            "Every parameter with all of G free: in place of zeros and gain, the weight of every pole. "
-            f"{LEGEND}{_mark(everything)}",
-            (2, 3),
-        ),
-    ]
-    return Section("All of G free", tuple(blocks))
-
-
-def _widening_table(
-    dominant: dict[str, Summary],
-    everything: dict[str, Summary],
-    truth: dict[str, float],
-    shared: Sequence[str],
-) -> Table:
-    rows = tuple(
-        (
-            parameter_name(name).words,
-            format_interval(*dominant[name].hdi94, dominant[name].unit),
-            format_interval(*everything[name].hdi94, everything[name].unit),
-            f"{_width(everything[name]) / _width(dominant[name]):.2f}",
-            *((_true_value(truth.get(name), everything[name]),) if truth else ()),
-        )
-        for name in shared
-    )
-    header = ("parameter", "94 % HDI, dominant free", "94 % HDI, all of G free", "wider by")
-    return Table(
-        (*header, "truth") if truth else header,
-        rows,
-        "What it costs to hold the other roots of G: the intervals with every pole and zero free, and the "
-        "ratio of the widths."
-        + (" Truth: in (✓) or out of (✗) the interval with all free." if truth else ""),
-        (1, 2, 3, 4) if truth else (1, 2, 3),
-    )
-
-
-def _true_value(value: float | None, summary: Summary) -> str:
-    if value is None:
-        return ""
-    inside = summary.hdi94[0] <= value <= summary.hdi94[1]
-    return f"{format_value(value, summary.sd)} {'✓' if inside else '✗'}"
-
-
-def widest_ratio(dominant: dict[str, Summary], everything: dict[str, Summary]) -> float:
-    """The largest factor by which an interval widens when all of G is free."""
-    return max(_width(everything[name]) / _width(dominant[name]) for name in dominant if name in everything)
-
-
-def _width(summary: Summary) -> float:
-    return summary.hdi94[1] - summary.hdi94[0]

@@ -7,7 +7,7 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.report.document import Badge
 from bayes_hw.report.names import parameter_name
-from bayes_hw.report.posterior_sections import widest_ratio
+from bayes_hw.report.posterior_sections import conditional_sentence
 from bayes_hw.report.rounding import format_estimate, format_number, format_p_value, format_percent
 
 DEAD_ZONE = "dead_zone.half_width"
@@ -18,7 +18,7 @@ BLOCK_PARAMETERS = {**{name: name for name in LIMITS}, "dead_zone": DEAD_ZONE}
 
 def verdict(analysis: Analysis) -> str:
     """The answer in words; what is wrong comes first."""
-    posterior = analysis.dominant.posterior
+    posterior = analysis.inference.posterior
     sentences = []
     if not posterior.converged:
         sentences.append(
@@ -26,30 +26,26 @@ def verdict(analysis: Analysis) -> str:
             + posterior.problems[0]
             + "."
         )
-    disagreements = [test for test in analysis.dominant.residuals.tests if not test.passed]
+    disagreements = [test for test in analysis.inference.residuals.tests if not test.passed]
     if disagreements:
         sentences.append(
             "Model and records disagree: " + "; ".join(test.meaning for test in disagreements) + "."
         )
-    if not analysis.dominant.residuals.explained:
-        fit = analysis.dominant.residuals.fit_percent
+    if not analysis.inference.residuals.explained:
+        fit = analysis.inference.residuals.fit_percent
         sentences.append(
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
     sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
-    if analysis.everything is not None and posterior.converged:
-        ratio = widest_ratio(posterior.summaries, analysis.everything.posterior.summaries)
-        sentences.append(
-            "These hold for the other roots of G as estimated; with all of G free the intervals are up to "
-            f"{ratio:.1f} times as wide."
-        )
+    if posterior.conditional_on:
+        sentences.append(conditional_sentence(posterior))
     return " ".join(sentences)
 
 
 def not_shown(analysis: Analysis) -> frozenset[str]:
     """Parameters about which the records say little: of blocks not shown, or prior-dominated."""
-    hidden = set(analysis.dominant.posterior.prior_dominated)
+    hidden = set(analysis.inference.posterior.prior_dominated)
     if analysis.identification is not None:
         hidden |= {
             BLOCK_PARAMETERS[block]
@@ -61,15 +57,16 @@ def not_shown(analysis: Analysis) -> frozenset[str]:
 
 def badges(analysis: Analysis) -> tuple[Badge, ...]:
     """The checks of the first page: sampling, residuals, bands, blocks."""
-    posterior, residuals = analysis.dominant.posterior, analysis.dominant.residuals
+    posterior, residuals = analysis.inference.posterior, analysis.inference.residuals
     summaries = posterior.summaries.values()
     worst_r_hat = max(summary.r_hat for summary in summaries)
     smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
     hidden = [name for name in (*LIMITS, DEAD_ZONE, *_modes(posterior)) if name in not_shown(analysis)]
+    conditional = (Badge("conditional", "warn", f"given {' and '.join(posterior.conditional_on)}"),)
     return (
         Badge(
             "converged" if posterior.converged else "not converged",
-            "good" if posterior.converged else "bad",
+            ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
             f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more"
             + "".join(f"; {problem}" for problem in posterior.problems[:1]),
         ),
@@ -78,6 +75,7 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
             "good" if residuals.white else "bad",
             "; ".join(f"{test.name}: p‑value {format_p_value(test.p_value)}" for test in residuals.tests[:2]),
         ),
+        *(conditional if posterior.conditional_on else ()),
         _band_badge(analysis),
         Badge(
             "all blocks shown" if not hidden else "not all shown",
@@ -118,7 +116,7 @@ def _fit(percent: float) -> str:
 
 
 def _estimate_sentence(analysis: Analysis) -> str:
-    posterior, hidden = analysis.dominant.posterior, not_shown(analysis)
+    posterior, hidden = analysis.inference.posterior, not_shown(analysis)
     modes = _modes(posterior)
     limits = [name for name in LIMITS if name not in hidden]
     parts = []

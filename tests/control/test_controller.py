@@ -124,8 +124,9 @@ def test_a_file_that_is_no_controller(text: str, tmp_path: Path) -> None:
         Controller.read(path)
 
 
-def test_the_example_of_the_readme_is_a_controller() -> None:
-    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+def test_the_example_of_the_how_to_is_a_controller() -> None:
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "design_a_loop.md"
+    text = page.read_text(encoding="utf-8")
     example = text.split("```json")[1].split("```")[0]
     controller = Controller.from_dict(json.loads(example))
     assert controller.kind == "PI" and controller.memory_share == 1 and len(controller.notches) == 1

@@ -82,21 +82,17 @@ def test_random_cells_below_a_good_header_are_numbers_or_refused(tmp_path, cells
     except InputError as error:
         assert "\n" not in str(error)
     else:
-        assert all(np.isfinite(values).all() for values in table.values.values())
+        assert not any(np.isinf(values).any() for values in table.values.values())
 
 
 @pytest.mark.parametrize(
     ("cell", "complaint"),
     [
-        ("", "empty cell; fill it in or remove the row"),
-        ("  ", "empty cell; fill it in or remove the row"),
-        ("nan", "'nan' is not a finite number"),
         ("-inf", "'-inf' is not a finite number"),
         ("1e999", "'1e999' is too large"),
         ("1_000", "'1_000' is not a finite number"),
         ("fast", "'fast' is not a finite number"),
         ("0x10", "'0x10' is not a finite number"),
-        ('"0,5"', "'0,5' is not a number; write a decimal point"),
     ],
 )
 def test_a_cell_that_is_no_finite_number_is_named_by_row_and_column(tmp_path, cell, complaint):
@@ -108,26 +104,36 @@ def test_a_cell_that_is_no_finite_number_is_named_by_row_and_column(tmp_path, ce
 
 
 def test_rows_are_counted_as_in_the_file_when_some_are_blank(tmp_path):
-    content = GOOD.replace("1.5,0,0\n", "\n\n1.5,0,none\n")
-    assert refusal(tmp_path / "a.csv", content).startswith("row 19, column 'y': 'none'")
+    content = GOOD.replace("1.5,0,0\n", "\n\n1.5,0,fast\n")
+    assert refusal(tmp_path / "a.csv", content).startswith("row 19, column 'y': 'fast'")
 
 
-def test_a_row_cut_short_is_an_empty_cell(tmp_path):
-    assert refusal(tmp_path / "a.csv", GOOD + "4.0,1").startswith("row 42, column 'y': empty cell")
+@pytest.mark.parametrize("cell", ["", "  ", "nan", "NaN", "NULL", "null", "N/A", "None"])
+def test_an_empty_cell_is_unmeasured(tmp_path, cell):
+    path = tmp_path / "a.csv"
+    path.write_text(GOOD + f"4.0,{cell},1\n4.1,2")
+    table = read(path)
+    assert np.isnan(table.values["u"][40]) and np.isnan(table.values["y"][41])
+    assert (table.values["y"][40], table.values["u"][41]) == (1.0, 2.0)
+
+
+def test_a_comma_in_a_number_is_pointed_out_where_points_are_used(tmp_path):
+    assert "'0,5' is not a number; write a decimal point" in refusal(
+        tmp_path / "a.csv", GOOD + '4.0,"0,5",1\n' + "4.1,1,1\n" * 400
+    )
 
 
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        ("\n" + GOOD, "row 1 is blank"),
-        (GOOD.removeprefix("t,u,y\n"), "row 1 holds numbers; put a header"),
+        ("\n\n", "row 1 is blank"),
+        (GOOD.removeprefix("t,u,y\n"), "row 1 holds numbers: there is no header; name columns by number"),
         (GOOD.replace("t,u,y", "t,u,y,u"), "row 1 has column 'u' twice"),
-        (GOOD.encode("utf-16"), "is not UTF-8 text"),
-        (GOOD.replace("t,u,y", "t,u,y,°C").encode("latin-1"), "is not UTF-8 text"),
+        (GOOD.encode("utf-16-le"), "is not text"),
+        (b"t,u,y\n\x81\x9d,1,1\n", "is not UTF-8 text"),
         (GOOD + "4,1,ÿ", "row 42, column 'y': 'ÿ'"),
         (b"t,u,y\n" + b"1" * 2**21 + b"\n", "line longer than"),
         (GOOD + '4,"' + "1" * 200_000 + '",1\n', "row 42"),
-        (GOOD + '4,"1', "row 42, column 'y': empty cell"),
     ],
 )
 def test_what_is_no_table_is_refused_with_the_reason(tmp_path, content, complaint):

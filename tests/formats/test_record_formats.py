@@ -46,9 +46,11 @@ def test_every_finite_record_survives_a_round_trip(
     written = Record("axis", start + T, U, y, 20.0, Units())
     written.write(tmp_path / f"axis{suffix}")
     read = Record.read(tmp_path / f"axis{suffix}")
-    for column in ("t", "u", "y"):
+    is_epoch = start > 1e8
+    np.testing.assert_array_equal(read.t, T if is_epoch else written.t)
+    for column in ("u", "y"):
         np.testing.assert_array_equal(getattr(read, column), getattr(written, column))
-    assert read.sample_rate_hz == 20.0 and read.treatment == ()
+    assert read.sample_rate_hz == 20.0 and len(read.treatment) == is_epoch
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".parquet"])
@@ -82,7 +84,8 @@ def hdf5_faults(file: h5py.File) -> dict[str, str]:
         "matrix": "is 3 x 4; name a vector",
         "text": "does not hold real numbers",
         "complex": "does not hold real numbers",
-        "hole": "sample 4: nan is not a finite number",
+        "hole": "sample 4, data set 'hole': empty cell or NaN, so not measured (1 in all); give --gaps "
+        "bridge",
         "link": "is a link",
         "elsewhere": "is a link",
         "vast": "takes 76294 MB, more than the 256 MB",
@@ -108,7 +111,7 @@ def test_a_parquet_column_that_is_no_number_is_refused(tmp_path: Path) -> None:
     pd.DataFrame(frame).to_parquet(path)
     for name, said in (
         ("text", "column 'text' is of type"),
-        ("empty", f"row {SAMPLES}, column 'empty': empty is not a finite number"),
+        ("empty", f"row {SAMPLES}, column 'empty': empty cell or NaN, so not measured"),
         ("hole", "row 4, column 'hole': inf is not a finite number"),
         ("y", "no column 'y' for the output"),
     ):
@@ -194,7 +197,10 @@ def test_iddata_by_its_short_names_and_with_instants(tmp_path: Path, changes: di
         ({"TimeUnit": "minutes"}, "data.TimeUnit is 'minutes'; export with times in seconds"),
         ({"OutputData": np.zeros((SAMPLES, 2))}, "data.OutputData is 50 x 2; export one input"),
         ({"InputData": np.array([U, U], dtype=object)}, "data.InputData"),
-        ({"InputData": np.where(T[5] == T, np.nan, U)}, "data.InputData sample 6 is not a finite"),
+        (
+            {"InputData": np.where(T[5] == T, np.nan, U)},
+            "sample 6, variable 'u': empty cell or NaN, so not measured",
+        ),
         ({"InputData": "text", "u": "text"}, "data.InputData holds no numbers"),
         ({"InputData": U[:-1, None]}, "'u' has 49, 'y' has 50 samples"),
         ({"OutputData": {"exp1": Y}}, "data.OutputData holds a structure"),
@@ -247,16 +253,19 @@ RADIANS = Units(input="rad/s", output="rad")
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".parquet"])
-def test_units_survive_a_round_trip_and_are_held_against_those_asked_for(tmp_path: Path, suffix: str) -> None:
+def test_units_survive_a_round_trip_and_are_converted_to_those_asked_for(tmp_path: Path, suffix: str) -> None:
     """A record in radians is never taken for one in degrees without a word."""
     path = tmp_path / f"axis{suffix}"
     Record("axis", T, U, Y, 20.0, RADIANS).write(path)
     assert Record.read(path).units == RADIANS
     assert Record.read(path, units=RADIANS).units == RADIANS
     assert Record.read(path, units={"output": "radians"}).units == Units(input="rad/s", output="radians")
-    for units in (Units(), {"output": "deg"}):
-        with pytest.raises(InputError, match=r"'rad.*is asked for; convert"):
-            Record.read(path, units=units)
+    read = Record.read(path, units=Units())
+    np.testing.assert_allclose(read.y, np.degrees(Y), rtol=1e-14)
+    np.testing.assert_allclose(read.u, np.degrees(U), rtol=1e-14)
+    assert read.treatment == ("input converted from rad/s to deg/s", "output converted from rad to deg")
+    with pytest.raises(InputError, match=r"'rad' cannot be converted to 'V'"):
+        Record.read(path, units={"output": "V"})
 
 
 @pytest.mark.parametrize(("stated", "read"), [
@@ -274,13 +283,16 @@ def test_units_of_other_programs(tmp_path: Path, stated: object, read: str) -> N
         assert Record.read(path).units == Units(output=read)
 
 
-def test_times_in_another_unit_are_refused(tmp_path: Path) -> None:
+def test_times_in_another_unit_are_converted_and_in_none_refused(tmp_path: Path) -> None:
     path = tmp_path / "axis.h5"
     with h5py.File(path, "w") as file:
-        for column, values in {"t": T, "u": U, "y": Y}.items():
+        for column, values in {"t": 1000 * T, "u": U, "y": Y}.items():
             file[column] = values
         file["t"].attrs["units"] = "ms"
-    assert refusal(path) == "states its times in 'ms'; write them in s"
+    np.testing.assert_allclose(Record.read(path).t, T, atol=1e-12)
+    with h5py.File(path, "r+") as file:
+        file["t"].attrs["units"] = "furlong"
+    assert refusal(path).startswith("states its times in 'furlong'; give --time-unit")
 
 
 @pytest.mark.parametrize("unit", ["rad", np.array(["rad"], dtype=object)], ids=["text", "cell"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Sequence
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -190,14 +191,14 @@ def test_another_package_registers_an_effect(monkeypatch: pytest.MonkeyPatch) ->
     assert len(catalogue(frozenset({"cable_drag"}))) == len(CATALOGUE)
 
 
-def test_the_effect_of_the_readme_is_registered_by_a_package(
+def test_the_effect_of_the_how_to_is_registered_by_a_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As it stands there, installed beside its entry point; its two places warm up in one time."""
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    (shown,) = re.findall(r"```python3\n(# hot_drive\.py.*?)```", readme, re.DOTALL)
-    (points,) = re.findall(r"```toml\n\[project.entry-points.*?\]\n(.*?)```", readme, re.DOTALL)
-    (tmp_path / "hot_drive.py").write_text(shown)
+    how_to = Path(__file__).parents[2] / "docs" / "how-to"
+    page = (how_to / "add_an_effect.md").read_text(encoding="utf-8")
+    (points,) = re.findall(r"```toml\n\[project.entry-points.*?\]\n(.*?)```", page, re.DOTALL)
+    shutil.copy(how_to / "hot_drive.py", tmp_path)
     installed = tmp_path / "hot_drive-1.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: hot-drive\nVersion: 1.0\n")

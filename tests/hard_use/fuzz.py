@@ -25,6 +25,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pandas as pd
+import pytest
 import scipy.io
 
 from bayes_hw.control.controller import Controller
@@ -32,7 +33,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.case import Case
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record import Record, Units
+from bayes_hw.record import ReadingOptions, Record, Units
 
 MOST_MEMORY = 2**30
 MOST_SECONDS = 10.0
@@ -66,6 +67,24 @@ def corpus(folder: Path, posterior: Path) -> dict[str, tuple[Path, Reader]]:
         files[path.name] = (path, Record.read)
     pd.DataFrame({"t": t, "u": u, "y": y, "s": "x"}).to_parquet(folder / "snappy.parquet")
     files["snappy.parquet"] = (folder / "snappy.parquet", Record.read)
+    (folder / "influx.json").write_text(
+        json.dumps(
+            {
+                "results": [
+                    {"series": [{"name": "m", "columns": ["t", "u", "y"], "values": np.c_[t, u, y].tolist()}]}
+                ]
+            }
+        )
+    )
+    files["influx.json"] = (folder / "influx.json", Record.read)
+    rows = "".join(f"2026-03-14T22:41:{s:06.3f}Z;{a};{b}\n" for s, a, b in zip(t, u, y, strict=True))
+    (folder / "stamps.txt").write_text("# a night\nt;u [deg/s];y [arcsec]\n" + rows)
+    bridged = ReadingOptions(gaps="bridge", units={"output": "deg"})
+    files["stamps.txt"] = (folder / "stamps.txt", lambda path: Record.read_all(path, bridged))
+    fits = pytest.importorskip("astropy.io.fits")
+    made = [fits.Column(name, "D", array=values) for name, values in (("t", t), ("u", u), ("y", y))]
+    fits.BinTableHDU.from_columns(made).writeto(folder / "night.fits")
+    files["night.fits"] = (folder / "night.fits", Record.read)
     with h5py.File(folder / "v73.mat", "w", userblock_size=512) as file:
         for name, values in (("t", t), ("u", u), ("y", y)):
             file[name] = values[None, :]

@@ -51,6 +51,6 @@ def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path) -> N
     assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["peak_mb"] < 1024
-    assert len(found["counts"]) == 14
+    assert len(found["counts"]) == 17
     for name, counts in found["counts"].items():
         assert counts["refused"] >= 1, name

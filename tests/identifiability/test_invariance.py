@@ -98,6 +98,7 @@ def test_true_assumptions_are_supported(runs: FreedRuns) -> None:
     assert check_assumptions(runs.freed)[0].decision == "supported"
 
 
+@pytest.mark.slow
 def test_unequal_slopes_contradict_the_assumption(small_axis: HammersteinWiener) -> None:
     """c3 = 1.15 c2 in the measured axis; the thresholds are equal in output units and so are not."""
     shorter = replace(SHORT, ensembles=2, max_steps=75)

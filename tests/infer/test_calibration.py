@@ -64,6 +64,7 @@ def summaries(case: CalibrationCase) -> dict[str, CalibrationSummary]:
     }
 
 
+@pytest.mark.slow
 def test_the_pipeline_is_calibrated(case: CalibrationCase, summaries: dict[str, CalibrationSummary]) -> None:
     """Uniform ranks, and intervals of 50, 80 and 94 % that hold the truth that often, pooled over the axis's
     parameters (four standard errors)."""
@@ -76,12 +77,14 @@ def test_the_pipeline_is_calibrated(case: CalibrationCase, summaries: dict[str, 
     assert summary.not_white <= 3
 
 
+@pytest.mark.slow
 def test_sigma_off_by_20_percent_is_found(summaries: dict[str, CalibrationSummary]) -> None:
     summary = summaries["sigma"]
     assert not summary.calibrated
     assert summary.worst in ("noise.sigma", LOG_LIKELIHOOD)
 
 
+@pytest.mark.slow
 def test_ignored_correlation_is_found(summaries: dict[str, CalibrationSummary]) -> None:
     """White noise assumed where neighbours correlate by 0.9: few intervals hold, residuals are not white."""
     summary = summaries["white"]
@@ -90,6 +93,7 @@ def test_ignored_correlation_is_found(summaries: dict[str, CalibrationSummary]) 
     assert summary.axis_coverage()[-1] < 0.8
 
 
+@pytest.mark.slow
 def test_summary_is_plain_data(summaries: dict[str, CalibrationSummary]) -> None:
     plain = json.loads(json.dumps(summaries["right"].to_dict(), allow_nan=False))
     assert plain["calibrated"] is summaries["right"].calibrated

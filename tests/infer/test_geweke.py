@@ -144,13 +144,18 @@ class WrongDifferentialEvolution(DEMove):  # type: ignore[misc]
         return proposed, factor + 1.0 * (np.abs(proposed[:, 0]) - np.abs(s[:, 0]))
 
 
-@pytest.mark.parametrize("independence_weight", [0.9, 0.5, 0.1])
+@pytest.mark.parametrize(
+    "independence_weight",
+    [pytest.param(0.9, marks=pytest.mark.slow), 0.5, pytest.param(0.1, marks=pytest.mark.slow)],
+)
 def test_moves_leave_the_joint_distribution(independence_weight: float) -> None:
     z = z_scores(in_fixed_halves(weighted_moves(proposal(), independence_weight, opposite=True)))
     assert np.max(np.abs(z)) < LIMIT, z
 
 
-@pytest.mark.parametrize("wrong", [ForgottenFactor(proposal()), WrongDifferentialEvolution()])
+@pytest.mark.parametrize(
+    "wrong", [ForgottenFactor(proposal()), pytest.param(WrongDifferentialEvolution(), marks=pytest.mark.slow)]
+)
 def test_a_wrong_factor_is_caught(wrong: Move) -> None:
     z = z_scores(in_fixed_halves([(wrong, 1.0)]))
     assert np.max(np.abs(z)) > 2 * LIMIT, z

@@ -160,6 +160,7 @@ def test_ranks_of_the_truth_are_uniform(ranks: Ranks) -> None:
     assert smallest_p_value(ranks.shares) > 0.01
 
 
+@pytest.mark.slow
 def test_calibration_catches_ignored_correlation(small_axis: HammersteinWiener) -> None:
     """White noise assumed where it is coloured: the same check fails within 20 replicates."""
     wrong = simulated_ranks(small_axis, 20, ignore_correlation=True)

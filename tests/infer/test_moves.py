@@ -31,6 +31,16 @@ MOVES: dict[str, MoveMaker] = {
     "differential evolution alone": lambda laplace, _: weighted_moves(laplace, 0.5)[2:],
 }
 
+MIXED = (
+    "independence, Laplace",
+    "opposite, Laplace",
+    "even mix",
+    "mostly differential evolution",
+)
+"""Of the same moves as the others, from another proposal or in other shares."""
+
+EACH_MOVE = [pytest.param(name, marks=pytest.mark.slow) if name in MIXED else name for name in MOVES]
+
 
 def proposals(points: FloatArray) -> tuple[StudentTMixture, StudentTMixture]:
     """A Laplace-like proposal off the centre and a fitted mixture, from exact draws."""
@@ -85,13 +95,13 @@ def assert_leaves_log_gamma(make: MoveMaker) -> None:
         assert_marginal(chain[..., i], exact.cdf)
 
 
-@pytest.mark.parametrize("name", MOVES)
+@pytest.mark.parametrize("name", EACH_MOVE)
 def test_move_leaves_a_correlated_gaussian(name: str) -> None:
     """16 dimensions: mean chi^2 per dimension, every mean and variance, every marginal."""
     assert_leaves_gaussian(MOVES[name])
 
 
-@pytest.mark.parametrize("name", MOVES)
+@pytest.mark.parametrize("name", EACH_MOVE)
 def test_move_leaves_a_skewed_target(name: str) -> None:
     assert_leaves_log_gamma(MOVES[name])
 

@@ -50,6 +50,7 @@ def test_gaussian_in_eight_dimensions() -> None:
     np.testing.assert_allclose(found.log_probability, -0.5 * target.chi_square(found.chain), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_banana() -> None:
     """A curved ridge, from the Laplace approximation at its bend: no approximation of its arms. The chain is
     long, since the moments of its far arms, not the stopping rule, are what is tested."""

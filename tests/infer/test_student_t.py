@@ -112,6 +112,7 @@ def test_normal_noise_stays_normal(small_axis: HammersteinWiener, small_record: 
     assert DEGREES not in found.posterior.names
 
 
+@pytest.mark.slow
 def test_ranks_of_the_truth_are_uniform(small_axis: HammersteinWiener) -> None:
     """Simulation-based calibration: parameters and degrees of freedom from their priors, records with the
     noise that they say, 10 replicates; no parameter's ranks are off at 0.1 per cent after Bonferroni."""

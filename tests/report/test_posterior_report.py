@@ -50,7 +50,7 @@ def analysis(small_axis: HammersteinWiener) -> Analysis:
         np.random.default_rng(1),
         model=replace(small_axis, name=HOSTILE, units=units),
         settings=SamplerSettings(walkers=16, max_steps=25),
-        free_all=False,
+        free="dominant",
     )
 
 
@@ -62,9 +62,9 @@ def report(analysis: Analysis) -> Report:
 
 def test_a_run_that_has_not_converged_says_so_first(report: Report, analysis: Analysis) -> None:
     assert report.verdict.startswith("The sampler has NOT converged")
-    assert analysis.dominant.posterior.problems[0] in report.verdict
+    assert analysis.inference.posterior.problems[0] in report.verdict
     assert (report.badges[0].label, report.badges[0].state) == ("not converged", "bad")
-    assert report.badges[0].detail.endswith(analysis.dominant.posterior.problems[0])
+    assert report.badges[0].detail.endswith(analysis.inference.posterior.problems[0])
 
 
 def test_names_are_text_in_both_forms(report: Report, tmp_path: Path) -> None:

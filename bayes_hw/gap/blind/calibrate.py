@@ -66,7 +66,7 @@ BY_HAND = Calibration(
 
 HELD = ("sigma_log_sd", "chaos_predicted", "astray_share", "astray_scale")
 """The first is part of the evidences that a ballot holds; no decision depends on the last two (see `tails`).
-The second was set on 40 cases of springs and backlash (seeds 1880 to 1883): a set of all kinds has few."""
+The second is set on cases of springs and backlash, of which a set of all kinds has few."""
 
 DOUBTS = (
     "temperature",

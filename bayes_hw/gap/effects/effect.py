@@ -9,6 +9,7 @@ from typing import ClassVar, Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.descriptions import Description
 from bayes_hw.gap.resonator import Resonator
 from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
@@ -32,7 +33,8 @@ class Effect(ABC):
     `chaotic` that its motion cannot be predicted for long, so that what it leaves looks stochastic,
     `rugged` that its motion is chaotic or jumps, so that it is fitted while it is followed too,
     `bends_path` that the resonances by which a load torque reaches the encoder change with the motion,
-    `ripples` that a torque depends on the position.
+    `ripples` that a torque depends on the position, `description` what the documentation says of a label that
+    is not built in.
     """
 
     label: ClassVar[str]
@@ -46,6 +48,7 @@ class Effect(ABC):
     rugged: ClassVar[bool] = False
     bends_path: ClassVar[bool] = False
     ripples: ClassVar[bool] = False
+    description: ClassVar[Description | None] = None
 
     @property
     def name(self) -> str:

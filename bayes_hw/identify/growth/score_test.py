@@ -92,6 +92,11 @@ class Residual:
         """Of one further real pole each."""
         return self.gains(self._columns(len(poles), 1, lambda i, v, out: filtered_pole(v, poles[i], out[0])))
 
+    def group_gains(self, poles: FloatArray, groups: Sequence[tuple[int, int]]) -> FloatArray:
+        """Of two further real poles each, given by their numbers among `poles`."""
+        columns = self._columns(len(poles), 1, lambda i, v, out: filtered_pole(v, poles[i], out[0]))
+        return self.gains(columns[np.array(groups), 0])
+
     def pair_gains(self, pairs: FloatArray) -> FloatArray:
         """Of one further section each, given its denominator (n, 2)."""
         return self.gains(

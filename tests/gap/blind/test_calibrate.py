@@ -41,6 +41,7 @@ def drawn(temperature: float, number: int, seed: int) -> list[CalibrationCase]:
     return cases
 
 
+@pytest.mark.slow
 def test_the_temperature_that_made_the_cases_is_found() -> None:
     """11 of a start at 6: within what 400 cases tell; better on cases left out, and so adopted. Constants
     that no case depends on stay."""
@@ -52,6 +53,7 @@ def test_the_temperature_that_made_the_cases_is_found() -> None:
     assert all(getattr(fit.fitted, name) == getattr(BY_HAND, name) for name in untouched)
 
 
+@pytest.mark.slow
 def test_the_sharpness_of_blocks_that_made_the_cases_is_found() -> None:
     """The true block is drawn with the odds it has at 3.5, of a start at 2.2; worked by hand for one case."""
     rng = np.random.default_rng(4)
@@ -73,6 +75,7 @@ def test_the_sharpness_of_blocks_that_made_the_cases_is_found() -> None:
     assert CalibrationCase.of(ballot, ["wind", "friction"]).block == ""
 
 
+@pytest.mark.slow
 def test_constants_that_are_right_stay() -> None:
     """Cases drawn at the temperature by hand: the fit stays near, and gains nothing clear of chance."""
     fit = calibrate(drawn(BY_HAND.temperature, 400, 2), QUIET)

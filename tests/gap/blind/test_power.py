@@ -24,7 +24,7 @@ def test_threshold_of_many_outcomes() -> None:
     assert found.interval[1] / found.interval[0] < 1.2
 
 
-@pytest.mark.parametrize("count", [6, 40])
+@pytest.mark.parametrize("count", [6, pytest.param(40, marks=pytest.mark.slow)])
 def test_intervals_cover_as_they_say(count: int) -> None:
     """Of 400 curves drawn from the prior 95 % are held: few outcomes, or nearly all right, are no exception.
 

@@ -1,0 +1,42 @@
+"""bayes-hw look: what the records show, no model needed."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+
+from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options
+
+NAME = "look"
+SUMMARY = "what the records show before any model: one page to zoom, and what to record next"
+EXAMPLE = "bayes-hw look night.csv --out look/"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Records, and where the page goes."""
+    parser.add_argument("records", nargs="+", metavar="RECORD", help=RECORD_HELP)
+    parser.add_argument("--title", default="", help="title of the page (default: the records' names)")
+    add_output(parser, "folder for look.json and report.html")
+    add_record_options(parser)
+    add_common(parser)
+
+
+def run(parsed: argparse.Namespace) -> None:
+    """Look, write, and say what was seen; raises InputError on bad input before anything is written."""
+    from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.speech import say
+    from bayes_hw.files import check_output_folder
+    from bayes_hw.first_look.look import look
+    from bayes_hw.report.look.page import PAGE, write
+
+    out = Path(parsed.out)
+    check_output_folder(out)
+    seen = look(read_records(parsed, parsed.records))
+    write(seen, out, parsed.title)
+    if parsed.quiet:
+        return
+    for line in str(seen.advice).splitlines():
+        say(line)
+    say(f"page: {out / PAGE}")
+    say(f"next: bayes-hw identify {shlex.join(parsed.records)} --out model/")

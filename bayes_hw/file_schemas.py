@@ -1,0 +1,196 @@
+"""JSON Schemas (draft 2020-12) of the files that the commands read and write.
+
+A file may hold more keys than its schema names; none of those required may be missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from bayes_hw.control.controller import SCHEMA as CONTROLLER_SCHEMA
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.verdict import SCHEMA as VERDICT_SCHEMA
+from bayes_hw.infer.posterior import SCHEMA as POSTERIOR_SCHEMA
+
+Schema: TypeAlias = dict[str, Any]
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+NUMBER: Schema = {"type": "number"}
+POSITIVE: Schema = {"type": "number", "exclusiveMinimum": 0}
+NOT_NEGATIVE: Schema = {"type": "number", "minimum": 0}
+COUNT: Schema = {"type": "integer", "minimum": 0}
+TEXT: Schema = {"type": "string"}
+PROBABILITY: Schema = {"type": "number", "minimum": 0, "maximum": 1}
+NUMBER_OR_NULL: Schema = {"type": ["number", "null"]}
+
+
+def listed(items: Schema, least: int = 0, most: int | None = None) -> Schema:
+    """A list of `items`, from `least` to `most` of them."""
+    return {
+        "type": "array",
+        "items": items,
+        "minItems": least,
+        **({} if most is None else {"maxItems": most}),
+    }
+
+
+def pair(items: Schema) -> Schema:
+    """A list of two."""
+    return listed(items, 2, 2)
+
+
+def record_of(required: Mapping[str, Schema], optional: Mapping[str, Schema] | None = None) -> Schema:
+    """An object with these keys; others are allowed."""
+    properties = {**required, **(optional or {})}
+    return {"type": "object", "properties": properties, "required": list(required)}
+
+
+def named(values: Schema, pattern: str | None = None) -> Schema:
+    """An object of any keys, or of those of a pattern, with values of one kind."""
+    keys = {} if pattern is None else {"propertyNames": {"pattern": pattern}}
+    return {"type": "object", "additionalProperties": values, **keys}
+
+
+def case_schema() -> Schema:
+    """case.json: a model and its records, paths relative to the file."""
+    return record_of({"model": TEXT, "train": listed(TEXT, 1), "holdout": listed(TEXT, 1)})
+
+
+def model_schema() -> Schema:
+    """model.json: saturation, linear block, dead zone, noise."""
+    roots = record_of(
+        {"zeros": listed(pair(NUMBER)), "poles": listed(pair(NUMBER), 1), "gain": NUMBER},
+        {"delay_samples": COUNT},
+    )
+    polynomials = record_of(
+        {"numerator": listed(NUMBER, 1), "denominator": listed(NUMBER, 1)}, {"delay_samples": COUNT}
+    )
+    mode = record_of({"frequency_hz": POSITIVE, "damping_ratio": NUMBER})
+    return record_of(
+        {
+            "sample_rate_hz": POSITIVE,
+            "saturation": record_of({"lower": NUMBER, "upper": NUMBER}),
+            "linear": {"anyOf": [roots, polynomials]},
+            "dead_zone": record_of({"half_width": NOT_NEGATIVE}),
+        },
+        {
+            "name": TEXT,
+            "units": record_of({}, {"time": TEXT, "input": TEXT, "output": TEXT}),
+            "dominant_modes": listed(mode),
+            "noise": record_of({}, {"sigma": NOT_NEGATIVE}),
+            "normalization": record_of({}, {"c1": NUMBER, "c2": NUMBER, "c3": NUMBER}),
+        },
+    )
+
+
+def controller_schema() -> Schema:
+    """A controller file of `bayes-hw design`: what is left out is zero or unlimited."""
+    notch = record_of(
+        {"frequency_hz": POSITIVE, "numerator_damping": NOT_NEGATIVE, "denominator_damping": POSITIVE}
+    )
+    return record_of(
+        {"sample_rate_hz": POSITIVE, "proportional": NUMBER},
+        {
+            "schema": {"const": CONTROLLER_SCHEMA},
+            "name": TEXT,
+            "type": TEXT,
+            "integral": NUMBER,
+            "derivative": NUMBER,
+            "derivative_filter_s": NOT_NEGATIVE,
+            "speed_limit": {"anyOf": [{"type": "null"}, POSITIVE, pair(NUMBER)]},
+            "rate_of_change_limit": {"anyOf": [{"type": "null"}, POSITIVE]},
+            "anti_windup_s": {"anyOf": [{"type": "null"}, NOT_NEGATIVE]},
+            "delay_samples": COUNT,
+            "low_pass_hz": {"anyOf": [{"type": "null"}, POSITIVE]},
+            "notches": listed(notch),
+        },
+    )
+
+
+def posterior_schema() -> Schema:
+    """posterior.json: parameters with 94 % intervals and convergence diagnostics."""
+    summary = record_of(
+        {
+            "mean": NUMBER,
+            "sd": NOT_NEGATIVE,
+            "median": NUMBER,
+            "hdi94": pair(NUMBER),
+            "ess_bulk": NUMBER_OR_NULL,
+            "ess_tail": NUMBER_OR_NULL,
+            "r_hat": NUMBER_OR_NULL,
+            "mcse_mean": NUMBER_OR_NULL,
+            "unit": TEXT,
+        }
+    )
+    return record_of(
+        {
+            "schema": {"const": POSTERIOR_SCHEMA},
+            "parameters": named(summary),
+            "converged": {"type": "boolean"},
+            "seconds": NOT_NEGATIVE,
+        },
+        {"derived": named(summary), "problems": listed(TEXT), "priors": named(TEXT)},
+    )
+
+
+def verdict_schema() -> Schema:
+    """verdict.json: what is missing from a simulator, how sure, where, and how far the gap shrinks."""
+    estimate = record_of({"mean": NUMBER, "sd": NOT_NEGATIVE, "hdi94": pair(NUMBER), "unit": TEXT})
+    closure = record_of(
+        {
+            "rmse_before": NUMBER_OR_NULL,
+            "rmse_after": NUMBER_OR_NULL,
+            "noise_floor": NUMBER_OR_NULL,
+            "closed": NUMBER_OR_NULL,
+            "closed_hdi94": pair(NUMBER_OR_NULL),
+        }
+    )
+    return record_of(
+        {
+            "schema": {"const": VERDICT_SCHEMA},
+            "answer": listed(TEXT, 0, 2),
+            "probability": {
+                "type": "object",
+                "required": ["none", "other", *LABEL_BLOCKS],
+                "additionalProperties": PROBABILITY,
+            },
+            "confusable": listed(pair(TEXT)),
+            "where": record_of(
+                {
+                    "block": {"enum": ["none", *BLOCKS]},
+                    "band_hz": pair(NUMBER_OR_NULL),
+                    "regime": TEXT,
+                    "share": named(PROBABILITY),
+                }
+            ),
+            "gap": record_of({"train": closure, "holdout": closure}),
+            "parameters": named(estimate, r"^[^.]+\..+$"),
+            "base": named(estimate),
+            "next_experiment": {"type": ["string", "null"]},
+            "seconds": NOT_NEGATIVE,
+        },
+        {"notes": listed(TEXT), "white_choice": listed(TEXT)},
+    )
+
+
+MAKERS: Mapping[str, Callable[[], Schema]] = MappingProxyType(
+    {
+        "case": case_schema,
+        "model": model_schema,
+        "controller": controller_schema,
+        "posterior": posterior_schema,
+        "verdict": verdict_schema,
+    }
+)
+"""The kinds of files, by name."""
+
+
+def schema_of(kind: str) -> Schema:
+    """The JSON Schema of a kind of file, one of MAKERS, with its dialect and title."""
+    make = MAKERS[kind]
+    summary = " ".join((make.__doc__ or "").split())
+    return {"$schema": DIALECT, "title": f"bayes-hw {kind}", "description": summary, **make()}

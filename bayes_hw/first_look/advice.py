@@ -1,0 +1,130 @@
+"""What the records can identify, what they cannot, and what to record next, in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayes_hw.first_look.response import MeasuredResponse
+from bayes_hw.record import Record
+
+if TYPE_CHECKING:
+    from bayes_hw.first_look.look import Look
+
+COHERENT = 0.8
+SHORT_S = 120.0
+FEW = 4
+FEW_REVERSALS = 6
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Sentences: `sentence` sums up, the others list what is shown, what is not, and what to record next."""
+
+    sentence: str
+    shows: tuple[str, ...]
+    cannot_show: tuple[str, ...]
+    record_next: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """A line each: the sum, what is not shown, what to record next."""
+        missing = [f"not shown: {item}" for item in self.cannot_show]
+        return "\n".join([self.sentence, *missing, *(f"record next: {item}" for item in self.record_next)])
+
+
+def advice(look: Look) -> Advice:
+    """From the measures of a look."""
+    records, statics, response = look.records, look.statics, look.response
+    delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
+    noise_sigma = look.noise_sigma
+    units = records[0].units
+    shows, cannot, following = [], [], []
+    for name, limit, share in (
+        ("lower", statics.lower, at_limits[0]),
+        ("upper", statics.upper, at_limits[1]),
+    ):
+        if limit is None:
+            cannot.append(f"The {name} limit of the command is not met: it may lie beyond this record.")
+        else:
+            shows.append(
+                f"The {name} limit, about {limit:.3g} {units.input}: "
+                f"{100 * share:.0f} % of the samples ask for more."
+            )
+    if statics.lower is None or statics.upper is None:
+        following.append("A sweep or steps whose command exceeds both limits, to both sides.")
+    if statics.half_width is not None:
+        shows.append(f"A dead zone of half width about {statics.half_width:.2g} {units.output}.")
+    elif reversals < FEW_REVERSALS:
+        cannot.append(
+            f"Dead zone and play: the axis reverses {reversals} times; some ten reversals show them."
+        )
+        following.append(
+            "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
+        )
+    else:
+        shows.append(
+            f"No dead zone larger than the noise, {noise_sigma:.2g} {units.output}, in {reversals} reversals."
+        )
+    band = coherent_band(response)
+    if band is None:
+        cannot.append(
+            "The frequency response: nowhere does the command explain four fifths of the output's rate."
+        )
+        following.append("A sweep of larger amplitude, slow enough to give each resonance some ten cycles.")
+    else:
+        shows.append(
+            f"The frequency response from {band[0]:.2g} to {band[1]:.2g} Hz (coherence above {COHERENT:g})."
+        )
+        if band[1] < 0.35 * records[0].sample_rate_hz / 2:
+            cannot.append(
+                f"Resonances above {band[1]:.2g} Hz: the command does not excite them above the noise."
+            )
+            following.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
+    if delay is not None:
+        if delay.high - delay.low <= 2.1 * delay.step_s:
+            shows.append(f"The delay, {delay.low:.3g} to {delay.high:.3g} s.")
+        else:
+            cannot.append(f"The delay closer than {delay.low:.3g} to {delay.high:.3g} s.")
+            following.append("Steps of the command, each held until the axis has settled, for the delay.")
+    if feedback is not None and feedback.closed_loop:
+        cannot.append(
+            "Noise apart from the axis: the command follows past noise, a loop was closed around it."
+        )
+        following.append("The same with the position loop open, or with the reference recorded as well.")
+    duration = sum(record.duration_s for record in records)
+    if duration < SHORT_S:
+        following.append(f"Longer records: {duration:.0f} s in all here, two minutes or more each.")
+    if len(records) < 2:
+        following.append("The same command again, as a repeat, and one other kind of command to hold out.")
+    if not all(_rests(record) for record in records):
+        following.append("A second or more of rest before and after each command.")
+    return Advice(_sentence(shows, cannot, band), tuple(shows), tuple(cannot), tuple(following))
+
+
+def coherent_band(response: MeasuredResponse | None) -> tuple[float, float] | None:
+    """The widest run of frequencies, by their ratio, whose coherence is above COHERENT; None for a few."""
+    if response is None:
+        return None
+    frequency, above = response.linear.frequency_hz, response.linear.coherence > COHERENT
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], above.astype(int), [0]]))).reshape(-1, 2)
+    runs = [(float(frequency[a]), float(frequency[b - 1])) for a, b in edges if b - a >= FEW]
+    return max(runs, key=lambda run: run[1] / run[0], default=None)
+
+
+def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | None) -> str:
+    if band is None:
+        return "These records tell little of the axis: the command does not stand out from the noise."
+    if not cannot:
+        return "These records are good to identify from: limits, dead zone, response and delay all show."
+    return (
+        f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them; "
+        "what they cannot show, and what to record next, is below."
+    )
+
+
+def _rests(record: Record) -> bool:
+    count = max(2, round(0.5 * record.sample_rate_hz))
+    quiet = 0.01 * float(np.abs(record.u).max())
+    return bool((np.abs(record.u[:count]) <= quiet).all() and (np.abs(record.u[-count:]) <= quiet).all())

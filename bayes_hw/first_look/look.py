@@ -1,0 +1,247 @@
+"""All that records show before any model, put together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.first_look.advice import Advice, advice
+from bayes_hw.first_look.delay import Delay, delay
+from bayes_hw.first_look.distortion import Distortion, Feedback, distortion, feedback
+from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.first_look.motion import (
+    PositionError,
+    Regime,
+    SpeedMap,
+    position_error,
+    regimes,
+    reversals,
+    speed_map,
+)
+from bayes_hw.first_look.noise import NoiseSpectrum, drift, noise_spectrum, resolution, white_sigma
+from bayes_hw.first_look.response import MeasuredResponse, measured_response
+from bayes_hw.first_look.statics import Statics, statics
+from bayes_hw.record import Record
+
+SCHEMA = "bayes-hw/look/1"
+TURNS = {
+    "deg": 360.0,
+    "rad": 2 * np.pi,
+    "arcmin": 21600.0,
+    "arcsec": 1296000.0,
+    "rev": 1.0,
+    "mrad": 2000 * np.pi,
+}
+LEAST_SAMPLES = 64
+AT_ZERO = 4.0
+"""A first angle within so many noise levels of zero counts as zero: the record's angles are then absolute."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What `records` show; arrays per record have the record's length.
+
+    `origins` are the angles that count as zero. `errors` are outputs less what the linear response to the
+    command within its limits explains, up to a constant, a slope and a factor. `response`, `noise`, `delay`
+    are None where the records are too short or the command never moves.
+    """
+
+    records: tuple[Record, ...]
+    origins: tuple[float, ...]
+    errors: tuple[FloatArray, ...]
+    statics: Statics
+    response: MeasuredResponse | None
+    noise: NoiseSpectrum | None
+    noise_sigma: float
+    white_sigma: float
+    resolution: float | None
+    delay: Delay | None
+    drift_per_hour: tuple[float, float]
+    distortion: Distortion | None
+    feedback: Feedback | None
+    speed: SpeedMap
+    position: PositionError
+    regimes: dict[str, Regime]
+    reversals: int
+    at_limits: tuple[float, float]
+
+    @property
+    def duration_s(self) -> float:
+        return sum(record.duration_s for record in self.records)
+
+    def __repr__(self) -> str:
+        return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
+
+    @cached_property
+    def advice(self) -> Advice:
+        """What is shown, what is not, and what to record next."""
+        return advice(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of look.json."""
+        first = self.records[0]
+        response = self.response
+        return {
+            "schema": SCHEMA,
+            "records": [
+                {"name": r.name, "samples": len(r), "duration_s": r.duration_s, "origin": origin}
+                for r, origin in zip(self.records, self.origins, strict=True)
+            ],
+            "sample_rate_hz": first.sample_rate_hz,
+            "units": first.units.to_dict(),
+            "frequency_response": _response(response.linear if response else None),
+            "best_linear_approximation": _response(response.best_linear if response else None),
+            "delay_s": None
+            if self.delay is None
+            else {
+                "mean": self.delay.mean,
+                "sd": self.delay.sd,
+                "hdi94": [self.delay.low, self.delay.high],
+            },
+            "noise_sigma": self.noise_sigma,
+            "noise_sigma_white": self.white_sigma,
+            "noise_spectrum": None
+            if self.noise is None
+            else {"frequency_hz": _list(self.noise.frequency_hz), "density": _list(self.noise.density)},
+            "resolution": self.resolution,
+            "drift_per_hour": {"mean": self.drift_per_hour[0], "standard_error": self.drift_per_hour[1]},
+            "saturation": {"lower": self.statics.lower, "upper": self.statics.upper}
+            | {"share_at_lower": self.at_limits[0], "share_at_upper": self.at_limits[1]},
+            "dead_zone": {"half_width": self.statics.half_width},
+            "reversals": self.reversals,
+            "distortion": None if self.distortion is None else asdict(self.distortion),
+            "closed_loop": None
+            if self.feedback is None
+            else asdict(self.feedback) | {"hint": self.feedback.closed_loop},
+            "speed_against_command": {
+                "command": _list(self.speed.command),
+                "rising": _list(self.speed.rising),
+                "falling": _list(self.speed.falling),
+            },
+            "position_error": {
+                "angle": _list(self.position.angle),
+                "mean": _list(self.position.mean),
+                "standard_error": _list(self.position.standard_error),
+            },
+            "regimes": {name: asdict(regime) for name, regime in self.regimes.items()},
+            "shows": list(self.advice.shows),
+            "cannot_show": list(self.advice.cannot_show),
+            "record_next": list(self.advice.record_next),
+        }
+
+
+def look(records: Sequence[Record]) -> Look:
+    """What `records` of one axis show; raises InputError where they differ in rate or units, or are too
+    short.
+    """
+    _check(records)
+    first = records[0]
+    rate = first.sample_rate_hz
+    commands = [record.u for record in records]
+    white = white_sigma([record.y for record in records])
+    origins = tuple(_origin(record, white) for record in records)
+    outputs = [record.y - origin for record, origin in zip(records, origins, strict=True)]
+    found = statics(outputs, commands, rate)
+    response = measured_response(outputs, commands, rate, found)
+    limited = [found.limited(u) for u in commands]
+    opened = [found.opened(k, y) for k, y in enumerate(outputs)]
+    noise = noise_spectrum(response.linear) if response else None
+    sigma = noise.sigma if noise and noise.sigma > 0 else white
+    lag = delay(opened, limited, rate, found.seen)
+    errors = tuple(_error(y, found, k) for k, y in enumerate(outputs))
+    longest = max(range(len(records)), key=lambda k: len(records[k]))
+    return Look(
+        records=tuple(records),
+        origins=origins,
+        errors=errors,
+        statics=found,
+        response=response,
+        noise=noise,
+        noise_sigma=sigma,
+        white_sigma=min(white, sigma),
+        resolution=resolution([record.y for record in records], sigma),
+        delay=lag,
+        drift_per_hour=drift(errors[longest], rate),
+        distortion=distortion(errors, commands, rate),
+        feedback=feedback(errors, commands, rate),
+        speed=speed_map(outputs, commands, rate, lag.mean if lag else 0.0),
+        position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
+        regimes=regimes(outputs, commands, rate, sigma),
+        reversals=sum(reversals(y, max(6 * sigma, 0.02 * float(np.ptp(y)))) for y in outputs),
+        at_limits=_at_limits(found, np.concatenate(commands)),
+    )
+
+
+def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:
+    """Shares of the samples that ask for less than the lower and more than the upper limit."""
+    lower = -np.inf if found.lower is None else found.lower
+    upper = np.inf if found.upper is None else found.upper
+    return float(np.mean(commands < lower)), float(np.mean(commands > upper))
+
+
+def _check(records: Sequence[Record]) -> None:
+    if not records:
+        raise InputError("no record given; name at least one file")
+    first = records[0]
+    for record in records:
+        if not np.isclose(record.sample_rate_hz, first.sample_rate_hz, rtol=1e-6):
+            raise InputError(
+                f"record {record.name}: {record.sample_rate_hz:g} Hz but {first.name} has "
+                f"{first.sample_rate_hz:g} Hz; resample them to one rate"
+            )
+        if record.units != first.units:
+            raise InputError(f"record {record.name}: units differ from those of {first.name}")
+        if len(record) < LEAST_SAMPLES:
+            raise InputError(
+                f"record {record.name}: {len(record)} samples are too few to show anything; "
+                f"give {LEAST_SAMPLES} or more"
+            )
+
+
+def _origin(record: Record, white: float) -> float:
+    """The angle that counts as zero: zero itself, or where the record begins when that is elsewhere."""
+    moving = np.flatnonzero(record.u != record.u[0])
+    rest = int(moving[0]) if len(moving) and record.u[0] == 0 else 1
+    begin = float(record.y[: max(rest, 1)].mean())
+    return 0.0 if abs(begin) <= AT_ZERO * white else begin
+
+
+def _error(y: FloatArray, found: Statics, record: int) -> FloatArray:
+    if not found.undisturbed:
+        return y - y.mean()
+    predicted = found.predicted(record)
+    table = np.column_stack([np.ones(len(y)), np.linspace(-1, 1, len(y)), predicted])
+    return np.asarray(y - table @ np.linalg.lstsq(table, y, rcond=1e-10)[0])
+
+
+def _response(response: FrequencyResponse | None) -> dict[str, list[float | None]]:
+    if response is None:
+        names = (
+            "frequency_hz",
+            "magnitude",
+            "phase_deg",
+            "coherence",
+            "magnitude_lo",
+            "magnitude_hi",
+            "rate_magnitude",
+        )
+        return {name: [] for name in names}
+    return {
+        "frequency_hz": _list(response.frequency_hz),
+        "magnitude": _list(response.magnitude),
+        "phase_deg": _list(response.phase_deg),
+        "coherence": _list(response.coherence),
+        "magnitude_lo": _list(response.lower),
+        "magnitude_hi": _list(response.upper),
+        "rate_magnitude": _list(response.magnitude * response.rate_factor),
+    }
+
+
+def _list(values: FloatArray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]

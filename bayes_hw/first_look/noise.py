@@ -1,0 +1,100 @@
+"""The noise of the output: its size, its spectrum, the step it is read in, its drift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.first_look.frequency_response import FrequencyResponse
+
+FIRST_LINES = 4
+"""Frequencies at the low end that are left out of the noise's size: there drift is not noise."""
+
+LATTICE_TOLERANCE = 0.02
+"""Largest distance of a reading from its step, in steps, mean square root."""
+
+INVISIBLE = 0.05
+"""A decimal step below this share of the noise is how the file was printed."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseSpectrum:
+    """Two-sided spectral density of the output's noise, output unit^2 / Hz, at `frequency_hz`."""
+
+    frequency_hz: FloatArray
+    density: FloatArray
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation over these frequencies."""
+        f, density = self.frequency_hz[FIRST_LINES:], self.density[FIRST_LINES:]
+        if len(f) < 2:
+            return 0.0
+        end = 2 * f[-1] - f[-2]
+        below = float(density[: max(len(density) // 20, 3)].mean() * f[0])
+        power = float(np.trapezoid(np.append(density, density[-1]), np.append(f, end))) + below
+        return float(np.sqrt(2 * power))
+
+
+def noise_spectrum(response: FrequencyResponse) -> NoiseSpectrum:
+    """That of what the command does not explain of the rate, over that of the difference."""
+    return NoiseSpectrum(response.frequency_hz, response.noise_density / response.rate_factor**2)
+
+
+def white_sigma(outputs: Sequence[FloatArray]) -> float:
+    """Standard deviation of white noise whose third differences have the median seen."""
+    third = np.concatenate([np.diff(y, 3) for y in outputs])
+    return 1.4826 * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
+
+
+def resolution(outputs: Sequence[FloatArray], sigma: float) -> float | None:
+    """The step of which all readings of an output are multiples, None where there is none.
+
+    A step of one decimal far below the noise is how the file was printed, not how the angle was read.
+    """
+    steps = [step for y in outputs if (step := _lattice(y)) is not None]
+    if len(steps) < len(outputs):
+        return None
+    step = min(steps)
+    decimals = np.log10(step)
+    printed = abs(decimals - round(decimals)) < 1e-4
+    return None if printed and step < INVISIBLE * sigma else float(step)
+
+
+def _lattice(y: FloatArray) -> float | None:
+    levels = np.unique(y)
+    if len(levels) < 3:
+        return None
+    floor = 1e-9 * max(float(np.ptp(levels)), 64 * float(np.spacing(np.abs(levels).max())) / 1e-9)
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > floor]
+    if len(gaps) == 0:
+        return None
+    step = float(gaps.min())
+    near = gaps[gaps < 1.5 * step]
+    step = float(near.mean())
+    for _ in range(4):
+        counts = np.round((levels - levels[0]) / step)
+        weight = float(counts @ counts)
+        if weight == 0:
+            return None
+        step = float(counts @ (levels - levels[0])) / weight
+    errors = (levels - levels[0]) / step - np.round((levels - levels[0]) / step)
+    if float(np.sqrt(np.mean(errors**2))) > LATTICE_TOLERANCE:
+        return None
+    return step
+
+
+def drift(error: FloatArray, sample_rate_hz: float) -> tuple[float, float]:
+    """Slope of the error over time in output units per hour, and its standard error from twenty block
+    means.
+    """
+    blocks = np.array([block.mean() for block in np.array_split(error, 20)])
+    hours = np.linspace(0.025, 0.975, 20) * len(error) / sample_rate_hz / 3600
+    centred = hours - hours.mean()
+    slope = float(centred @ blocks / (centred @ centred))
+    left = blocks - blocks.mean() - slope * centred
+    return slope, float(np.sqrt(left @ left / 18 / (centred @ centred)))

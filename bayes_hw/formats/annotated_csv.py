@@ -1,0 +1,102 @@
+"""Reading InfluxDB's annotated CSV: tables one below the other, one row a value, fields under `_field`.
+
+Source: InfluxData, "Annotated CSV", annotations #datatype, #group and #default.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bayes_hw.errors import InputError
+from bayes_hw.formats.csv_file import _check_lines
+from bayes_hw.formats.header import matches
+from bayes_hw.formats.table import Column, Table
+from bayes_hw.formats.text_layout import MISSING, NUMBER
+
+ANNOTATIONS = ("#datatype", "#group", "#default")
+TIME, FIELD, VALUE = "_time", "_field", "_value"
+
+
+def is_annotated(path: Path) -> bool:
+    """Whether a text file begins with annotations, or with the header that follows them."""
+    with path.open("rb") as stream:
+        head = stream.read(400).decode("utf-8", "replace").lstrip("\ufeff\r\n")
+    first = head.splitlines()[0] if head.splitlines() else ""
+    return first.startswith(ANNOTATIONS) or (first.startswith(",result,table") and TIME in first)
+
+
+def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
+    """Read the fields, or columns, that `wanted` names; each field has the stamps of its own rows.
+
+    Any name of a clock means the column `_time`. Raises InputError on a value that is no number, OSError
+    where
+    the file cannot be read.
+    """
+    _check_lines(path)
+    fields: dict[str, tuple[list[str], list[str]]] = {}
+    header: list[str] = []
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            for cells in csv.reader(stream):
+                if not any(cells) or cells[0].startswith("#"):
+                    header = [] if not any(cells) or cells[0].startswith("#") else header
+                elif not header:
+                    header = cells
+                    if TIME not in header:
+                        raise InputError(f"{path}: its table has no column {TIME!r}; query with one")
+                else:
+                    _take(header, cells, fields, most_rows)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not UTF-8 text; write it again") from None
+    except csv.Error as error:
+        raise InputError(f"{path}: is not a row of a table ({error}); correct it") from None
+    names = list(fields)
+    values: dict[str, Column] = {}
+    clocks: dict[str, Column] = {}
+    for name in wanted:
+        found = matches(names, name)
+        if name in text or not found:
+            continue
+        stamps, cells = fields[names[found[0]]]
+        values[name] = _numbers(path, name, cells)
+        clocks[name] = np.array(stamps, dtype=np.str_)
+    missing = tuple(name for name in wanted if name not in values and name not in text)
+    return Table(values, missing, (TIME, *names), "column", lambda index: f"sample {index + 1}", {}, clocks)
+
+
+def _take(
+    header: Sequence[str],
+    cells: Sequence[str],
+    fields: dict[str, tuple[list[str], list[str]]],
+    most_rows: int,
+) -> None:
+    row = dict(zip(header, cells, strict=False))
+    stamp = row.get(TIME, "")
+    if FIELD in row:
+        shown = {row[FIELD]: row.get(VALUE, "")}
+    else:
+        skipped = ("", "result", "table", TIME, "_start", "_stop", "_measurement")
+        shown = {name: cell for name, cell in row.items() if name not in skipped}
+    for name, cell in shown.items():
+        stamps, values = fields.setdefault(name, ([], []))
+        if len(values) < most_rows:
+            stamps.append(stamp)
+            values.append(cell)
+
+
+def _numbers(path: Path, name: str, cells: Sequence[str]) -> Column:
+    found = np.empty(len(cells))
+    for i, cell in enumerate(cells):
+        if cell.lower() in MISSING:
+            found[i] = np.nan
+        elif NUMBER.fullmatch(cell) and np.isfinite(float(cell)):
+            found[i] = float(cell)
+        else:
+            raise InputError(
+                f"{path}: field {name!r}, value {i + 1}: {cell[:40]!r} is not a finite number; correct it"
+            )
+    return found

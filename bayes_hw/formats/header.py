@@ -1,0 +1,237 @@
+"""Headers of tables: a name with its unit, in the ways in which logs write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+UNIT_WORDS = frozenset(
+    [
+        "s",
+        "sec",
+        "secs",
+        "second",
+        "seconds",
+        "ms",
+        "msec",
+        "millisecond",
+        "milliseconds",
+        "us",
+        "µs",
+        "μs",
+        "usec",
+        "microsecond",
+        "microseconds",
+        "ns",
+        "nsec",
+        "nanosecond",
+        "nanoseconds",
+        "min",
+        "mins",
+        "minute",
+        "minutes",
+        "h",
+        "hr",
+        "hrs",
+        "hour",
+        "hours",
+        "d",
+        "day",
+        "days",
+        "deg",
+        "degree",
+        "degrees",
+        "°",
+        "º",
+        "rad",
+        "radian",
+        "radians",
+        "mrad",
+        "urad",
+        "µrad",
+        "μrad",
+        "arcsec",
+        "arcsecond",
+        "arcseconds",
+        "arcmin",
+        "arcminute",
+        "arcminutes",
+        "as",
+        "mas",
+        "″",
+        "′",
+        "rev",
+        "revs",
+        "revolution",
+        "revolutions",
+        "turn",
+        "turns",
+        "cycle",
+        "rpm",
+        "rps",
+        "dps",
+        "degs",
+        "degps",
+        "hourangle",
+        "hms",
+        "count",
+        "counts",
+        "cts",
+        "ct",
+        "tick",
+        "ticks",
+        "lsb",
+        "inc",
+        "increments",
+        "step",
+        "steps",
+        "pulse",
+        "pulses",
+        "gon",
+        "mil",
+        "v",
+        "volt",
+        "volts",
+        "mv",
+        "kv",
+        "a",
+        "amp",
+        "amps",
+        "ampere",
+        "ma",
+        "n",
+        "nm",
+        "n·m",
+        "n.m",
+        "mnm",
+        "knm",
+        "kn",
+        "w",
+        "kw",
+        "j",
+        "m",
+        "mm",
+        "cm",
+        "km",
+        "µm",
+        "um",
+        "k",
+        "kelvin",
+        "c",
+        "°c",
+        "degc",
+        "hz",
+        "khz",
+        "pa",
+        "hpa",
+        "mbar",
+        "bar",
+        "g",
+        "kg",
+        "-",
+        "1",
+        "%",
+        "iso",
+        "iso8601",
+        "unix",
+        "epoch",
+        "utc",
+        "tai",
+        "mjd",
+        "jd",
+        "date",
+        "datetime",
+        "timestamp",
+        "none",
+    ]
+)
+"""Words of units that tell a unit from another word in brackets or in a row of units."""
+
+TIME_WORDS = (
+    "time",
+    "timestamp",
+    "t",
+    "datetime",
+    "date",
+    "epoch",
+    "stamp",
+    "x_value",
+    "mjd",
+    "utc",
+    "clock",
+)
+SUFFIXES = {
+    "s": "s", "sec": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "ns": "ns", "nsec": "ns",
+    "min": "min", "deg": "deg", "rad": "rad", "mrad": "mrad", "arcsec": "arcsec", "arcmin": "arcmin",
+    "deg_s": "deg/s", "deg_per_s": "deg/s", "deg_per_sec": "deg/s", "degps": "deg/s", "dps": "deg/s",
+    "rad_s": "rad/s", "rad_per_s": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "arcsec_s": "arcsec/s",
+    "arcsec_per_s": "arcsec/s", "arcmin_s": "arcmin/s", "rpm": "rpm", "counts": "counts",
+}  # fmt: skip
+"""Endings of names after an underscore, and the units that they state."""
+
+_BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$", re.DOTALL)
+_SPLITTERS = re.compile(r"^(.*\S)\s*(?:,|:|\s/|\sin\s)\s*(\S+)$")
+
+
+def looks_like_unit(text: str) -> bool:
+    """Whether every word of `text` is that of a unit."""
+    words = [
+        word for word in re.split(r"[/*^·.\s()²⁻¹]+|per|(?<=[a-z°])-?[0-9]\b", text.strip().lower()) if word
+    ]
+    return (
+        0 < len(words) <= 4
+        and len(text) <= 32
+        and all(word in UNIT_WORDS or _is_number(word) for word in words)
+    )
+
+
+def _is_number(word: str) -> bool:
+    return bool(re.fullmatch(r"[0-9]+([.,][0-9]+)?(e-?[0-9]+)?", word))
+
+
+def bare_unit(cell: str) -> str:
+    """A cell of a row of units without the brackets around it."""
+    text = cell.strip()
+    return text[1:-1].strip() if len(text) > 1 and text[0] + text[-1] in ("[]", "()", "{}", "<>") else text
+
+
+def split_name(cell: str) -> tuple[str, str | None]:
+    """Name and unit of a header's cell such as `u [deg/s]`, `u (deg/s)`, `u, deg/s`, `u / deg` or
+    `u_deg_s`."""
+    text = cell.strip()
+    for pattern in (_BRACKETS, _SPLITTERS):
+        match = pattern.match(text)
+        if match and match[1].strip() and looks_like_unit(match[2]):
+            return match[1].strip().rstrip(" /,:"), match[2].strip()
+    for suffix in sorted(SUFFIXES, key=len, reverse=True):
+        if text.lower().endswith(f"_{suffix}") and len(text) > len(suffix) + 1:
+            return text[: -len(suffix) - 1], SUFFIXES[suffix]
+    return text, None
+
+
+def unit_of(cell: str) -> str | None:
+    """The unit that a header's cell states."""
+    return split_name(cell)[1]
+
+
+def matches(names: Sequence[str], wanted: str) -> list[int]:
+    """Positions of the columns that `wanted` names: exactly, else without their units, else in any case."""
+    bare = [split_name(name)[0] for name in names]
+    bracketed = [match[1].strip() if (match := _BRACKETS.match(name)) else name for name in names]
+    folded = wanted.casefold()
+    for found in (
+        [i for i, name in enumerate(names) if name == wanted],
+        [i for i, name in enumerate(bare) if name == wanted],
+        [i for i, name in enumerate(bracketed) if name == wanted],
+        [i for i, name in enumerate(names) if name.casefold() == folded],
+        [i for i, name in enumerate(bare) if name.casefold() == folded],
+    ):
+        if found:
+            return found
+    return []
+
+
+def is_time_name(name: str) -> bool:
+    """Whether a column of this name is likely to be a clock."""
+    bare = split_name(name)[0].casefold().strip("_ ")
+    return bare in TIME_WORDS or bare.endswith(("time", "timestamp", "_t", "mjd"))

@@ -1,0 +1,69 @@
+"""Which reader a file needs: by its ending, and where that is .csv, .txt or none, by its first bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from bayes_hw.formats.table import Table
+
+HDF5, PARQUET = (".h5", ".hdf5", ".hdf"), (".parquet", ".pq")
+FITS = (".fits", ".fit", ".fts")
+BAGS = (".mcap", ".bag", ".db3")
+"""Endings of files, without regard to case."""
+
+
+def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most_rows: int) -> Table:
+    """The columns `wanted`, at most `most_rows` rows; `clocks` among them may be text.
+
+    Readers are imported when they are needed: their libraries take longer than most refusals may.
+    """
+    suffix = path.suffix.lower()
+    if suffix in PARQUET:
+        from bayes_hw.formats.parquet_file import read_parquet
+
+        return read_parquet(path, wanted, most_rows=most_rows, text=clocks)
+    if suffix in FITS:
+        from bayes_hw.formats.fits_file import read_fits
+
+        return read_fits(path, wanted, most_rows=most_rows)
+    if suffix == ".tdms":
+        from bayes_hw.formats.tdms_file import read_tdms
+
+        return read_tdms(path, wanted, most_rows=most_rows)
+    if suffix in BAGS or path.is_dir():
+        from bayes_hw.formats.bag_file import read_bag
+
+        return read_bag(path, wanted, most_rows=most_rows)
+    if suffix in HDF5 or suffix == ".mat":
+        return _hdf5_or_matlab(path, wanted, clocks, suffix, most_rows)
+    if suffix in (".json", ".jsonl", ".ndjson"):
+        from bayes_hw.formats.json_file import read_json
+
+        return read_json(path, wanted, most_rows=most_rows, text=clocks)
+    from bayes_hw.formats.annotated_csv import is_annotated, read_annotated
+    from bayes_hw.formats.csv_file import read_csv
+
+    if is_annotated(path):
+        return read_annotated(path, wanted, most_rows=most_rows, text=clocks)
+    return read_csv(path, wanted, most_rows=most_rows, text=clocks)
+
+
+def _hdf5_or_matlab(
+    path: Path, wanted: Sequence[str], clocks: Sequence[str], suffix: str, most_rows: int
+) -> Table:
+    from bayes_hw.formats.hdf5_file import is_hdf5, read_hdf5
+
+    if suffix in HDF5 or is_hdf5(path):
+        return read_hdf5(path, wanted, most_rows=most_rows, text=clocks)
+    from bayes_hw.formats.iddata import read_iddata
+    from bayes_hw.formats.matlab_file import read_matlab
+
+    table = read_matlab(path, wanted, most_rows=most_rows)
+    signals = [name for name in wanted if name not in clocks]
+    if signals and all(name in table.missing for name in signals[:2]):
+        time = clocks[0] if clocks else "t"
+        return read_iddata(
+            path, (time, signals[0], signals[1] if len(signals) > 1 else "y"), most_rows=most_rows
+        ) or (table)
+    return table

@@ -1,0 +1,105 @@
+"""Slow real poles that the evidence cannot exclude.
+
+Each reversal of a velocity whose gain settles slowly loses a fixed travel, as a dead zone does: to first
+order the two cannot be told apart. A criterion that drops slow poles for want of evidence would hand their
+travel to the dead zone, with a narrow interval. So a cascade with a dead zone keeps two slow real poles even
+where the criterion asks for none; they are real, since a pair would turn into an oscillation and fit noise.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade_roots import poles_of
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.extension import with_separate_pole, without_section
+from bayes_hw.identify.growth.score_test import Residual
+from bayes_hw.identify.growth.search import Grown, halved
+
+SLOW_POLES = 2
+SLOWEST_SHARE = 0.1
+"""Of the longest record: the longest time constant looked for."""
+
+FASTEST_SHARE, FEWEST_SAMPLES = 1 / 250, 10
+"""A pole is slow from this share of the longest record on, and from as many samples."""
+
+STRONG_DAMPING, APART = 0.5, 0.3
+"""Damping ratio from which a pair may be two real poles, and how far these start from its modulus."""
+
+SEAM_NATS = 1.0
+"""Log-likelihood that two real poles may cost."""
+
+TIME_CONSTANTS = 9
+DESCENTS = 3
+
+
+def slow_time_constants(item: Grown) -> tuple[float, float]:
+    """The shortest and longest time constant, in samples, that count as slow."""
+    longest = max(len(record) for record in item.response.records)
+    return max(FEWEST_SAMPLES, FASTEST_SHARE * longest), SLOWEST_SHARE * longest
+
+
+def slow_poles(item: Grown) -> int:
+    """How many poles of G besides the integrator are slow, whatever their damping."""
+    poles = poles_of(item.values, integrator=False)
+    shortest, _ = slow_time_constants(item)
+    modulus = np.clip(np.abs(poles), 1e-12, 1.0)
+    continuous = np.hypot(np.log(modulus), np.angle(poles))
+    return int(np.count_nonzero(continuous < 1 / shortest))
+
+
+def with_slow_poles(item: Grown) -> Grown:
+    """`item`, with SLOW_POLES real ones added where it has fewer."""
+    if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
+        return item
+    shortest, longest = slow_time_constants(item)
+    if longest <= shortest:
+        return item
+    grid = np.exp(-1 / np.geomspace(shortest, longest, TIME_CONSTANTS))
+    residual = Residual.of(item.response, item.point)
+    pairs = list(combinations(range(TIME_CONSTANTS), 2))
+    gains = residual.group_gains(grid, pairs)
+    best = np.argsort(-gains)[:DESCENTS]
+    return halved([_extended(item, grid[list(pairs[i])]) for i in best])
+
+
+def _extended(item: Grown, poles: FloatArray) -> Grown:
+    structure, values = item.structure, item.values
+    for pole in poles:
+        structure, values = with_separate_pole(structure, values, float(pole))
+    response = CascadeResponse(structure, item.response.records)
+    return Grown(response, evaluate(response, response.coordinates(values), item.point.whitener))
+
+
+def with_real_poles(item: Grown) -> Grown:
+    """`item` with strongly damped pairs replaced by two real poles each, where that costs next to nothing.
+
+    A posterior that straddles the border between a pair and two real poles has a seam there, which samplers
+    cross badly.
+    """
+    number = 0
+    while number < item.structure.sections:
+        a1, a2, b1, b2 = item.values.sections[:, number]
+        if a1 * a1 / 4 < a2 and _damping_ratio(a1, a2) > STRONG_DAMPING:
+            logarithm = 0.5 * np.log(a2)
+            poles = np.exp(logarithm * np.array([1 - APART, 1 + APART]))
+            structure, values = without_section(item.structure, item.values, number)
+            residues = np.linalg.solve(np.array([[1.0, 1.0], [-poles[1], -poles[0]]]), [b1, b2])
+            for pole, residue in zip(poles, residues, strict=True):
+                structure, values = with_separate_pole(structure, values, float(pole))
+                values.real[1, -1] = residue
+            split = Grown.at(structure, values, item.response.records).descended()
+            if split.log_likelihood > item.log_likelihood - SEAM_NATS:
+                item = split
+                continue
+        number += 1
+    return item
+
+
+def _damping_ratio(a1: float, a2: float) -> float:
+    pole = np.log(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)))
+    return float(-pole.real / abs(pole))

@@ -1,0 +1,346 @@
+"""What is wrong with one record, found from its numbers before any model is fitted, each with its remedy.
+
+Every check is a pure function of arrays that returns a `Finding` or None; `check_signals` runs those that
+need command and output together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray, IntArray
+
+TURNS = {
+    360.0: "360 deg",
+    2 * math.pi: "2 pi rad",
+    24.0: "24 h",
+    400.0: "400 gon",
+    21_600.0: "21600 arcmin",
+    1_296_000.0: "1296000 arcsec",
+    2 * math.pi * 1000: "2000 pi mrad",
+} | {float(2**bits): f"2^{bits} counts" for bits in range(10, 33)}
+"""Whole turns at which angles wrap, in the units that instruments count in."""
+
+TURN_TOLERANCE = 0.02
+"""Largest difference of a jump from a whole turn, relative to the turn, beside what the axis moves."""
+
+WRAP_FACTOR = 8.0
+"""A jump is this many times the largest of the ordinary steps, or it is none."""
+
+SPEED_SECONDS = (0.25, 1.0, 4.0)
+"""Stretches over which speed and command are averaged before they are compared, in s: the one that shows the
+axis following best is taken, beyond its resonances and within its slow drifts."""
+
+POSITION_SLOPES = (0.1, 3.0)
+"""Output speed over the speed of a command that is a position; an output that is itself a speed shows
+others."""
+
+LONGEST_LAG_S = 1.5
+
+CLEAR = 0.6
+"""Correlation of speed and command beyond which scale and sign are believed."""
+
+CERTAIN = 0.9
+
+RADIAN = "the angle or the command is in radians where the other is in degrees"
+SCALES: tuple[tuple[float, float, str], ...] = (
+    (25.0, 75.0, f"{RADIAN}, or the clock counts in minutes"),
+    (1 / 120, 1 / 40, f"{RADIAN}, or the command is in minutes of arc"),
+    (
+        600.0,
+        5000.0,
+        "the angle is in thousandths or in seconds of arc, or the clock counts in thousands of s",
+    ),
+    (1 / 6000, 1 / 700, "the command is in thousandths or in seconds of arc, or the clock counts in ms"),
+)
+"""Bands of output speed over command, in one unit, that another unit explains, and which. Axes that lag, slip
+or saturate show 0.2 to 1.3."""
+
+STUCK_SHARE = 0.02
+STUCK_SECONDS = 2.0
+STUCK_REPEATS = 0.05
+STUCK_COMMAND = 0.1
+CLIPPED_RUN = 5
+
+HOUR_S = 3600.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fault of a record.
+
+    `kind` is a name for programs, `sentence` says what was seen and where, `remedy` what to do, with the
+    option of the command line that does it. A `fatal` fault would be fitted to nonsense.
+    `first`, `stop` are the samples that show it.
+    """
+
+    kind: str
+    sentence: str
+    remedy: str
+    severity: Literal["fatal", "warning"] = "fatal"
+    first: int = 0
+    stop: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.sentence}; {self.remedy}"
+
+
+def wrapped_angle(y: FloatArray) -> Finding | None:
+    """An angle that jumps by a whole turn, and what turn."""
+    steps = np.diff(y)
+    if len(steps) < 3:
+        return None
+    sizes = np.abs(steps)
+    extent = float(np.ptp(y))
+    at = int(sizes.argmax())
+    jump = float(sizes[at])
+    is_jump = sizes > 0.5 * jump
+    ordinary = float(sizes[~is_jump].max()) if not is_jump.all() else 0.0
+    if ordinary == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
+        return None
+    for turn, said in TURNS.items():
+        if abs(jump - turn) <= TURN_TOLERANCE * turn + ordinary and extent <= 1.01 * turn + ordinary:
+            first = int(np.flatnonzero(is_jump)[0]) + 1
+            times = int(is_jump.sum())
+            often = "" if times == 1 else f" ({times} such jumps)"
+            return Finding(
+                "wrapped",
+                f"the angle jumps from {y[first - 1]:.6g} to {y[first]:.6g}{often}: it wraps at {said}",
+                f"give --unwrap {_turn_text(turn)}",
+                first=first,
+                stop=first + 1,
+            )
+    return None
+
+
+def _turn_text(turn: float) -> str:
+    return f"{turn:.15g}"
+
+
+@dataclass(frozen=True)
+class Following:
+    """How the speed of one signal follows another: best correlation over lags, with its sign, and slope."""
+
+    correlation: float
+    slope: float
+
+
+def following(command: FloatArray, angle: FloatArray, rate_hz: float) -> Following | None:
+    """The angle's speed against the command at the stretch and lag where they agree best.
+
+    Command and angle have shape (samples,). None where the record is too short to tell, or one is constant.
+    """
+    widths = {min(max(round(stretch * rate_hz), 1), (len(command) - 1) // 120) for stretch in SPEED_SECONDS}
+    found = [_following(command, angle, rate_hz, width) for width in sorted(widths) if width > 0]
+    return max(found, key=lambda each: abs(each.correlation), default=None)
+
+
+def _following(command: FloatArray, angle: FloatArray, rate_hz: float, width: int) -> Following:
+    """The same with averages over `width` samples."""
+    blocks = (len(command) - 1) // width
+    held = command[: blocks * width].reshape(blocks, width).mean(axis=1)
+    speed = np.diff(angle[: blocks * width + 1 : width]) * rate_hz / width
+    best = Following(0.0, 0.0)
+    for lag in range(min(int(LONGEST_LAG_S * rate_hz / width), blocks // 4) + 1):
+        u, v = held[: blocks - lag], speed[lag:]
+        u, v = u - u.mean(), v - v.mean()
+        size_u, size_v = float(u @ u), float(v @ v)
+        if size_u <= 0 or size_v <= 0:
+            continue
+        product = float(u @ v)
+        correlation = product / math.sqrt(size_u * size_v)
+        if abs(correlation) > abs(best.correlation):
+            best = Following(correlation, product / size_u)
+    return best
+
+
+def swapped(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
+    """A command that moves as the angle, and an angle that moves as the command."""
+    forward, back = following(u, y, rate_hz), following(y, u, rate_hz)
+    if forward is None or back is None:
+        return None
+    if back.correlation > 0.8 and back.correlation > abs(forward.correlation) + 0.2:
+        return Finding(
+            "swapped",
+            f"the speed of the command follows the output (correlation {back.correlation:.2f}), that of the "
+            f"output does not follow the command ({forward.correlation:.2f}): the two are swapped",
+            "exchange --input and --output",
+        )
+    return None
+
+
+def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
+    """A command whose speed the output's speed follows, not the command itself."""
+    forward = following(u, y, rate_hz)
+    of_speed = following(np.diff(u) * rate_hz, y[:-1], rate_hz)
+    if forward is None or of_speed is None:
+        return None
+    near_one = POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
+    if near_one and of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3:
+        return Finding(
+            "position",
+            f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not "
+            "the "
+            f"command itself ({forward.correlation:.2f}): the command is a position",
+            "give --input-position NAME instead of --input NAME",
+        )
+    return None
+
+
+def inverted(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
+    """An angle that runs against the command."""
+    forward = following(u, y, rate_hz)
+    if forward is None or forward.correlation > -CERTAIN:
+        return None
+    return Finding(
+        "inverted",
+        f"the output moves against the command (correlation of speed and command {forward.correlation:.2f}): "
+        "its sign is inverted",
+        "give --reverse to count it the other way",
+        "warning",
+    )
+
+
+def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:
+    """Speed and command that differ by the factor of another unit.
+
+    `expected` is the speed, in the output's unit, of a command of one that the axis follows exactly.
+    """
+    forward = following(u, y, rate_hz)
+    if forward is None or abs(forward.correlation) < CLEAR or not expected > 0:
+        return None
+    ratio = abs(forward.slope) / expected
+    for lower, upper, said in SCALES:
+        if lower <= ratio <= upper:
+            return Finding(
+                "scale",
+                f"the output moves {ratio:.3g} times as fast as the command says: {said}",
+                "say what it is with --output-unit, --input-unit or --time-unit, and --ignore-units where "
+                "the file states a wrong unit",
+            )
+    return None
+
+
+def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:
+    """An output that stays at one reading while the command goes on as it does where the output moves.
+
+    `expected` as in `wrong_scale`. Either an encoder that reads something new at nearly every other sample
+    stays while the command moves, or the angle has moved on by more than three of its steps when it shows
+    again: rest, a dead zone and coarse readings are none.
+    """
+    first, stop = _longest_run(y)
+    if (stop - first) / rate_hz < STUCK_SECONDS or stop - first < STUCK_SHARE * len(y):
+        return None
+    steps = np.diff(y)
+    elsewhere = np.concatenate([steps[: max(first - 1, 0)], steps[stop:]])
+    is_limit = y[first] in (y.max(), y.min()) and int(np.sum(y == y[first])) > 1.2 * (stop - first)
+    if len(elsewhere) < len(y) // 4 or is_limit:
+        return None
+    moves = float(np.std(u[first:stop])) > STUCK_COMMAND * float(np.std(u)) > 0
+    always_moving = float(np.mean(elsewhere == 0)) < STUCK_REPEATS and y[first] != 0
+    jump = abs(float(y[stop] - y[stop - 1])) if stop < len(y) else 0.0
+    if not (moves and always_moving) and not jump > 3 * float(np.abs(elsewhere).max()) > 0:
+        return None
+    travel = abs(float(u[first:stop].sum())) / rate_hz * expected
+    return Finding(
+        "stuck",
+        f"the output stays at {y[first]:.6g} for {(stop - first) / rate_hz:.3g} s from "
+        f"{first / rate_hz:.4g} s on, then jumps by {jump:.3g}, while the command goes on (by {travel:.3g} "
+        "in sum): the encoder is stuck",
+        "take the parts without it with --part START STOP (s after the first sample)",
+        first=first,
+        stop=stop,
+    )
+
+
+def saturated_output(y: FloatArray) -> Finding | None:
+    """An output that is cut flat at its largest or smallest reading, again and again."""
+    if len(np.unique(y[:4096])) < 64:
+        return None
+    for limit, word in ((float(y.max()), "largest"), (float(y.min()), "smallest")):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
+        starts, stops = edges[::2], edges[1::2]
+        runs = stops - starts >= CLIPPED_RUN
+        inner = runs & (starts > 0) & (stops < len(y))
+        if int(inner.sum()) >= 1 and int(runs.sum()) >= 1 and _is_cut(y, starts[inner], stops[inner], limit):
+            first = int(starts[inner][0])
+            count = int((stops - starts)[runs].sum())
+            return Finding(
+                "clipped",
+                f"{count} samples read exactly {limit:.6g}, the {word}, {int(runs.sum())} times in a row of "
+                f"{CLIPPED_RUN} or more: the converter or the sensor is at its end",
+                "leave those stretches out with --part START STOP (s), or record with a wider range",
+                "warning",
+                first=first,
+                stop=int(stops[inner][0]),
+            )
+    return None
+
+
+def _is_cut(y: FloatArray, starts: IntArray, stops: IntArray, limit: float) -> bool:
+    """Whether the readings around the flat stretches come in and go out with a slope, and readings elsewhere
+    never repeat as often."""
+    ordinary = np.diff(y[y != limit])
+    if len(ordinary) == 0 or float(np.mean(ordinary == 0)) > 0.2:
+        return False
+    typical = float(np.median(np.abs(ordinary)))
+    entry = np.abs(y[np.maximum(starts - 1, 0)] - limit)
+    leave = np.abs(y[np.minimum(stops, len(y) - 1)] - limit)
+    return bool(np.any(np.maximum(entry, leave) > 0.25 * typical))
+
+
+def _longest_run(y: FloatArray) -> tuple[int, int]:
+    """First sample and one past the last of the longest stretch of equal values."""
+    edges = np.flatnonzero(np.concatenate([[True], np.diff(y) != 0, [True]]))
+    lengths = np.diff(edges)
+    at = int(lengths.argmax())
+    return int(edges[at]), int(edges[at + 1])
+
+
+def clock_change(t: FloatArray) -> Finding | None:
+    """Stamps that jump by an hour, as a clock that goes over to or from summer time does; t in s."""
+    steps = np.diff(t)
+    if len(steps) < 3:
+        return None
+    median = float(np.median(steps))
+    for hour in (HOUR_S, -HOUR_S):
+        at = np.flatnonzero(np.abs(steps - hour - median) <= max(2 * median, 1.0))
+        if len(at) and 20 * median < HOUR_S:
+            first = int(at[0]) + 1
+            way = "forward" if hour > 0 else "back"
+            return Finding(
+                "clock_change",
+                f"the clock jumps {way} by an hour: it went over to or from summer time",
+                "give --gaps split to make two records of it, or stamps in UTC",
+                first=first,
+                stop=first + 1,
+            )
+    return None
+
+
+def check_signals(
+    u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None = None
+) -> tuple[Finding, ...]:
+    """Every finding on one record, the gravest first; `u`, `y` have shape (samples,).
+
+    `expected` is the output speed of a command of one in the record's units, None where the units do not
+    tell (a command in V).
+    """
+    wrapped = wrapped_angle(y)
+    if wrapped is not None:
+        return (wrapped,)
+    mixed = swapped(u, y, rate_hz) or position_command(u, y, rate_hz)
+    if mixed is not None:
+        return (mixed,)
+    scale = None if expected is None else wrong_scale(u, y, rate_hz, expected)
+    found = (
+        scale,
+        stuck_output(u, y, rate_hz, expected or 1.0),
+        inverted(u, y, rate_hz),
+        saturated_output(y),
+    )
+    return tuple(finding for finding in found if finding is not None)

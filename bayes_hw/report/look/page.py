@@ -1,0 +1,208 @@
+"""The page as one self-contained HTML file: no script, style or picture from outside.
+
+uPlot draws the plots: it is made for long time series, zooms, keeps several panels on one axis of time, and
+is 50 kB; Bokeh's and Plotly's scripts are above the size that a page may have.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import DictLoader, Environment, StrictUndefined
+from markupsafe import Markup
+
+from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.first_look.advice import coherent_band
+from bayes_hw.first_look.look import Look
+from bayes_hw.report.look.plots import ARCSEC, plots
+from bayes_hw.report.palette import page_colours
+from bayes_hw.report.plain_text import visible
+from bayes_hw.report.rounding import format_duration, format_interval, format_number, format_percent
+
+JSON, PAGE = "look.json", "report.html"
+FOLDER = files("bayes_hw.report.look")
+SHARED = files("bayes_hw.report") / "templates"
+NO_BREAK_SPACE = "\u00a0"
+
+
+def to_html(look: Look, title: str = "") -> str:
+    """The whole page."""
+    script = "\n".join(
+        [(FOLDER / "uplot" / "uPlot.iife.min.js").read_text("utf-8"), (FOLDER / "look.js").read_text("utf-8")]
+    )
+    style = "\n".join(
+        [
+            (SHARED / "report.css").read_text("utf-8"),
+            (FOLDER / "uplot" / "uPlot.min.css").read_text("utf-8"),
+            (FOLDER / "look.css").read_text("utf-8"),
+        ]
+    )
+    return (
+        _environment()
+        .get_template("look.html")
+        .render(
+            title=visible(title or ", ".join(record.name for record in look.records)),
+            subtitle=visible(subtitle(look)),
+            advice=look.advice,
+            cards=cards(look),
+            facts=facts(look),
+            records=[record.name for record in look.records],
+            distortion=look.distortion,
+            plots=_script_json(plots(look)),
+            has_response=look.response is not None,
+            has_noise=look.noise is not None,
+            limited=look.statics.lower is not None
+            or look.statics.upper is not None
+            or look.statics.half_width is not None,
+            style=Markup(style),
+            colours=page_colours(),
+            script=Markup(script),
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
+        )
+    )
+
+
+def write(look: Look, folder: Path, title: str = "") -> None:
+    """look.json and report.html into `folder`, both or neither; raises InputError where it cannot be."""
+    page = to_html(look, title)
+    content = json.dumps(look.to_dict(), allow_nan=False, indent=1) + "\n"
+    with staged(folder) as place:
+        write_text_atomically(place / JSON, content)
+        write_text_atomically(place / PAGE, page)
+
+
+def first_screen(look: Look) -> str:
+    """The sentence, the cards and the advice alone, as a fragment for notebooks."""
+    return _environment().get_template("first.html").render(advice=look.advice, cards=cards(look))
+
+
+def subtitle(look: Look) -> str:
+    """How much was recorded, and what was done to it."""
+    first = look.records[0]
+    samples = sum(len(record) for record in look.records)
+    text = (
+        f"{len(look.records)} record{'s' * (len(look.records) > 1)}, {format_duration(look.duration_s)} at "
+        f"{first.sample_rate_hz:g} Hz, {samples:,} samples"
+    )
+    moved = [f"{o:.6g}" for o in look.origins if o != 0]
+    if moved:
+        text += f"; angles count from where each record begins ({', '.join(moved)} {first.units.output})"
+    return text + "".join(f"; {note}" for note in first.treatment)
+
+
+def cards(look: Look) -> list[dict[str, str]]:
+    """At most four: limits, response, delay, noise."""
+    units, band = look.records[0].units, coherent_band(look.response)
+    low, high = look.at_limits
+    met = low + high
+    return [
+        _card(
+            "good" if met > 0 else "warn",
+            f"limits asked for in {format_percent(met)} of the samples" if met > 0 else "limits not met",
+            f"below {format_percent(low)}, above {format_percent(high)}; "
+            f"the axis reverses {look.reversals} times",
+        ),
+        _card(
+            "bad" if band is None else "good",
+            "no frequency response" if band is None else f"response from {band[0]:.2g} to {band[1]:.2g} Hz",
+            "coherence nowhere above 0.8" if band is None else "coherence above 0.8",
+        ),
+        _card(
+            "warn"
+            if look.delay is None or look.delay.high - look.delay.low > 2.1 * look.delay.step_s
+            else "good",
+            "delay unknown"
+            if look.delay is None
+            else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
+            "94 % interval",
+        ),
+        _card(
+            "info",
+            f"noise {format_number(look.noise_sigma, 3, units.output)}",
+            "standard deviation" + _arcsec(look.noise_sigma, units.output),
+        ),
+    ]
+
+
+def facts(look: Look) -> list[tuple[str, str]]:
+    """Names and values of the table at the end."""
+    units, statics = look.records[0].units, look.statics
+    slope, error = look.drift_per_hour
+    rows = [
+        ("lower limit", _known(statics.lower, units.input, "not met")),
+        ("upper limit", _known(statics.upper, units.input, "not met")),
+        ("dead zone, half width", _known(statics.half_width, units.output, "none seen")),
+        ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output)),
+        ("white part of it", format_number(look.white_sigma, 3, units.output)),
+        ("resolution", _known(look.resolution, units.output, "no step seen")),
+        ("drift", f"{format_number(slope, 2)} ± {format_number(error, 2)} {units.output}/h"),
+        ("reversals", str(look.reversals)),
+        (
+            "speed, falling less rising command",
+            "not seen both ways"
+            if look.speed.hysteresis != look.speed.hysteresis
+            else format_percent(look.speed.hysteresis, 1),
+        ),
+    ]
+    for name, regime in look.regimes.items():
+        if regime.stretches:
+            settling = (
+                "" if regime.settling_s is None else f", settles in {format_duration(regime.settling_s)}"
+            )
+            rows.append(
+                (
+                    f"{name}, {regime.stretches} stretches",
+                    f"{format_duration(regime.seconds)}, "
+                    f"rms error {format_number(regime.error_rms, 3, units.output)}"
+                    f"{_arcsec(regime.error_rms, units.output)}{settling}",
+                )
+            )
+    if look.distortion is not None:
+        rows.append(
+            (
+                "what a linear response leaves",
+                f"explained by even powers of the command {format_percent(look.distortion.even)}, "
+                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise",
+            )
+        )
+    if look.feedback is not None:
+        hint = "a loop was closed" if look.feedback.closed_loop else "no sign of a closed loop"
+        rows.append(("command against past noise", f"correlation {look.feedback.correlation:.2g}: {hint}"))
+    return [(visible(name), visible(value)) for name, value in rows]
+
+
+def _card(state: str, label: str, detail: str) -> dict[str, str]:
+    return {"state": state, "label": visible(label), "detail": visible(detail)}
+
+
+def _known(value: float | None, unit: str, otherwise: str) -> str:
+    return otherwise if value is None else format_number(value, 3, unit)
+
+
+def _arcsec(value: float, unit: str) -> str:
+    return (
+        f" ({format_number(value * ARCSEC[unit], 3)}{NO_BREAK_SPACE}arcsec)"
+        if unit in ARCSEC and unit != "arcsec"
+        else ""
+    )
+
+
+def _environment() -> Environment:
+    names = ("look.html", "first.html")
+    return Environment(
+        loader=DictLoader({name: (FOLDER / name).read_text("utf-8") for name in names}),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _script_json(value: Any) -> Markup:
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

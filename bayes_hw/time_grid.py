@@ -1,0 +1,135 @@
+"""From the stamps of a log to uniform grids: which sample belongs where, what is missing, where a record
+ends."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from bayes_hw import time_stamps
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+
+LARGEST_JITTER = 1 / 3
+"""Of the step: a stamp off its place by less belongs to that place without doubt."""
+
+MOST_BRIDGED = 3
+"""Samples missing one after another that stay in a record as unmeasured."""
+
+FIRST_STAMPS = 16
+STARTS = (0.0, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
+
+
+class Grid(NamedTuple):
+    """Where the rows `first` to `stop` of a log lie on a uniform grid.
+
+    `places` are the grid's samples of these rows, the first 0; `start_s` and `rate_hz` are the grid's, and
+    `jitter` is the largest distance of a stamp from its place in steps, 0 where rounding explains all.
+    """
+
+    first: int
+    stop: int
+    places: IntArray
+    start_s: float
+    rate_hz: float
+    jitter: float
+
+    @property
+    def samples(self) -> int:
+        return int(self.places[-1]) + 1
+
+    @property
+    def missing(self) -> int:
+        """How many samples of the grid have no row."""
+        return self.samples - len(self.places)
+
+
+def stretches(t: FloatArray) -> list[tuple[int, int]]:
+    """First and one past the last row of each stretch between gaps longer than may be bridged; t
+    increases, in
+    s, shape (rows,)."""
+    steps = np.diff(t)
+    ends = np.flatnonzero(steps >= (MOST_BRIDGED + 1.5) * np.median(steps)) + 1
+    edges = [0, *map(int, ends), len(t)]
+    return list(pairwise(edges))
+
+
+def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
+    """The uniform grid of increasing stamps, shape (rows,), in s, or None where some lie off every grid.
+
+    Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
+    a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs
+    to the place
+    nearest to it, from which it may be off by `LARGEST_JITTER`.
+    """
+    rows = len(t)
+    if rows < 2:
+        return None
+    if time_stamps.is_uniform(t):
+        return Grid(first, first + rows, np.arange(rows), float(t[0]), time_stamps.mean_rate(t), 0.0)
+    in_a_row = _fitted(t, np.arange(rows, dtype=np.float64))
+    found = [in_a_row] if in_a_row is not None else []
+    found = found or [line for start in STARTS if (line := _follow(t, start)) is not None]
+    if not found:
+        return None
+    places, start_s, rate_hz, jitter = min(found, key=lambda each: each[3])
+    return Grid(first, first + rows, places, start_s, rate_hz, jitter)
+
+
+def _follow(t: FloatArray, start: float) -> tuple[IntArray, float, float, float] | None:
+    period = float(np.median(np.diff(t)))
+    offset = float(t[0]) + start * period
+    known = min(FIRST_STAMPS, len(t))
+    while True:
+        places = np.rint((t[:known] - offset) / period)
+        if places[-1] > places[0]:
+            period, offset = _line(t[:known], places)
+        if not period > 0:
+            return None
+        if known == len(t):
+            break
+        known = min(known + max(known // 4, 4), len(t))
+    return _fitted(t, np.rint((t - offset) / period))
+
+
+def _fitted(t: FloatArray, places: FloatArray) -> tuple[IntArray, float, float, float] | None:
+    """The grid of stamps at these places; None where they do not increase, or a stamp lies too far from
+    its."""
+    if (np.diff(places) <= 0).any():
+        return None
+    period, offset = _line(t, places)
+    off = np.abs(t - offset - period * places).max() / period
+    if not off < LARGEST_JITTER:
+        return None
+    whole = (places - places[0]).astype(np.int64)
+    rate = _simplified(period, float(off * period), float(t[-1] - t[0]), t)
+    resolution = time_stamps.resolution(t) / period
+    exact = off <= max(1.01 * resolution, time_stamps.STEP_TOLERANCE)
+    start_s = float(t[0]) if exact else offset + period * float(places[0])
+    return whole, start_s, rate, 0.0 if exact else float(off)
+
+
+def _line(t: FloatArray, places: FloatArray) -> tuple[float, float]:
+    """Slope and value at place 0 of the least-squares line of stamps over places."""
+    k, s = places - places.mean(), t - t.mean()
+    slope = float(k @ s) / float(k @ k)
+    return slope, float(t.mean()) - slope * float(places.mean())
+
+
+def _simplified(period: float, off: float, span: float, t: FloatArray) -> float:
+    """The rate with the fewest digits that the stamps, each off by so much, cannot tell from it."""
+    uncertainty = max(time_stamps.resolution(t), off) / span
+    return time_stamps.fewest_digits(1 / period, uncertainty)
+
+
+def parts(present: BoolArray, most_missing: int) -> list[tuple[int, int]]:
+    """First and one past the last sample of each part of a grid that is left when it is cut where more than
+    `most_missing` samples in a row are not `present`, shape (samples,)."""
+    shown = np.flatnonzero(present)
+    if len(shown) == 0:
+        return []
+    cuts = np.flatnonzero(np.diff(shown) > most_missing + 1)
+    starts = shown[np.concatenate([[0], cuts + 1])]
+    stops = shown[np.concatenate([cuts, [len(shown) - 1]])] + 1
+    return [(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]

@@ -1,0 +1,70 @@
+"""Planned commands stay within the axis's limits, and a twin that plays one is seen in full."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from simulated_axes import measured
+
+from bayes_hw.cli import main
+from bayes_hw.errors import InputError
+from bayes_hw.first_look.look import look
+from bayes_hw.first_look.plan import AxisLimits, angle, plan
+from bayes_hw.model.nanshan import nanshan_model
+
+AXES = {
+    "slow": (AxisLimits(0.5, 2.0, -5.0, 5.0, 0.113), 20.0, 5.0),
+    "fast": (AxisLimits(3.0, 8.0, -20.0, 35.0), 200.0, 40.0),
+    "short stroke": (AxisLimits(1.5, 2.0, -0.5, 0.5), 50.0, 10.0),
+}
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_commands_stay_within_the_limits_and_rest_at_both_ends(name: str) -> None:
+    limits, rate, highest = AXES[name]
+    found = plan(limits, np.random.default_rng(1), sample_rate_hz=rate, highest_hz=highest, duration_s=300)
+    for command in (found.train, found.holdout):
+        assert np.abs(command).max() <= limits.velocity
+        assert np.abs(np.diff(command)).max() * rate <= limits.acceleration
+        moved = angle(command, limits, rate)
+        assert limits.low < moved.min() and moved.max() < limits.high
+        still = round(4.9 * rate)
+        assert not command[:still].any() and not command[-still:].any()
+    assert len(found.train) / rate == pytest.approx(300, abs=1)
+
+
+def test_bad_limits_are_named() -> None:
+    limits, rate, highest = AXES["slow"]
+    for changes, word in (({"velocity": -1.0}, "--velocity"), ({"low": 0.0}, "--stroke")):
+        with pytest.raises(InputError, match=word):
+            plan(
+                replace(limits, **changes),
+                np.random.default_rng(1),
+                sample_rate_hz=rate,
+                highest_hz=highest,
+                duration_s=300,
+            )
+    with pytest.raises(InputError, match="--duration"):
+        plan(limits, np.random.default_rng(1), sample_rate_hz=rate, highest_hz=highest, duration_s=60)
+
+
+def test_twin_that_plays_the_plan_shows_its_limits_and_dead_zone() -> None:
+    limits, rate, highest = AXES["slow"]
+    found = plan(limits, np.random.default_rng(1), sample_rate_hz=rate, highest_hz=highest, duration_s=240)
+    seen = look([measured(nanshan_model(0.004), found.train, 0.0005, np.random.default_rng(2))])
+    assert seen.statics.lower == pytest.approx(-0.335, abs=0.02)
+    assert seen.statics.upper == pytest.approx(0.438, abs=0.02)
+    assert seen.statics.half_width == pytest.approx(0.004, abs=1.5e-3)
+    assert seen.delay is not None and seen.delay.low <= 0.15 <= seen.delay.high + 1e-9
+
+
+def test_command_line_writes_the_commands(tmp_path: Path) -> None:
+    limits = ["--velocity", "0.5", "--acceleration", "2", "--gain", "0.113"]
+    out = ["--out", str(tmp_path / "plan")]
+    assert main(["plan", *limits, "--stroke", "-5", "5", *out]) == 0
+    table = np.loadtxt(tmp_path / "plan" / "train.csv", delimiter=",", skiprows=1)
+    assert table.shape == (6000, 2)
+    assert main(["plan", *limits, "--stroke", "1", "5", *out]) == 2

@@ -1,0 +1,52 @@
+"""Limits and dead zone found and taken out: the band holds the linear block of nonlinear twins."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_axes import covered, measured, share
+
+from bayes_hw.first_look.look import look
+from bayes_hw.first_look.statics import statics
+from bayes_hw.model.excitation import random_phase_multisine
+from bayes_hw.model.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
+from bayes_hw.model.twin import twin_records
+
+
+def test_limits_and_dead_zone_of_the_twin() -> None:
+    experiment = twin_records(np.random.default_rng(1), noise_share=0.01, dead_zone_half_width=0.002)
+    found = statics([r.y for r in experiment.train], [r.u for r in experiment.train], 20.0)
+    assert found.lower == pytest.approx(SATURATION_LOWER, abs=0.01)
+    assert found.upper == pytest.approx(SATURATION_UPPER, abs=0.015)
+    assert found.half_width == pytest.approx(0.002, abs=2e-4)
+
+
+def test_no_limit_where_the_command_stays_inside() -> None:
+    rng = np.random.default_rng(2)
+    u = random_phase_multisine(rng, 20, 200, 0.08, 0.02, 6)
+    found = statics([measured(nanshan_model(0.0), u, 0.0005, rng).y], [u], 20.0)
+    assert (found.lower, found.upper, found.half_width) == (None, None, None)
+
+
+@pytest.mark.parametrize("kind", ["both", "dead zone", "multisine"])
+def test_band_holds_the_linear_block_of_a_nonlinear_twin(kind: str) -> None:
+    rng = np.random.default_rng(2)
+    if kind == "multisine":
+        u = random_phase_multisine(rng, 20, 300, 0.2, 0.02, 6)
+        model = nanshan_model(0.002)
+        records = [measured(model, u, 0.001, rng)]
+    else:
+        experiment = twin_records(rng, amplitude=0.5 if kind == "both" else 0.3)
+        records, model = list(experiment.train), experiment.truth
+    seen = look(records)
+    assert seen.response is not None
+    answers = covered(seen.response.linear, model)
+    assert len(answers) > 60
+    assert 0.9 <= share(answers) <= 0.98
+
+
+def test_raw_response_is_smaller_where_limits_are_met() -> None:
+    seen = look(twin_records(np.random.default_rng(1)).train)
+    assert seen.response is not None
+    low = seen.response.linear.frequency_hz < 0.3
+    assert np.median((seen.response.best_linear.magnitude / seen.response.linear.magnitude)[low]) < 0.95

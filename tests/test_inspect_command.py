@@ -1,0 +1,81 @@
+"""bayes-hw inspect: what it takes for what is what reads the file, and what is open is asked by option."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bayes_hw.cli import main
+from bayes_hw.inspection import quantisation_step
+from bayes_hw.record import Record
+
+T = np.arange(1200) / 20
+U = 0.5 * np.sin(0.9 * T) + 0.2 * np.sin(4.1 * T)
+Y = np.round(np.cumsum(U) / 20, 4)
+
+
+def write(path: Path, header: str, *columns: np.ndarray) -> Path:
+    rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True))
+    path.write_text(f"{header}\n{rows}\n")
+    return path
+
+
+def commands(out: str) -> list[list[str]]:
+    return [shlex.split(line)[1:] for line in out.splitlines() if line.startswith("  bayes-hw")]
+
+
+@pytest.mark.parametrize(("header", "columns"), [
+    ("t,u,y", (T, U, Y)),
+    ("Time [s],Cmd [deg/s],Pos [deg]", (T, U, Y)),
+    ("time_ms,temperature,demand,encoder", (1000 * T, 20 + 0.01 * T, U, Y)),
+    ("encoder,demand,clock_s", (Y, U, T)),
+    ("time,target,actual", (T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y)),
+    ("t,u,y", (T, U, (359.9 + Y) % 360)),
+    ("t,u,y", (np.delete(T, [100, 333]), np.delete(U, [100, 333]), np.delete(Y, [100, 333]))),
+])  # fmt: skip
+def test_the_command_that_it_prints_reads_the_record(
+    tmp_path: Path,
+    header: str,
+    columns: tuple[np.ndarray, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(Path("log.csv"), header, *columns)
+    assert main(["inspect", "log.csv"]) == 0
+    convert, identify = commands(capsys.readouterr().out)
+    assert identify[0] == "identify"
+    assert main([*convert, "--quiet"]) == 0
+    record = Record.read(convert[-1]) if "--gaps" not in convert else None
+    if record is not None:
+        np.testing.assert_allclose(record.u[:1198], U[:1198], atol=2e-4)
+        np.testing.assert_allclose(record.y[:1198] - record.y[0], Y[:1198] - Y[0], atol=2e-4)
+
+
+@pytest.mark.parametrize(("header", "columns", "asked"), [
+    ("a,b,c", (np.cos(T), U, Y), "give --time NAME"),
+    ("t,u,enc_1,enc_2", (T, U, Y, Y + 1e-4 * np.sin(T)), "give --output 'enc_"),
+    ("t,x,z", (T, U, np.random.default_rng(1).normal(size=1200)), "give --input NAME and --output NAME"),
+])  # fmt: skip
+def test_what_is_open_is_asked_for_by_option(
+    tmp_path: Path,
+    header: str,
+    columns: tuple[np.ndarray, ...],
+    asked: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = write(tmp_path / "log.csv", header, *columns)
+    assert main(["inspect", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert asked in line
+
+
+@pytest.mark.parametrize("step", [0.0001, 0.3, 5.0, 360 / 2**14])
+def test_the_step_of_readings(step: float) -> None:
+    """That of an encoder is found in its readings, and none in numbers that have none."""
+    readings = step * np.round(np.random.default_rng(2).normal(0, 50, 3000))
+    assert quantisation_step(readings) == pytest.approx(step, rel=1e-4)
+    assert quantisation_step(np.random.default_rng(3).normal(size=3000)) is None

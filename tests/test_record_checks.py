@@ -1,0 +1,88 @@
+"""Faults made on purpose are found in a sound record, and none is found in it as it is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from simulated_records import measured
+
+from bayes_hw import record_checks
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record_checks import check_signals
+
+RATE_HZ = 20.0
+T = np.arange(3000) / RATE_HZ
+RNG = np.random.default_rng(5)
+U = np.repeat(RNG.normal(0, 1, 150), 20)
+Y = np.concatenate([[0.0], np.cumsum(U[:-1]) / RATE_HZ]) + 1e-3 * RNG.standard_normal(len(T))
+STUCK = np.where((T > 50) & (T < 58), Y[1001], Y)
+
+
+def kinds(u: np.ndarray, y: np.ndarray, rate_hz: float = RATE_HZ, expected: float | None = 1.0) -> list[str]:
+    return [finding.kind for finding in check_signals(u, y, rate_hz, expected)]
+
+
+@pytest.mark.parametrize(
+    ("u", "y", "rate_hz", "kind"),
+    [
+        (U, (2 + Y) % 360, RATE_HZ, "wrapped"),
+        (U, (Y - 175 + 180) % 360 - 180, RATE_HZ, "wrapped"),
+        (U, np.radians(2 + 10 * Y) % (2 * math.pi), RATE_HZ, "wrapped"),
+        (Y, U, RATE_HZ, "swapped"),
+        (Y, Y + 0.01, RATE_HZ, "position"),
+        (U, -Y, RATE_HZ, "inverted"),
+        (U, np.radians(Y), RATE_HZ, "scale"),
+        (np.radians(U), Y, RATE_HZ, "scale"),
+        (U, 3600 * Y, RATE_HZ, "scale"),
+        (U, Y, 60 * RATE_HZ, "scale"),
+        (U, STUCK, RATE_HZ, "stuck"),
+        (U, np.clip(Y, None, 0.7 * Y.max()), RATE_HZ, "clipped"),
+        (U, np.clip(Y, 0.7 * Y.min(), None), RATE_HZ, "clipped"),
+    ],
+)
+def test_a_fault_is_named(u: np.ndarray, y: np.ndarray, rate_hz: float, kind: str) -> None:
+    assert kind in kinds(u, y, rate_hz)
+
+
+@pytest.mark.parametrize("angle", [Y, Y + 134.2, np.round(Y, 2), 0.3 * Y])
+def test_a_sound_record_has_none(angle: np.ndarray) -> None:
+    """At another origin, in coarse readings, with a slow axis."""
+    assert kinds(U, angle) == []
+
+
+def test_rest_is_no_stuck_encoder() -> None:
+    resting = T < 10
+    assert kinds(np.where(resting, 0.0, U), np.where(resting, 0.25, Y - Y[201] + 0.25)) == []
+
+
+def test_a_simulated_axis_with_limits_and_a_dead_zone_has_none(small_axis: HammersteinWiener) -> None:
+    for seed in range(5):
+        record = measured(small_axis, 2000, seed=seed)
+        found = [f for f in check_signals(record.u, record.y, RATE_HZ) if f.severity == "fatal"]
+        assert found == []
+
+
+def test_a_glitch_is_no_wrap() -> None:
+    """A jump there that is no whole turn."""
+    y = Y.copy()
+    y[500] += 123.0
+    assert record_checks.wrapped_angle(y) is None
+
+
+@pytest.mark.parametrize("hour", [3600.0, -3600.0])
+def test_a_change_to_summer_time_is_named(hour: float) -> None:
+    changed = np.where(T > 70, T + hour, T)
+    found = record_checks.clock_change(changed)
+    assert found is not None and found.first == np.flatnonzero(T > 70)[0]
+    assert record_checks.clock_change(np.where(T > 70, T + 3000, T)) is None
+
+
+def test_units_that_say_how_fast_the_axis_moves_are_no_fault() -> None:
+    assert kinds(U, np.radians(Y), expected=math.radians(1)) == []
+    assert kinds(U, np.radians(Y), expected=None) == []
+
+
+def test_short_records_are_not_judged() -> None:
+    assert kinds(U[:40], Y[:40]) == []
