@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from bayes_hw.commands.records import records_of
 from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
+from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.doubts import said_of
@@ -29,6 +31,7 @@ from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
+from bayes_hw.record import Record
 from bayes_hw.report.posterior_report import posterior_report
 from bayes_hw.report.render import render
 
@@ -51,7 +54,7 @@ def identify_command(parsed: argparse.Namespace) -> None:
         Progress(parsed.quiet),
     )
     fits = evaluate(identification, holdout)
-    write_identification(Path(parsed.out), identification, fits)
+    write_identification(Path(parsed.out), identification, fits, records)
     for warning in identification.warnings:
         warn(warning)
     for step in identification.steps:
@@ -111,7 +114,7 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
     names = band_file_names([prediction.record.name for prediction in analysis.predictions])
     with staged(out) as place:
         if analysis.identification is not None:
-            write_identification(place, analysis.identification, analysis.fits)
+            write_identification(place, analysis.identification, analysis.fits, analysis.records)
         analysis.inference.posterior.write(place, analysis.records)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
@@ -128,11 +131,15 @@ def band_file_names(records: Sequence[str]) -> list[str]:
     return [f"bands_{name}.csv" for name in records]
 
 
-def write_identification(out: Path, identification: Identification, validation: Sequence[RecordFit]) -> None:
-    """model.json and fit.json, both or neither."""
-    content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]}
+def write_identification(
+    out: Path, identification: Identification, validation: Sequence[RecordFit], records: Sequence[Record]
+) -> None:
+    """model.json and fit.json, both or neither; both name the records by their digests."""
+    origin = {"records": [{"name": record.name, "sha256": record.sha256} for record in records]}
+    content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]} | origin
+    model = identification.model.to_dict() | origin
     with staged(out) as place:
-        identification.model.write(place / "model.json")
+        write_text_atomically(place / "model.json", json.dumps(model, indent=2, allow_nan=False) + "\n")
         write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
@@ -172,8 +179,12 @@ def sample_command(parsed: argparse.Namespace) -> None:
 def predict_command(parsed: argparse.Namespace) -> None:
     """bayes-hw predict."""
     out = Path(parsed.out)
-    kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json")]
+    kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json", "corrected.json")]
     check_output_file(out, [Path(parsed.record), *kept], ".csv")
+    corrected = read_corrected(kept[2]) if kept[2].is_file() and not kept[0].is_file() else None
+    if corrected is not None:
+        _predict_corrected(parsed, out, corrected)
+        return
     posterior = Posterior.read(parsed.posterior)
     given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
@@ -190,6 +201,16 @@ def predict_command(parsed: argparse.Namespace) -> None:
             f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
         )
     say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
+
+
+def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
+    """Predict from the corrected model of a diagnosis."""
+    model = HammersteinWiener.from_dict(corrected)
+    (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
+    mean, low, high = predict_corrected(corrected, record.u)
+    columns = {name: values for name, values in record.columns().items() if name not in record.known}
+    bands = {"mean": mean, "lo": low, "hi": high}
+    write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:

@@ -6,10 +6,14 @@ import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bayes_hw.commands.next_step import reading_options, say_next
 from bayes_hw.commands.options import add_common, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
+
+if TYPE_CHECKING:
+    from bayes_hw.record import Record
 
 NAME = "diagnose"
 SUMMARY = "why a simulator and records differ: where, which unmodelled effect, how far the gap shrinks"
@@ -18,7 +22,12 @@ EXAMPLE = "bayes-hw diagnose case/ --out diagnosis/"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A case folder, or a model with records to train on and records held out."""
-    parser.add_argument("case", nargs="?", metavar="CASE", help="folder with case.json")
+    parser.add_argument(
+        "case",
+        nargs="*",
+        metavar="CASE|RECORD",
+        help="folder with case.json; or records to diagnose without any model, with --holdout",
+    )
     parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
     parser.add_argument(
         "--simulator",
@@ -65,7 +74,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.sentence import sentence
     from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
-    from bayes_hw.record import Record, Units
+    from bayes_hw.record import Units
     from bayes_hw.report.render import remove_pages, render
 
     begin = time.perf_counter()
@@ -75,11 +84,16 @@ def run(parsed: argparse.Namespace) -> None:
         known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
-    if sum(given is not None for given in (parsed.case, parsed.model, parsed.simulator)) != 1:
+    folder = parsed.case[0] if len(parsed.case) == 1 and not parsed.holdout else None
+    if folder is None and parsed.case and parsed.model is None and parsed.simulator is None:
+        _from_records(parsed, out, begin)
+        return
+    if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
-            "give either a case folder or --model or --simulator, these with --train and --holdout"
+            "give either a case folder or --model or --simulator, these with --train and --holdout; "
+            "or records alone with --holdout"
         )
-    if parsed.case is not None and (parsed.train or parsed.holdout):
+    if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
     train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
@@ -88,8 +102,8 @@ def run(parsed: argparse.Namespace) -> None:
         return inputs.read_record(parsed, str(path), units)
 
     case: Case | SimulatorCase
-    if parsed.case is not None:
-        case = Case.read(Path(parsed.case), read_record)
+    if folder is not None:
+        case = Case.read(Path(folder), read_record)
     elif parsed.simulator is not None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
@@ -99,6 +113,9 @@ def run(parsed: argparse.Namespace) -> None:
     )
     for done in notes:
         note(done)
+    if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
+        _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
+        return
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,
@@ -130,7 +147,7 @@ def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[
     """With a simulator that holds: sample it; with one that is corrected: simulate that; else try to do
     without the answer."""
     again = reading_options(parsed)
-    folder = Path(parsed.case) if parsed.case is not None else None
+    folder = Path(parsed.case[0]) if parsed.case else None
     if not answer and parsed.model is not None:
         return ["sample", "--model", parsed.model, *parsed.train, *again, "--out", "posterior/"]
     corrected = out / "corrected.json"
@@ -138,7 +155,7 @@ def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[
         record = parsed.holdout[0] if folder is None else str(folder / "holdout.csv")
         return ["simulate", "--model", str(corrected), record, *again, "--out", "repaired.csv"]
     if folder is not None:
-        given = [parsed.case]
+        given = [*parsed.case]
     else:
         source = ["--model", parsed.model] if parsed.model is not None else ["--simulator", parsed.simulator]
         given = [*source, "--train", *parsed.train, "--holdout", *parsed.holdout]
@@ -153,8 +170,91 @@ def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[
 
 def default_out(parsed: argparse.Namespace) -> str:
     """NAME_diagnosis in the working folder, NAME that of the case folder, the model or the simulator."""
-    if parsed.case is not None:
-        name = Path(parsed.case).resolve().name
+    if parsed.case:
+        first = Path(parsed.case[0]).resolve()
+        name = first.name if first.is_dir() else first.stem
     else:
         name = Path(parsed.model).stem if parsed.model else (parsed.simulator or "").partition(":")[0]
     return f"{name}_diagnosis" if name else "diagnosis"
+
+
+OWN_MODEL = (
+    "the model given was identified from these very records, so that its structure may have taken up what is "
+    "missing: it is opened again and inferred together with the effects"
+)
+
+
+def _own_model(model: str, train: Sequence[Record]) -> bool:
+    """Whether a model.json, or that of a case folder, says that it was identified from these records."""
+    import json
+
+    from bayes_hw.files import read_small_text
+
+    path = Path(model)
+    try:
+        if path.is_dir():
+            path = path / json.loads(read_small_text(path / "case.json"))["model"]
+        named = json.loads(read_small_text(path)).get("records", [])
+        digests = {item["sha256"] for item in named} - {""}
+    except (OSError, ValueError, AttributeError, KeyError, TypeError, RecursionError):
+        return False
+    return any(record.sha256 in digests for record in train)
+
+
+def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
+    """Diagnose records without any model."""
+    from bayes_hw.commands.records import records_of
+    from bayes_hw.files import check_output_folder
+
+    if parsed.train:
+        raise InputError("--train goes with --model or --simulator; give the records themselves")
+    if parsed.without:
+        raise InputError("--without goes with a model; without one every effect is tried")
+    if not parsed.holdout:
+        raise InputError(
+            "records without a model need --holdout RECORD, which is never fitted; or give one case folder"
+        )
+    check_output_folder(out)
+    given = records_of(parsed, parsed.case, parsed.holdout)
+    _joint(parsed, out, begin, given.records, given.holdout, given.records[0].name, ())
+
+
+def _joint(
+    parsed: argparse.Namespace,
+    out: Path,
+    begin: float,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    name: str,
+    notes: Sequence[str],
+) -> None:
+    """Infer structure, effect and noise together, and write."""
+    import numpy as np
+
+    from bayes_hw.commands.speech import say, say_page
+    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
+    from bayes_hw.progress import Progress
+    from bayes_hw.report.render import remove_pages, render
+
+    progress = Progress(parsed.quiet)
+    rng = np.random.default_rng(parsed.seed)
+    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress)
+    write_results(diagnosis, out)
+    remove_pages(out)
+    if not parsed.no_report:
+        from bayes_hw.provenance import provenance
+        from bayes_hw.report.joint_report import joint_report
+
+        with progress.stage("report"):
+            seconds = time.perf_counter() - begin
+            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], seconds)
+            page = joint_report(diagnosis, origin)
+            written = render(page, out)
+        say_page(page, written)
+    else:
+        say(summary(diagnosis))
+        say(f"verdict: {out / 'verdict.json'}")
+    holdout_path = parsed.holdout[0] if parsed.holdout else str(Path(parsed.case[0]) / "holdout.csv")
+    again = reading_options(parsed)
+    corrected = ["simulate", "--model", str(out / "corrected.json"), holdout_path, *again]
+    say_next(parsed, *corrected, "--out", "repaired.csv")

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.joint.joint_response import Simulated
+    from bayes_hw.model.hammerstein_wiener import Simulation
 
 NAME = "simulate"
 SUMMARY = "noise-free response of a model to a record's command"
@@ -36,6 +41,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
+    from bayes_hw.gap.joint.corrected_model import read_corrected, simulate_corrected
     from bayes_hw.infer.start_state import simulate_from_motion
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -44,11 +50,14 @@ def run(parsed: argparse.Namespace) -> None:
     model = HammersteinWiener.read(parsed.model)
     given = records_of(parsed, [parsed.record], model=model, needs_output=False)
     (record,) = given.records
-    simulation = (
-        simulate_from_motion(model, record)
-        if given.start == "free" and record.has_output
-        else model.simulate(record.u)
-    )
+    corrected = read_corrected(parsed.model)
+    simulation: Simulation | Simulated
+    if corrected is not None:
+        simulation = simulate_corrected(corrected, record.u)
+    elif given.start == "free" and record.has_output:
+        simulation = simulate_from_motion(model, record)
+    else:
+        simulation = model.simulate(record.u)
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     columns = {name: values for name, values in record.columns().items() if name not in record.known}

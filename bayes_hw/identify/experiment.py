@@ -88,7 +88,7 @@ def prepare(records: Sequence[Record], *, free_start: bool) -> Experiment:
     input_scale = max(float(np.abs(record.u).max()) for record in records)
     output_scale = max(float(np.std(record.y)) for record in records)
     scaled = tuple(replace(record, u=record.u / input_scale, y=record.y / output_scale) for record in records)
-    level = _noise_level([record.y for record in scaled])
+    level = white_noise_level([record.y for record in scaled])
     moving = moving_samples(scaled, level)
     return Experiment(scaled, input_scale, output_scale, level, moving, free_start)
 
@@ -156,7 +156,7 @@ def _check(records: Sequence[Record]) -> None:
         )
 
 
-def _noise_level(outputs: Sequence[FloatArray]) -> float:
+def white_noise_level(outputs: Sequence[FloatArray]) -> float:
     """Standard deviation of white noise whose third differences have the median seen, or the resolution."""
     third = np.concatenate([np.diff(y, 3) for y in outputs])
     steps = np.abs(np.concatenate([np.diff(y) for y in outputs]))

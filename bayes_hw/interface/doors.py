@@ -20,13 +20,14 @@ def warn_of(sentences: Iterable[str]) -> None:
 
 def entered(
     records: Sequence[Record],
+    holdout: Sequence[Record] = (),
     *,
     model: SimulatedAxis | None = None,
     start: Start = "auto",
     origin: Origin = "start",
 ) -> Posed:
     """`bayes_hw.entrance.enter`, its notes as warnings."""
-    found = enter(records, model=model, start=start, origin=origin)
+    found = enter(records, holdout, model=model, start=start, origin=origin)
     for sentence in found.notes:
         warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
     return found

@@ -9,13 +9,16 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.case import Case
+from bayes_hw.gap.joint import joint_diagnosis
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.gap.posed_case import posed_case
 from bayes_hw.gap.sentence import sentence
 from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
-from bayes_hw.interface.doors import warn_of
+from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
@@ -29,7 +32,7 @@ from bayes_hw.report.figures_diagnosis import gap_canvas
 class GapDiagnosis:
     """What is missing from a simulator; `diagnosis` holds fits, decision and prediction."""
 
-    diagnosis: diagnosis.Diagnosis
+    diagnosis: diagnosis.Diagnosis | JointDiagnosis
 
     @property
     def verdict(self) -> Verdict:
@@ -43,11 +46,15 @@ class GapDiagnosis:
 
     def __str__(self) -> str:
         """The verdict in words."""
+        if isinstance(self.diagnosis, JointDiagnosis):
+            return joint_diagnosis.summary(self.diagnosis)
         return sentence(self.diagnosis)
 
     def __repr__(self) -> str:
         named = " and ".join(self.answer) or "no structural gap"
-        return f"<GapDiagnosis of {self.diagnosis.case.name!r}: {named}>"
+        found = self.diagnosis
+        name = found.name if isinstance(found, JointDiagnosis) else found.case.name
+        return f"<GapDiagnosis of {name!r}: {named}>"
 
     def _repr_html_(self) -> str:
         return table_with_words(self.to_dataframe(), str(self), self.verdict.notes)
@@ -64,20 +71,22 @@ class GapDiagnosis:
     def plot(self) -> Figure:
         """The first record held out: measured, predicted before and after, and both errors."""
         found = self.diagnosis
+        held_out = (found if isinstance(found, JointDiagnosis) else found.case).holdout[0]
         noise = self.verdict.gap_holdout.noise_floor
-        return on_paper(
-            gap_canvas(found.case.holdout[0], found.before, found.after, found.low, found.high, noise)
-        )
+        return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
         """verdict.json and holdout_prediction.csv, as `bayes-hw diagnose` writes them."""
-        diagnosis.write_results(self.diagnosis, Path(folder))
+        if isinstance(self.diagnosis, JointDiagnosis):
+            joint_diagnosis.write_results(self.diagnosis, Path(folder))
+        else:
+            diagnosis.write_results(self.diagnosis, Path(folder))
 
 
 def diagnose(
-    model: HammersteinWiener,
+    model: HammersteinWiener | Record | Sequence[Record],
     train: Record | Sequence[Record],
-    holdout: Record | Sequence[Record],
+    holdout: Record | Sequence[Record] | None = None,
     *,
     seed: int = 1,
     jobs: int | None = None,
@@ -87,6 +96,8 @@ def diagnose(
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
+    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together.
+
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
     record that begins in motion is cut to where it first rests, unless `start` is "rest". What was done is
@@ -94,9 +105,19 @@ def diagnose(
     records that do not fit the model.
     """
     with in_python():
+        rng = generator(seed)
+        if holdout is None and not isinstance(model, HammersteinWiener):
+            entered_records = entered(
+                records_given(model), records_given(train, "holdout"), origin=origin, start=start
+            )
+            own = entered_records.records
+            found = joint_diagnosis.diagnose_records(own, entered_records.holdout, rng, name=own[0].name)
+            return GapDiagnosis(found)
+        if holdout is None:
+            raise InputError("holdout: is missing; give records held out, which are never fitted")
         simulator = model_given(model)
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
-        rng, number, labels = generator(seed), threads(jobs), struck(without)
+        number, labels = threads(jobs), struck(without)
         given = Case.of_records(simulator.name, simulator, records, held_out)
         case, notes = posed_case(given, origin=origin, start=start)
         warn_of(notes)

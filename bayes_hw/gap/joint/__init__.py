@@ -1,0 +1,1 @@
+"""Structure of G, effect and noise inferred together from records alone."""

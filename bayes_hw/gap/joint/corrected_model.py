@@ -1,0 +1,158 @@
+"""corrected.json: model.json with the answer's effects, which can be simulated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.files import read_small_text
+from bayes_hw.gap.joint.effect_form import FORMS, JointScale
+from bayes_hw.gap.joint.joint_posterior import (
+    JointPosterior,
+    dominant_sections,
+    effect_quantities,
+)
+from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
+from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import Mode
+from bayes_hw.record import Record
+
+SCHEMA = "bayes-hw/corrected/1"
+DRAWS_KEPT = 200
+
+
+def corrected_model(
+    name: str, train: Sequence[Record], posterior: JointPosterior, sigma: float
+) -> dict[str, object]:
+    """The content of corrected.json: a model.json with "effects", and below "joint" what simulates them."""
+    fit = posterior.fit
+    values, rate = fit.values, fit.response.scale.rate_hz
+    cascade = values.cascade
+    largest = max(float(np.abs(r.u).max()) for r in train)
+    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant_sections(fit)]
+    model = HammersteinWiener(
+        name=f"{name}, corrected",
+        sample_rate_hz=rate,
+        saturation=Saturation(
+            cascade.lower if np.isfinite(cascade.lower) else -largest,
+            cascade.upper if np.isfinite(cascade.upper) else largest,
+        ),
+        linear=linear_block(fit.structure, cascade),
+        dead_zone=DeadZone(cascade.half_width),
+        dominant_modes=tuple(modes),
+        noise_sigma=sigma,
+        units=train[0].units,
+    )
+    s = fit.structure
+    found: dict[str, object] = dict(model.to_dict())
+    kept = values.effects
+    quantities = effect_quantities(fit, values)
+    found["effects"] = [
+        {
+            "label": e.form.label,
+            "form": e.form.name,
+            "parameters": {
+                key.split(".", 1)[1]: value
+                for key, value in quantities.items()
+                if key.split(".")[0] == e.form.label
+            },
+        }
+        for e in kept
+    ]
+    found["records"] = [{"name": r.name, "sha256": r.sha256} for r in train]
+    scale = fit.response.scale
+    found["joint"] = {
+        "schema": SCHEMA,
+        "structure": {
+            "delay_samples": s.delay_samples, "integrator": s.integrator, "real_poles": s.real_poles,
+            "sections": s.sections, "lower": s.lower, "upper": s.upper, "dead_zone": s.dead_zone,
+        },
+        "scale": {
+            "speed": scale.speed, "gain": scale.gain, "travel": scale.travel, "sigma": scale.sigma,
+            "samples": scale.samples, "rate_hz": scale.rate_hz,
+        },
+        "effects": [
+            {
+                "label": e.form.label, "form": e.form.name,
+                "signal": bool(e.ports is not None and e.ports.signal),
+            }
+            for e in kept
+        ],
+        "coordinates": fit.point.coordinates.tolist(),
+        "draws": posterior.coordinates[:DRAWS_KEPT].tolist(),
+    }  # fmt: skip
+    return found
+
+
+def _pole(a1: float, a2: float) -> complex:
+    return complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 0.0)))
+
+
+def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArray, FloatArray]:
+    """Response, coordinates (size,) and draws (draws, size) of a corrected.json; raises InputError."""
+    try:
+        joint = data["joint"]
+        s = Structure(**joint["structure"])
+        scale = JointScale(**joint["scale"])
+        template = []
+        for item in joint["effects"]:
+            form = next(f for f in FORMS if f.label == item["label"] and f.name == item["form"])
+            ports = None
+            if form.is_law:
+                none = Ports.none(s.real_poles, s.sections)
+                ports = Ports(
+                    none.real,
+                    none.sections,
+                    none.direct,
+                    none.signal_real,
+                    none.signal_sections,
+                    bool(item["signal"]),
+                )
+            template.append(Effect(form, np.ones(len(form.slots(scale))), ports))
+        response = JointResponse(s, tuple(template), (), scale)
+        coordinates = np.array(joint["coordinates"], dtype=np.float64)
+        draws = np.array(joint["draws"], dtype=np.float64).reshape(-1, response.size)
+    except (KeyError, TypeError, ValueError, StopIteration) as error:
+        raise InputError(f"joint: is not what diagnose writes ({error}); give a corrected.json") from None
+    if coordinates.shape != (response.size,) or not np.isfinite(coordinates).all():
+        raise InputError(f"joint.coordinates: must be {response.size} finite numbers; give a corrected.json")
+    return response, coordinates, draws
+
+
+def simulate_corrected(data: Mapping[str, Any], u: FloatArray) -> Simulated:
+    """Noise-free response of a corrected.json to a command (samples,) from rest."""
+    response, coordinates, _ = joint_response_of(data)
+    return response.simulate(response.values(coordinates), u)
+
+
+def predict_corrected(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and 94 % band of y (samples,) under a command, parameters and noise both counted."""
+    response, coordinates, draws = joint_response_of(data)
+    mean = response.simulate(response.values(coordinates), u).y
+    spread = np.zeros_like(mean)
+    if len(draws):
+        drawn = [response.simulate(response.values(x), u).y for x in draws]
+        low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
+        spread = (high - low) / 2
+    sigma = float(data.get("noise", {}).get("sigma", 0.0))
+    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + sigma**2)
+    return mean, mean - half, mean + half
+
+
+def read_corrected(path: Path | str) -> dict[str, Any] | None:
+    """The content of a corrected.json; None where the file is a plain model or cannot be read as JSON."""
+    try:
+        data = json.loads(read_small_text(Path(path)))
+    except (OSError, ValueError, RecursionError):
+        return None
+    return data if isinstance(data, dict) and "joint" in data else None

@@ -1,0 +1,112 @@
+"""What every form of every label promises at a fit, by score tests, all present coordinates projected off.
+
+Twice: under the noise that was fitted and under a first-order one, since a fitted autoregression of high
+order hides slow effects that G and the noise have taken up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.effect_form import Form
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.noise import estimate_noise
+
+SINGULAR = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A form at a start, and the nats that it promises under both noises."""
+
+    form: Form
+    values: tuple[float, ...]
+    gains: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Whitened:
+    """Residual and present derivatives under one noise."""
+
+    whitener: Whitener
+    basis: FloatArray
+    residual: FloatArray
+
+    @classmethod
+    def of(cls, fit: JointFit, whitener: Whitener) -> _Whitened:
+        blocks = [
+            whitener.apply(rows) for rows, _ in fit.response.linearise(fit.point.coordinates, whitener.order)
+        ]
+        rows = np.concatenate(blocks, axis=1)
+        norms = np.sqrt(np.sum(rows[:-1] ** 2, axis=1))
+        used = rows[:-1][norms > 0] / norms[norms > 0, None]
+        basis = linalg.qr(used.T, mode="economic", check_finite=False)[0]
+        e = rows[-1]
+        return cls(whitener, basis, e - basis @ (basis.T @ e))
+
+    def gain(self, tangents: Sequence[FloatArray]) -> float:
+        """Nats that the columns (parameters, samples) of all records promise together."""
+        columns = np.concatenate([self.whitener.apply(t) for t in tangents], axis=1)
+        norms = np.sqrt(np.sum(columns**2, axis=1))
+        columns = columns[norms > 0] / norms[norms > 0, None]
+        if not len(columns) or not np.isfinite(columns).all():
+            return 0.0
+        inside = columns @ self.basis
+        gram = columns @ columns.T - inside @ inside.T + SINGULAR * np.eye(len(columns))
+        product = columns @ self.residual
+        explained = float(product @ np.linalg.solve(gram, product))
+        share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
+        return float(
+            -0.5 * len(self.residual) * np.log1p(-share) - 0.5 * len(columns) * np.log(len(self.residual))
+        )
+
+
+def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
+    """Autoregression of order one."""
+    return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -0.99999, 0.99999))
+
+
+def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
+    """Every start of every form with its promises."""
+    whiteners = [fit.point.whitener]
+    if fit.point.whitener.order > 1:
+        whiteners.append(first_order_noise(fit.point.residuals))
+    noises = [_Whitened.of(fit, whitener) for whitener in whiteners]
+    found = []
+    for form in forms:
+        for values in form.starts(fit.response.scale):
+            larger = fit.with_effect(form, values)
+            tangents = larger.response.effect_tangents(larger.values)
+            found.append(Start(form, tuple(values), tuple(noise.gain(tangents) for noise in noises)))
+    return found
+
+
+def best_starts(starts: Sequence[Start], count: int) -> list[Start]:
+    """The most promising of one label: by every noise in turn, `count` in all, forms of one kind apart."""
+    chosen: list[Start] = []
+    n_noises = max((len(s.gains) for s in starts), default=0)
+    ranked = [sorted(starts, key=lambda s, i=i: -s.gains[i]) for i in range(n_noises)]  # type: ignore[misc]
+    position = 0
+    while len(chosen) < count and any(ranked):
+        for order in ranked:
+            while order:
+                one = order.pop(0)
+                if all(_apart(one, other) for other in chosen):
+                    chosen.append(one)
+                    break
+        position += 1
+    return chosen[:count]
+
+
+def _apart(one: Start, other: Start) -> bool:
+    if one.form is not other.form:
+        return True
+    mine, others = np.array(one.values), np.array(other.values)
+    ratio = np.abs(np.log((np.abs(mine) + 1e-12) / (np.abs(others) + 1e-12)))
+    return bool(ratio.max() > 0.3)

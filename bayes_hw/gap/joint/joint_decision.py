@@ -1,0 +1,136 @@
+"""From the search's nats to an answer with probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.judgement import OTHER
+
+CERTAIN = 0.995
+NATS_OF_DOUBT = 60.0
+"""A label's doubt falls by a factor e with so many verified nats: forms are never exact."""
+
+COLOURED_NATS = 60.0
+"""By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
+
+TORQUE_NATS = 40.0
+AS_GOOD = 15.0
+GAUSSIAN = 0.6
+"""Largest excess kurtosis of the innovations of wind or of an angle that walks: neither jumps."""
+
+COARSE_RATIO = 1.5
+"""Root mean square residual over innovations, beside a label, from which something else is said to remain."""
+
+CONFUSABLE_NATS = 15.0
+"""Within which a rival label explains the records as well as the one named."""
+
+SMALL = 0.002
+NEAR = 0.7
+"""Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
+
+
+PART_OF_G = ("transport_delay", "unmodelled_mode")
+"""Without a model they are no gap."""
+
+
+@dataclass(frozen=True)
+class JointDecision:
+    """The answer, its probabilities, pairs that the records cannot tell apart."""
+
+    answer: tuple[str, ...]
+    probability: Mapping[str, float]
+    confusable: tuple[tuple[str, str], ...]
+
+
+def decide_jointly(found: JointAnswer) -> JointDecision:
+    """See the constants above."""
+    evidence = {**found.nats, **found.readings.nats}
+    remains = evidence.pop(OTHER, 0.0)
+    if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
+        cause, nats = cause_of_remainder(found)
+        if cause == OTHER:
+            remains = max(remains, nats)
+        elif cause is not None:
+            evidence.setdefault(cause, nats)
+    answer = tuple(sorted(evidence, key=lambda label: -evidence[label]))[:2]
+    if remains > 0:
+        certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
+        answer = (answer[0], OTHER) if certain else (OTHER,)
+    confusable = confusions(found, answer)
+    return JointDecision(answer, _probabilities(found, answer, evidence, remains, confusable), confusable)
+
+
+def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
+    """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
+    left, spectrum = found.remainder, found.remainder.spectrum
+    if found.nats and left.ratio < COARSE_RATIO:
+        return None, 0.0
+    closest = max(spectrum.autoregression, spectrum.first_order)
+    plain = max(spectrum.first_order, spectrum.white)
+    slow, walk = spectrum.torque - plain, spectrum.walk - plain
+    if left.kurtosis < GAUSSIAN:
+        if walk > TORQUE_NATS and spectrum.walk > max(closest - AS_GOOD, spectrum.torque):
+            return "sensor_drift", walk
+        if slow > TORQUE_NATS and spectrum.torque > closest - AS_GOOD:
+            return "wind", slow
+    coloured = spectrum.autoregression - spectrum.first_order
+    strongest = max(coloured, slow, walk)
+    return (OTHER, strongest) if left.order > 1 and strongest > COLOURED_NATS else (None, 0.0)
+
+
+def _probabilities(
+    found: JointAnswer,
+    answer: tuple[str, ...],
+    evidence: Mapping[str, float],
+    remains: float,
+    confusable: tuple[tuple[str, str], ...],
+) -> dict[str, float]:
+    sure = {label: _sure(nats) for label, nats in evidence.items()}
+    nothing = float(np.prod([1 - p for p in sure.values()]))
+    p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
+    own = found.fit.score - found.base.score
+    if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
+        p_other = max(p_other, 0.3)
+        sure = {label: 0.7 * p if label in found.nats else p for label, p in sure.items()}
+    probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
+    probability.update(sure)
+    if answer == (OTHER,):
+        probability = {label: min(p, 0.3) for label, p in probability.items()}
+    for label in PART_OF_G:
+        probability[label] = 0.0
+    for named, rival in confusable:
+        shared = probability[named]
+        probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
+    if answer:
+        none = nothing * (1 - p_other)
+        rest = SMALL * len(LABEL_BLOCKS)
+    else:
+        best = max(found.rivals.values(), default=-10.0)
+        none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
+        rest = max(0.0, 1 - none - p_other)
+    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in PART_OF_G]
+    for label in silent:
+        probability[label] = rest / max(len(silent), 1)
+    probability["none"], probability[OTHER] = none, p_other
+    return probability
+
+
+def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Of a single effect: rivals whose own best explanation is as good."""
+    if len(found.fit.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
+        return ()
+    own = max(found.rivals.get(answer[0], 0.0), found.fit.score - found.base.score)
+    return tuple(
+        (answer[0], label)
+        for label, nats in found.rivals.items()
+        if label not in (answer[0], OTHER) and nats > own - CONFUSABLE_NATS and nats > 0
+    )
+
+
+def _sure(nats: float) -> float:
+    return float(min(CERTAIN, 1 - 0.6 * np.exp(-max(nats, 0.0) / NATS_OF_DOUBT)))

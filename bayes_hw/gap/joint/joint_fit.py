@@ -1,0 +1,201 @@
+"""One fitted explanation of the joint search, and the moves between explanations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.effect_form import Form, JointScale
+from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.descent import Point, descend, evaluate
+from bayes_hw.identify.growth.extension import (
+    advanced,
+    joined_pole,
+    with_section,
+    with_separate_pole,
+    without_section,
+)
+from bayes_hw.identify.growth.search import Grown
+
+LABEL_PRICE_NATS = 10.0
+"""What a label must earn beyond its parameters: the catalogue's size and its forms' many starts."""
+
+FULL_STEPS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """A structure of G with effects, fitted together with the noise."""
+
+    response: JointResponse
+    point: Point
+
+    @classmethod
+    def of_grown(
+        cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None
+    ) -> JointFit:
+        """A cascade without any effect."""
+        response = JointResponse(grown.structure, (), grown.response.records, scale, weights)
+        coordinates = response.coordinates(JointValues(grown.values))
+        return cls(response, evaluate(response, coordinates))
+
+    @property
+    def values(self) -> JointValues:
+        return self.response.values(self.point.coordinates)
+
+    @property
+    def structure(self) -> Structure:
+        return self.response.structure
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(effect.form.label for effect in self.response.template)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(
+            effect.form.full_name + ("+" if effect.ports is not None and effect.ports.signal else "")
+            for effect in self.response.template
+        )
+
+    @property
+    def log_likelihood(self) -> float:
+        weights = self.response.weights
+        lost = 0.0 if weights is None else sum(float(np.sum(np.log(w))) for w in weights)
+        return self.point.log_likelihood - lost
+
+    @property
+    def score(self) -> float:
+        """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
+        size = self.response.size + self.point.whitener.order + 1
+        price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(self.labels)
+        return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
+
+    def descended(self, steps: int = FULL_STEPS) -> JointFit:
+        """After at most `steps` steps."""
+        if self.point.converged:
+            return self
+        return replace(self, point=descend(self.response, self.point, steps))
+
+    def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
+        """At other values of another structure, not descended."""
+        response = replace(self.response, structure=structure, template=values.effects)
+        return JointFit(response, evaluate(response, response.coordinates(values), whitener))
+
+    def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
+        """One more effect, of no strength yet."""
+        values = self.values
+        s = self.structure
+        ports = Ports.none(s.real_poles, s.sections) if form.is_law else None
+        effect = Effect(form, np.array(start, dtype=np.float64), ports)
+        return self.moved(s, JointValues(values.cascade, (*values.effects, effect)), self.point.whitener)
+
+    def without_effect(self, number: int) -> JointFit:
+        """One effect fewer."""
+        values = self.values
+        kept = tuple(e for i, e in enumerate(values.effects) if i != number)
+        return self.moved(self.structure, JointValues(values.cascade, kept))
+
+    def with_signal(self, number: int) -> JointFit:
+        """An effect's law may look at the states of G too."""
+        values = self.values
+        effects = list(values.effects)
+        ports = effects[number].ports
+        assert ports is not None
+        effects[number] = replace(effects[number], ports=replace(ports, signal=True))
+        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+
+    def with_form(self, number: int, form: Form, start: Sequence[float]) -> JointFit:
+        """An effect in another form of one law's family, its ports kept."""
+        values = self.values
+        effects = list(values.effects)
+        effects[number] = Effect(form, np.array(start), effects[number].ports)
+        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+
+    def with_section(self, a1: float, a2: float) -> JointFit:
+        """One more section of no weight."""
+        values = self.values
+        structure, cascade = with_section(self.structure, values.cascade, a1, a2)
+        effects = _each_port(
+            values,
+            lambda p: replace(p, sections=_wider(p.sections), signal_sections=_wider(p.signal_sections)),
+        )
+        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
+
+    def with_pole(self, pole: float) -> JointFit:
+        """One more real pole of no weight; it joins a single one into a section."""
+        values = self.values
+        if self.structure.real_poles == 1:
+            structure, cascade = joined_pole(self.structure, values.cascade, pole)
+
+            def joined(p: Ports) -> Ports:
+                weight, seen = p.real[0], p.signal_real[0]
+                return replace(
+                    p, real=p.real[1:], signal_real=p.signal_real[1:],
+                    sections=_wider(p.sections, (weight, -weight * pole)),
+                    signal_sections=_wider(p.signal_sections, (seen, 0.0)),
+                )  # fmt: skip
+
+            return self.moved(
+                structure, JointValues(cascade, _each_port(values, joined)), self.point.whitener
+            )
+        structure, cascade = with_separate_pole(self.structure, values.cascade, pole)
+        effects = _each_port(
+            values,
+            lambda p: replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0)),
+        )
+        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
+
+    def without_section(self, number: int) -> JointFit:
+        """One section fewer."""
+        values = self.values
+        structure, cascade = without_section(self.structure, values.cascade, number)
+        effects = _each_port(
+            values,
+            lambda p: replace(
+                p, sections=np.delete(p.sections, number, axis=1),
+                signal_sections=np.delete(p.signal_sections, number, axis=1),
+            ),
+        )  # fmt: skip
+        return self.moved(structure, JointValues(cascade, effects))
+
+    def without_pole(self, number: int) -> JointFit:
+        """One real pole fewer."""
+        values = self.values
+        cascade = replace(
+            values.cascade,
+            real=np.delete(values.cascade.real, number, axis=1),
+            starts=np.delete(values.cascade.starts, int(self.structure.integrator) + number, axis=1),
+        )
+        structure = replace(self.structure, real_poles=self.structure.real_poles - 1)
+        effects = _each_port(
+            values,
+            lambda p: replace(
+                p, real=np.delete(p.real, number), signal_real=np.delete(p.signal_real, number)
+            ),
+        )
+        return self.moved(structure, JointValues(cascade, effects))
+
+    def later(self) -> JointFit:
+        """With one more sample of delay."""
+        values = self.values
+        structure, cascade = advanced(self.structure, values.cascade)
+        return self.moved(structure, JointValues(cascade, values.effects))
+
+
+def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:
+    return tuple(e if e.ports is None else replace(e, ports=change(e.ports)) for e in values.effects)
+
+
+def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+    return np.concatenate([weights, np.array(column)[:, None]], axis=1)
+
+
+def highest(items: Sequence[JointFit]) -> JointFit:
+    """The one of the best score."""
+    return max(items, key=lambda item: item.score)

@@ -1,0 +1,421 @@
+"""Compiled response of a cascade with effects inside, and its tangents with respect to every parameter.
+
+Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
+sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
+port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
+behind the input's effects, the speed of w, its second difference or w itself. No drive train need be known.
+
+Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE = range(6)
+BIAS, CHANGE, WARMING = range(6, 9)
+INPUTS = 9
+PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
+OUTPUTS = 10
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED = range(8)
+BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
+THETAS = 3
+DIRECT_WEIGHT, DIRECT_POLE = range(2)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond_jointly(  # type: ignore[no-untyped-def]
+    u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
+    direct, signal_real, signal_sections, columns, c_static, c_inputs, c_outputs, c_residue, c_real,
+    c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
+    v_out, w_out, y_out, slope_out, rows,
+):  # fmt: skip
+    """One record from rest at w = 0.
+
+    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,) and `outputs`
+    (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
+    `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
+    `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n). The arrays c_... hold the column of
+    each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
+    Written: v, w, y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
+    """
+    work[:, :] = 0.0
+    n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
+    lower, upper, half_width = static
+    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7],
+    )  # fmt: skip
+    at_real = 8
+    at_sections = at_real + n_real
+    at_tau = at_sections + 2 * n_sections
+    at_q = at_tau + n_laws
+    at_memory = at_q + n_laws
+    at_direct = at_memory + n_laws
+    integral = early = late = out = w1 = w2 = 0.0
+    x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
+    memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
+    gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
+    wave, limit_wave = outputs[WAVENUMBER], inputs[LIMIT_WAVENUMBER]
+    has_limit_wave = c_inputs[LIMIT_SINE] >= 0 or inputs[LIMIT_SINE] != 0.0 or inputs[LIMIT_COSINE] != 0.0
+    has_limit_slope = c_inputs[LIMIT_SLOPE] >= 0 or inputs[LIMIT_SLOPE] != 0.0
+    has_wave = c_outputs[SINE] >= 0 or outputs[SINE] != 0.0 or outputs[COSINE] != 0.0
+    has_early = c_inputs[EARLY_RATE] >= 0 or inputs[EARLY_RATE] > 0.0
+    has_late = c_inputs[LATE_RATE] >= 0 or inputs[LATE_RATE] > 0.0
+    has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
+    has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
+    has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
+    for k in range(len(u)):
+        # w and its tangents.
+        w = integral
+        for i in range(n_real):
+            w += x_real[i]
+        for i in range(n_sections):
+            w += x1[i]
+        for j in range(n_laws):
+            w += x_direct[j]
+        for c in range(columns):
+            d_w[c] = d_i[c]
+        for i in range(n_real):
+            d_x = work[at_real + i]
+            for c in range(columns):
+                d_w[c] += d_x[c]
+        for i in range(n_sections):
+            d_x = work[at_sections + 2 * i]
+            for c in range(columns):
+                d_w[c] += d_x[c]
+        for j in range(n_laws):
+            d_x = work[at_direct + j]
+            for c in range(columns):
+                d_w[c] += d_x[c]
+        # The command behind the input's effects.
+        asked = u[k]
+        for c in range(columns):
+            d_v[c] = 0.0
+        if has_early:
+            asked, early, by_rate, by_before, end_by_rate, end_by_before = _ramped(
+                asked, early, inputs[EARLY_RATE]
+            )
+            for c in range(columns):
+                d_v[c] = by_before * d_early[c]
+                d_early[c] *= end_by_before
+            if c_inputs[EARLY_RATE] >= 0:
+                d_v[c_inputs[EARLY_RATE]] += by_rate
+                d_early[c_inputs[EARLY_RATE]] += end_by_rate
+        factor, factor_by_w = 1.0, 0.0
+        if has_limit_wave:
+            s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
+            factor += inputs[LIMIT_SINE] * s + inputs[LIMIT_COSINE] * co
+            turned = inputs[LIMIT_SINE] * co - inputs[LIMIT_COSINE] * s
+            factor_by_w += limit_wave * turned
+        if has_limit_slope:
+            factor += inputs[LIMIT_SLOPE] * w
+            factor_by_w += inputs[LIMIT_SLOPE]
+        by_factor, limited, clipped = 0.0, asked, False
+        if asked < lower * factor:
+            limited, by_factor, clipped = lower * factor, lower, True
+        elif asked > upper * factor:
+            limited, by_factor, clipped = upper * factor, upper, True
+        if clipped:
+            for c in range(columns):
+                d_v[c] = by_factor * factor_by_w * d_w[c]
+            which = c_static[0] if asked < 0 else c_static[1]
+            if which >= 0:
+                d_v[which] += factor
+            if has_limit_wave:
+                if c_inputs[LIMIT_SINE] >= 0:
+                    d_v[c_inputs[LIMIT_SINE]] += by_factor * s
+                    d_v[c_inputs[LIMIT_COSINE]] += by_factor * co
+                if c_inputs[LIMIT_WAVENUMBER] >= 0:
+                    d_v[c_inputs[LIMIT_WAVENUMBER]] += by_factor * w * turned
+            if c_inputs[LIMIT_SLOPE] >= 0:
+                d_v[c_inputs[LIMIT_SLOPE]] += by_factor * w
+        v = limited
+        if has_late:
+            v, late_end, by_rate, by_before, end_by_rate, end_by_before = _ramped(
+                limited, late, inputs[LATE_RATE]
+            )
+            for c in range(columns):
+                to_target = d_v[c]
+                d_v[c] = (1.0 - by_before) * to_target + by_before * d_late[c]
+                d_late[c] = (1.0 - end_by_before) * to_target + end_by_before * d_late[c]
+            if c_inputs[LATE_RATE] >= 0:
+                d_v[c_inputs[LATE_RATE]] += by_rate
+                d_late[c_inputs[LATE_RATE]] += end_by_rate
+            late = late_end
+        if has_change:
+            decay = math.exp(-k / inputs[WARMING])
+            warmed = 1.0 + gain * (1.0 - decay)
+            for c in range(columns):
+                d_v[c] *= warmed
+            if c_inputs[CHANGE] >= 0:
+                d_v[c_inputs[CHANGE]] += v * (1.0 - decay)
+            if c_inputs[WARMING] >= 0:
+                d_v[c_inputs[WARMING]] -= v * gain * decay * k / inputs[WARMING] ** 2
+            v *= warmed
+        v += inputs[BIAS]
+        if c_inputs[BIAS] >= 0:
+            d_v[c_inputs[BIAS]] += 1.0
+        # Torques.
+        for j in range(n_laws):
+            d_q, d_tau, d_z = work[at_q + j], work[at_tau + j], work[at_memory + j]
+            base = bases[j]
+            if base == BASE_COMMAND:
+                q = v
+                for c in range(columns):
+                    d_q[c] = d_v[c]
+            elif base == BASE_SPEED:
+                q = w - w1
+                for c in range(columns):
+                    d_q[c] = d_w[c] - d_w1[c]
+            elif base == BASE_SECOND_DIFFERENCE:
+                q = w - 2 * w1 + w2
+                for c in range(columns):
+                    d_q[c] = d_w[c] - 2 * d_w1[c] + d_w2[c]
+            else:
+                q = w
+                for c in range(columns):
+                    d_q[c] = d_w[c]
+            for i in range(n_real):
+                e = signal_real[j, i]
+                if c_signal_real[j, i] >= 0 or e != 0.0:
+                    q += e * x_real[i]
+                    d_x = work[at_real + i]
+                    for c in range(columns):
+                        d_q[c] += e * d_x[c]
+                    if c_signal_real[j, i] >= 0:
+                        d_q[c_signal_real[j, i]] += x_real[i]
+            for i in range(n_sections):
+                e1, e2 = signal_sections[j, 0, i], signal_sections[j, 1, i]
+                if c_signal_sections[j, 0, i] >= 0 or e1 != 0.0 or e2 != 0.0:
+                    q += e1 * x1[i] + e2 * x2[i]
+                    d_one, d_two = work[at_sections + 2 * i], work[at_sections + 2 * i + 1]
+                    for c in range(columns):
+                        d_q[c] += e1 * d_one[c] + e2 * d_two[c]
+                    if c_signal_sections[j, 0, i] >= 0:
+                        d_q[c_signal_sections[j, 0, i]] += x1[i]
+                        d_q[c_signal_sections[j, 1, i]] += x2[i]
+            t0, t1, t2 = thetas[j, 0], thetas[j, 1], thetas[j, 2]
+            g0 = g1 = g2 = by_q = by_w = 0.0
+            tau, by_z = 0.0, 0.0
+            law = laws[j]
+            if law in (COULOMB, STRIBECK):
+                t = math.tanh(q / t0)
+                slope = (1.0 - t * t) / t0
+                bell, bell_by_q, bell_by_width = 0.0, 0.0, 0.0
+                if law == STRIBECK:
+                    bell = math.exp(-((q / t2) ** 2))
+                    bell_by_q = -2 * q / t2**2 * bell
+                    bell_by_width = 2 * q * q / t2**3 * bell
+                tau = -t * (1 + t1 * bell)
+                by_q = -slope * (1 + t1 * bell) - t * t1 * bell_by_q
+                g0 = slope * q / t0 * (1 + t1 * bell)
+                g1 = -t * bell
+                g2 = -t * t1 * bell_by_width
+            elif law == BRISTLE:
+                sign = 1.0 if q >= 0 else -1.0
+                decay_z = math.exp(-abs(q) / t0)
+                rest = (memory[j] - sign) * decay_z
+                memory[j] = sign + rest
+                tau = -memory[j]
+                by_z = decay_z
+                by_q = -rest * sign / t0
+                g0 = -rest * abs(q) / t0**2
+            elif law == RIPPLE:
+                s = math.sin(t0 * q + t1)
+                s2 = math.sin(2 * t0 * q + t1)
+                tau = s + t2 * s2 - (1 + t2) * math.sin(t1)
+                co, co2 = math.cos(t0 * q + t1), math.cos(2 * t0 * q + t1)
+                by_q = t0 * (co + 2 * t2 * co2)
+                g0 = q * (co + 2 * t2 * co2)
+                g1 = co + t2 * co2 - (1 + t2) * math.cos(t1)
+                g2 = s2 - math.sin(t1)
+            elif law == CUBIC:
+                r = q / t0
+                below = 1 + t1 * r * r
+                tau = r**3 / below
+                by_q = (3 * r * r / below - r**3 * 2 * t1 * r / below**2) / t0
+                g0 = -by_q * r
+                g1 = -(r**5) / below**2
+            elif law == GAP:
+                r = q / t0
+                if abs(r) < 1.0:
+                    tau, by_q, g0 = -r, -1 / t0, r / t0
+                else:
+                    tau = -1.0 if r > 0 else 1.0
+            elif law == EXCESS:
+                r = q / t0
+                if r > 1.0:
+                    tau, by_q, g0 = 1.0 - r, -1 / t0, r / t0
+                elif r < -1.0:
+                    tau, by_q, g0 = -1.0 - r, -1 / t0, r / t0
+            elif law == MODULATED:
+                by_q = math.sin(t0 * w + t1)
+                turned = q * math.cos(t0 * w + t1)
+                tau = q * by_q
+                by_w, g0, g1 = t0 * turned, w * turned, turned
+            taus[j] = tau
+            if law == BRISTLE:
+                for c in range(columns):
+                    d_z[c] = by_z * d_z[c] + by_q * d_q[c]
+                if c_thetas[j, 0] >= 0:
+                    d_z[c_thetas[j, 0]] -= g0
+                for c in range(columns):
+                    d_tau[c] = -d_z[c]
+            else:
+                for c in range(columns):
+                    d_tau[c] = by_q * d_q[c] + by_w * d_w[c]
+                if c_thetas[j, 0] >= 0:
+                    d_tau[c_thetas[j, 0]] += g0
+                if c_thetas[j, 1] >= 0:
+                    d_tau[c_thetas[j, 1]] += g1
+                if c_thetas[j, 2] >= 0:
+                    d_tau[c_thetas[j, 2]] += g2
+        # The output.
+        if has_play:
+            play = outputs[PLAY]
+            if out < w - play:
+                out = w - play
+                for c in range(columns):
+                    d_out[c] = d_w[c]
+                if c_outputs[PLAY] >= 0:
+                    d_out[c_outputs[PLAY]] -= 1.0
+            elif out > w + play:
+                out = w + play
+                for c in range(columns):
+                    d_out[c] = d_w[c]
+                if c_outputs[PLAY] >= 0:
+                    d_out[c_outputs[PLAY]] += 1.0
+        else:
+            out = w
+            for c in range(columns):
+                d_out[c] = d_w[c]
+        y, slope_y, by_half, by_ratio = 0.0, 0.0, 0.0, 0.0
+        if out > half_width:
+            y = ratio * (out - half_width)
+            slope_y, by_half, by_ratio = ratio, -ratio, y
+        elif out < -half_width:
+            y = out + half_width
+            slope_y, by_half = 1.0, 1.0
+        if has_wave:
+            s, co = math.sin(wave * out), math.cos(wave * out)
+            s2, co2 = 2 * s * co, 2 * co * co - 1
+            y += (
+                outputs[SINE] * s
+                + outputs[COSINE] * (co - 1)
+                + outputs[SINE2] * s2
+                + outputs[COSINE2] * (co2 - 1)
+            )
+            turned = (
+                outputs[SINE] * co
+                - outputs[COSINE] * s
+                + 2 * outputs[SINE2] * co2
+                - 2 * outputs[COSINE2] * s2
+            )
+            slope_y += wave * turned
+        y += outputs[RATE] * k
+        if has_settling:
+            decay = math.exp(-k / outputs[SETTLING_TIME])
+            y += outputs[SETTLING] * (1 - decay)
+        for c in range(columns):
+            rows[c, k] = slope_y * d_out[c]
+        if columns > 0:
+            if c_static[2] >= 0:
+                rows[c_static[2], k] += by_half
+            if c_outputs[LOG_RATIO] >= 0:
+                rows[c_outputs[LOG_RATIO], k] += by_ratio
+            if has_wave:
+                if c_outputs[SINE] >= 0:
+                    rows[c_outputs[SINE], k] += s
+                    rows[c_outputs[COSINE], k] += co - 1
+                if c_outputs[WAVENUMBER] >= 0:
+                    rows[c_outputs[WAVENUMBER], k] += out * turned
+                if c_outputs[SINE2] >= 0:
+                    rows[c_outputs[SINE2], k] += s2
+                    rows[c_outputs[COSINE2], k] += co2 - 1
+            if c_outputs[RATE] >= 0:
+                rows[c_outputs[RATE], k] += k
+            if c_outputs[SETTLING] >= 0:
+                rows[c_outputs[SETTLING], k] += 1 - decay
+            if c_outputs[SETTLING_TIME] >= 0:
+                rows[c_outputs[SETTLING_TIME], k] -= (
+                    outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
+                )
+        v_out[k], w_out[k], y_out[k], slope_out[k] = v, w, y, slope_y
+        # States and their tangents a sample on.
+        for c in range(columns):
+            d_w2[c] = d_w1[c]
+            d_w1[c] = d_w[c]
+            d_i[c] += residue * d_v[c]
+        if c_residue >= 0:
+            d_i[c_residue] += v
+        w2, w1 = w1, w
+        integral += residue * v
+        for i in range(n_real):
+            pole, weight = real[0, i], real[1, i]
+            d_x = work[at_real + i]
+            for c in range(columns):
+                d_x[c] = pole * d_x[c] + weight * d_v[c]
+            if c_real[0, i] >= 0:
+                d_x[c_real[0, i]] += x_real[i]
+                d_x[c_real[1, i]] += v
+            x = pole * x_real[i] + weight * v
+            for j in range(n_laws):
+                weight, d_tau = port_real[j, i], work[at_tau + j]
+                x += weight * taus[j]
+                for c in range(columns):
+                    d_x[c] += weight * d_tau[c]
+                if c_port_real[j, i] >= 0:
+                    d_x[c_port_real[j, i]] += taus[j]
+            x_real[i] = x
+        for i in range(n_sections):
+            a1, a2, b1, b2 = sections[0, i], sections[1, i], sections[2, i], sections[3, i]
+            d_one, d_two = work[at_sections + 2 * i], work[at_sections + 2 * i + 1]
+            for c in range(columns):
+                one = d_one[c]
+                d_one[c] = a1 * one + d_two[c] + b1 * d_v[c]
+                d_two[c] = b2 * d_v[c] - a2 * one
+            if c_sections[0, i] >= 0:
+                d_one[c_sections[0, i]] += x1[i]
+                d_two[c_sections[1, i]] -= x1[i]
+                d_one[c_sections[2, i]] += v
+                d_two[c_sections[3, i]] += v
+            one = x1[i]
+            x1[i] = a1 * one + x2[i] + b1 * v
+            x2[i] = b2 * v - a2 * one
+            for j in range(n_laws):
+                w_1, w_2, d_tau = port_sections[j, 0, i], port_sections[j, 1, i], work[at_tau + j]
+                x1[i] += w_1 * taus[j]
+                x2[i] += w_2 * taus[j]
+                for c in range(columns):
+                    d_one[c] += w_1 * d_tau[c]
+                    d_two[c] += w_2 * d_tau[c]
+                if c_port_sections[j, 0, i] >= 0:
+                    d_one[c_port_sections[j, 0, i]] += taus[j]
+                    d_two[c_port_sections[j, 1, i]] += taus[j]
+        for j in range(n_laws):
+            weight, pole = direct[j, 0], direct[j, 1]
+            d_x, d_tau = work[at_direct + j], work[at_tau + j]
+            for c in range(columns):
+                d_x[c] = pole * d_x[c] + weight * d_tau[c]
+            if c_direct[j, 0] >= 0:
+                d_x[c_direct[j, 0]] += taus[j]
+                d_x[c_direct[j, 1]] += x_direct[j]
+            x_direct[j] = pole * x_direct[j] + weight * taus[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ramped(target, before, slowness):  # type: ignore[no-untyped-def]
+    """Mean of a ramp from `before` towards `target` over one sample and its value at the end, with their
+    derivatives by the slowness (samples per unit) and by the value before."""
+    step = target - before
+    size = abs(step)
+    if size * slowness <= 1.0:
+        lost = step * size * slowness / 2
+        return target - lost, target, -step * size / 2, size * slowness, 0.0, 0.0
+    sign = 1.0 if step > 0 else -1.0
+    reach = sign / slowness
+    by_slowness = -sign / slowness**2
+    return before + reach / 2, before + reach, by_slowness / 2, 1.0, by_slowness, 1.0

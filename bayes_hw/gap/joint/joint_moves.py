@@ -1,0 +1,113 @@
+"""Moves of the joint search that change the structure: larger and smaller cascades, delay, effects, ports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bayes_hw.gap.joint.effect_form import FORMS, Form
+from bayes_hw.gap.joint.effect_screen import best_starts, screened
+from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.identify.growth.delay import longest_delay
+from bayes_hw.identify.growth.score_test import best_candidates
+
+STARTS_OF_A_LABEL = 3
+FIRST_STEPS, SECOND_STEPS = 4, 8
+KEPT_LABELS, KEPT_AFTER = 5, 2
+"""Successive halving over labels: steps given, and how many go on."""
+
+REGROWTHS = 4
+SLACK_NATS = 0.5
+
+
+def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
+    """The best explanations with one more label, descended."""
+    present = set(fit.labels)
+    starts = screened(fit, [f for f in forms if f.label not in present])
+    trials: dict[str, list[JointFit]] = {}
+    for label in dict.fromkeys(s.form.label for s in starts):
+        own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
+        trials[label] = [fit.with_effect(s.form, s.values).descended(FIRST_STEPS) for s in own]
+    ranked = sorted((t for own in trials.values() for t in own), key=lambda t: -t.score)
+    kept: list[JointFit] = []
+    for t in ranked:
+        if (
+            sum(k.labels[-1] == t.labels[-1] for k in kept) < 2
+            and len({k.labels[-1] for k in kept} | {t.labels[-1]}) <= KEPT_LABELS
+        ):
+            kept.append(t)
+    further = sorted((t.descended(SECOND_STEPS) for t in kept), key=lambda t: -t.score)
+    found: dict[str, JointFit] = {}
+    for t in further:
+        found.setdefault(t.labels[-1], t)
+    final = [t.descended() for t in list(found.values())[: KEPT_AFTER + 1]]
+    final += list(found.values())[KEPT_AFTER + 1 :]
+    return final
+
+
+def port_candidates(fit: JointFit) -> list[JointFit]:
+    """Signal ports of the torques present, and other forms of their law."""
+    found = []
+    for i, effect in enumerate(fit.values.effects):
+        if effect.ports is None:
+            continue
+        if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
+            found.append(fit.with_signal(i))
+        for form in FORMS:
+            if (
+                form.label == effect.form.label == "friction"
+                and form is not effect.form
+                and form.base == effect.form.base
+            ):
+                found += [fit.with_form(i, form, start) for start in form.starts(fit.response.scale)[:1]]
+    return found
+
+
+def larger_cascades(fit: JointFit, count: int = 3) -> list[JointFit]:
+    """Fits with one more pole or section, the most promising."""
+    real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
+    found = [fit.with_pole(c.a1) for c in real[:1]]
+    return found + [fit.with_section(c.a1, c.a2) for c in pairs if c.a2 is not None]
+
+
+def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
+    """G grown on as far as the score improves, `steps` poles or sections at most."""
+    best = fit = fit.descended()
+    failures = 0
+    for _ in range(steps):
+        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.score)[:2]
+        fit = highest([t.descended() for t in trials])
+        if fit.score > best.score:
+            best, failures = fit, 0
+        else:
+            failures += 1
+            if failures == 2:
+                break
+    return best
+
+
+def pruned(fit: JointFit) -> JointFit:
+    """Effects, sections and poles taken out while the score improves."""
+    while True:
+        trials: list[JointFit] = []
+        if len(fit.labels) > 1:
+            trials += [fit.without_effect(i) for i in range(len(fit.labels))]
+        trials += [fit.without_section(i) for i in range(fit.structure.sections)]
+        trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
+        if not trials:
+            return fit
+        trials = sorted((t.descended(4) for t in trials), key=lambda t: -t.score)[:2]
+        best = highest([t.descended() for t in trials])
+        if best.score <= fit.score:
+            return fit
+        fit = best
+
+
+def delayed(fit: JointFit) -> JointFit:
+    """The delay advanced while that costs next to nothing: a delay that G's poles make up sets them free."""
+    longest = longest_delay(fit.response.records)
+    while fit.structure.delay_samples < longest:
+        later = fit.later().descended()
+        if later.score < fit.score - SLACK_NATS:
+            break
+        fit = later
+    return fit

@@ -1,0 +1,217 @@
+"""Posterior of the joint fit: a normal in its coordinates (Laplace), carried to what is reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.growth.descent import evaluate, triangular_factor
+from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.model.linear import Mode
+from bayes_hw.record import Units
+
+DRAWS = 1000
+INFLATION = 1.7
+"""Of standard deviations, for structures not chosen and forms a little wrong: see
+docs/decisions/joint-search.md."""
+
+RIDGE = 1e-9
+CHAOTIC = 1.7
+"""Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
+
+EXPLODED = 1e3
+"""Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointPosterior:
+    """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units."""
+
+    fit: JointFit
+    coordinates: FloatArray
+    base: dict[str, FloatArray]
+    effects: dict[str, FloatArray]
+    units: dict[str, str]
+
+    @property
+    def values(self) -> list[JointValues]:
+        return [self.fit.response.values(x) for x in self.coordinates]
+
+
+def laplace(
+    fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
+) -> JointPosterior:
+    """Draws about the fit, standard deviations times `inflation`."""
+    factor, chaotic = _factor(fit)
+    if chaotic:
+        inflation *= CHAOTIC
+    size = len(factor) - 1
+    largest = np.abs(factor[:size, :size]).max(axis=0)
+    seen = largest > 0
+    largest[~seen] = 1.0
+    scaled = factor[:size, :size] / largest
+    norms = np.sqrt(np.sum(scaled**2, axis=0))
+    norms[~seen] = 1.0
+    correlation = (scaled / norms).T @ (scaled / norms)
+    variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
+    scale = largest * norms / np.sqrt(variance)
+    values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(len(scale)))
+    root = vectors / np.sqrt(np.maximum(values, RIDGE))
+    steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
+    steps[:, ~seen] = 0.0
+    centre = fit.point.coordinates
+    drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
+    rate = fit.response.scale.rate_hz
+    base: dict[str, list[float]] = {}
+    effects: dict[str, list[float]] = {}
+    sections = dominant_sections(fit)
+    for x in drawn:
+        values_at = fit.response.values(x)
+        for name, value in base_quantities(fit, values_at, sections, rate).items():
+            base.setdefault(name, []).append(value)
+        for name, value in effect_quantities(fit, values_at).items():
+            effects.setdefault(name, []).append(value)
+    unit = {
+        "saturation.lower": units.input,
+        "saturation.upper": units.input,
+        "dead_zone.half_width": units.output,
+    }
+    unit["gain"] = (
+        f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
+    )
+    for name in base:
+        if name.endswith("frequency_hz"):
+            unit[name] = "Hz"
+    unit.update(effect_units(fit, units))
+    return JointPosterior(
+        fit,
+        drawn,
+        {n: np.array(v) for n, v in base.items()},
+        {n: np.array(v) for n, v in effects.items()},
+        unit,
+    )
+
+
+def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
+    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
+    effects' torques held as they are and their parameters not moved."""
+    whole = triangular_factor(fit.response, fit.point)
+    if not any(effect.ports is not None for effect in fit.response.template):
+        return whole, False
+    plain = JointFit(replace(fit.response, template=()), fit.point)
+    coordinates = plain.response.coordinates(JointValues(fit.values.cascade))
+    point = evaluate(plain.response, coordinates, fit.point.whitener)
+    held = triangular_factor(plain.response, point)
+    count = len(held) - 1
+    largest = np.linalg.norm(held[:count, :count], axis=0)
+    size = len(whole) - 1
+    if np.all(np.abs(whole[:, :count]).max(axis=0) < EXPLODED * np.maximum(largest, 1e-300)):
+        return whole, False
+    found = np.zeros_like(whole)
+    found[:count, :count] = held[:count, :count]
+    found[size, size] = np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals))
+    return found, True
+
+
+def dominant_sections(fit: JointFit) -> list[int]:
+    """Which sections are dominant modes, in order of frequency."""
+    cascade, rate = fit.values.cascade, fit.response.scale.rate_hz
+    modes = dominant_modes(fit.structure, cascade, rate, fit.response.scale.samples / rate)
+    found = []
+    for mode in modes:
+        distance = [
+            abs(_mode(a1, a2, rate).frequency_hz - mode.frequency_hz) if a1 * a1 / 4 < a2 else np.inf
+            for a1, a2 in cascade.sections[:2].T
+        ]
+        found.append(int(np.argmin(distance)))
+    return found
+
+
+def _mode(a1: float, a2: float, rate: float) -> Mode:
+    return Mode.from_pole(complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 1e-300))), rate)
+
+
+def base_quantities(fit: JointFit, values: JointValues, sections: list[int], rate: float) -> dict[str, float]:
+    """Base parameters, named as in posterior.json, less the noise."""
+    c = values.cascade
+    found = {
+        "saturation.lower": c.lower, "saturation.upper": c.upper, "dead_zone.half_width": c.half_width,
+        "gain": linear_block_gain(fit, values),
+    }  # fmt: skip
+    for number, i in enumerate(sections, start=1):
+        mode = _mode(c.sections[0, i], c.sections[1, i], rate)
+        found[f"mode{number}.frequency_hz"] = mode.frequency_hz
+        found[f"mode{number}.damping_ratio"] = mode.damping_ratio
+    return {name: value for name, value in found.items() if np.isfinite(value)}
+
+
+def linear_block_gain(fit: JointFit, values: JointValues) -> float:
+    """Leading coefficient of G's numerator: the first sample of its impulse response that is not zero."""
+    c = values.cascade
+    first = c.integrator_residue + c.real[1].sum() + c.sections[2].sum()
+    return float(first) if fit.structure.order else float(linear_block(fit.structure, c).gain)
+
+
+def static_gain(effect: Effect, values: JointValues) -> float:
+    """Displacement of w, output units, under a constant unit of the effect's torque."""
+    p = effect.ports
+    assert p is not None
+    c = values.cascade
+    total = float(p.direct[0] / (1 - p.direct[1])) + float(np.sum(p.real / (1 - c.real[0])))
+    a1, a2 = c.sections[:2]
+    return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
+
+
+def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
+    """Parameters of the effects in the units that are reported."""
+    rate = fit.response.scale.rate_hz
+    found: dict[str, float] = {}
+    for effect in values.effects:
+        form, label = effect.form, effect.form.label
+        for slot, x in zip(form.slots(fit.response.scale), effect.values, strict=True):
+            name, value = slot.name, float(x)
+            if name == "wavenumber":
+                name, value = "period", 2 * np.pi / value
+            elif name == "slowness":
+                name, value = "rate", rate / max(value, 1e-12)
+            elif name in ("time",):
+                value = value / rate
+            elif name == "log_ratio":
+                name, value = "ratio", float(np.exp(value))
+            elif (name == "rate" and form.place == "output") or (
+                name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
+            ):
+                value = value * rate
+            elif name == "gap":
+                name, value = "acceleration", value * rate**2
+            found[f"{label}.{name}"] = value
+        if effect.ports is not None:
+            found[f"{label}.displacement"] = abs(static_gain(effect, values))
+    return found
+
+
+def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
+    """Units of `effect_quantities`."""
+    found: dict[str, str] = {}
+    for effect in fit.response.template:
+        form, label = effect.form, effect.form.label
+        speed = f"{units.output}/s" if form.base == K.BASE_SPEED else units.input
+        known = {
+            "period": units.output, "time": "s", "bias": units.input, "half_gap": units.output,
+            "amount": units.output, "displacement": units.output, "phase": "rad",
+            "slope": f"1/{units.output}",
+            "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,
+            "acceleration": f"{units.output}/s^2",
+            "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",
+        }  # fmt: skip
+        if form.place == "output":
+            known |= {"sine": units.output, "cosine": units.output}
+        for name, unit in known.items():
+            found[f"{label}.{name}"] = unit
+    return found

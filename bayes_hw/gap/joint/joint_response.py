@@ -1,0 +1,327 @@
+"""Residuals of a cascade with effects and their derivatives, in the coordinates of a descent.
+
+Coordinates: those of `CascadeResponse` (limits, half width, integrator, real poles, sections), then for every
+effect its parameters and, where it is a torque, its ports: weights into real poles and sections, weight and
+pole of the direct path, and with a signal port the weights of the states in the law's signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.effect_form import Form, JointScale
+from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.record import Record
+
+LARGEST = float(np.arctanh(MAX_REFLECTION))
+
+
+@dataclass(frozen=True, eq=False)
+class Ports:
+    """How a torque enters and what its law looks at, as the kernel has it; `signal` says whether the signal
+    port is free."""
+
+    real: FloatArray
+    sections: FloatArray
+    direct: FloatArray
+    signal_real: FloatArray
+    signal_sections: FloatArray
+    signal: bool = False
+
+    @classmethod
+    def none(cls, n_real: int, n_sections: int) -> Ports:
+        """A port that passes nothing."""
+        return cls(
+            np.zeros(n_real), np.zeros((2, n_sections)), np.array([0.0, 0.5]),
+            np.zeros(n_real), np.zeros((2, n_sections)),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """A form with its parameters (natural units) and, where it is a torque, its ports."""
+
+    form: Form
+    values: FloatArray
+    ports: Ports | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class JointValues:
+    """Natural parameters: the cascade and the effects in it."""
+
+    cascade: CascadeValues
+    effects: tuple[Effect, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw."""
+
+    v: FloatArray
+    w: FloatArray
+    y: FloatArray
+    slope: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class JointResponse:
+    """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
+    effects. `weights` (one array a record) divide residuals where given; `fixed` names effects' slots that
+    do not move."""
+
+    structure: Structure
+    template: tuple[Effect, ...]
+    records: Sequence[Record]
+    scale: JointScale
+    weights: tuple[FloatArray, ...] | None = None
+
+    @cached_property
+    def _cascade(self) -> CascadeResponse:
+        return CascadeResponse(self.structure, self.records)
+
+    @cached_property
+    def _n_base(self) -> int:
+        return self.structure.n_static + self.structure.n_linear
+
+    @cached_property
+    def _sizes(self) -> list[int]:
+        s, found = self.structure, []
+        for effect in self.template:
+            size = len(effect.values)
+            if effect.ports is not None:
+                size += s.real_poles + 2 * s.sections + 2
+                if effect.ports.signal:
+                    size += s.real_poles + 2 * s.sections
+            found.append(size)
+        return found
+
+    @property
+    def size(self) -> int:
+        return self._n_base + sum(self._sizes)
+
+    def coordinates(self, values: JointValues) -> FloatArray:
+        """Coordinates (size,) of natural parameters."""
+        parts = [self._cascade.coordinates(values.cascade)]
+        for effect in values.effects:
+            slots = effect.form.slots(self.scale)
+            parts.append(
+                np.array(
+                    [np.log(x) if t.logarithmic else x for t, x in zip(slots, effect.values, strict=True)]
+                )
+            )
+            if (p := effect.ports) is not None:
+                direct = np.array([p.direct[0], np.arctanh(p.direct[1])])
+                parts += [p.real, p.sections.ravel(), direct]
+                if p.signal:
+                    parts += [p.signal_real, p.signal_sections.ravel()]
+        return np.concatenate(parts)
+
+    def values(self, coordinates: FloatArray) -> JointValues:
+        """Natural parameters at `coordinates` (size,)."""
+        s, at = self.structure, self._n_base
+        effects = []
+        for old, size in zip(self.template, self._sizes, strict=True):
+            part = coordinates[at : at + size]
+            at += size
+            slots = old.form.slots(self.scale)
+            own = np.array([np.exp(x) if t.logarithmic else x for t, x in zip(slots, part, strict=False)])
+            ports = None
+            if old.ports is not None:
+                rest = part[len(slots) :]
+                n, m = s.real_poles, 2 * s.sections
+                direct = np.array([rest[n + m], np.tanh(rest[n + m + 1])])
+                ports = replace(
+                    old.ports, real=rest[:n], sections=rest[n : n + m].reshape(2, -1), direct=direct
+                )
+                if old.ports.signal:
+                    more = rest[n + m + 2 :]
+                    ports = replace(ports, signal_real=more[:n], signal_sections=more[n:].reshape(2, -1))
+            effects.append(Effect(old.form, own, ports))
+        return JointValues(self._cascade.values(coordinates[: self._n_base]), tuple(effects))
+
+    def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
+        """The nearest coordinates that mean something (see `CascadeResponse`), effects within bounds."""
+        found = coordinates.copy()
+        found[: self._n_base] = self._cascade.admissible(found[: self._n_base], previous[: self._n_base])
+        at = self._n_base
+        for effect, size in zip(self.template, self._sizes, strict=True):
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                low, high = slot.lower, slot.upper
+                if slot.logarithmic:
+                    low, high = np.log(low), np.log(high)
+                    step = found[at + i] - previous[at + i]
+                    found[at + i] = previous[at + i] + np.clip(step, -1.0, 1.0)
+                found[at + i] = np.clip(found[at + i], low, high)
+            if effect.ports is not None:
+                pole = at + len(effect.values) + self.structure.real_poles + 2 * self.structure.sections + 1
+                found[pole] = np.clip(found[pole], -1.5, 1.5)
+            at += size
+        return found
+
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Measured less simulated output of every record, over its weights."""
+        values = self.values(coordinates)
+        found = []
+        for number, record in enumerate(self.records):
+            e = record.y - self.simulate(values, record.u).y
+            found.append(e if self.weights is None else e / self.weights[number])
+        return found
+
+    def simulate(self, values: JointValues, u: FloatArray) -> Simulated:
+        """The response to a command (samples,) from rest."""
+        simulated, _ = self._run(values, u, False)
+        return simulated
+
+    def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """For every record the drive's command and dy/dw over the weight."""
+        values, found = self.values(coordinates), []
+        for number, record in enumerate(self.records):
+            run = self.simulate(values, record.u)
+            slope = run.slope if self.weights is None else run.slope / self.weights[number]
+            found.append((run.v, slope))
+        return found
+
+    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:  # noqa: ARG002
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record."""
+        values = self.values(coordinates)
+        for number, record in enumerate(self.records):
+            run, tangents = self._run(values, record.u, True)
+            rows = np.empty((self.size + 1, len(record)))
+            self._chain(values, tangents, rows)
+            rows[-1] = record.y - run.y
+            if self.weights is not None:
+                rows /= self.weights[number]
+            yield rows, 0
+
+    def effect_tangents(self, values: JointValues) -> list[FloatArray]:
+        """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,
+        over the weights; exact where that effect changes nothing yet."""
+        count, found = self._sizes[-1], []
+        effect = values.effects[-1]
+        for number, record in enumerate(self.records):
+            _, rows = self._run(values, record.u, True, self.size - count)
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                if slot.logarithmic:
+                    rows[i] *= effect.values[i]
+            found.append(rows if self.weights is None else rows / self.weights[number])
+        return found
+
+    def _chain(self, values: JointValues, tangents: FloatArray, rows: FloatArray) -> None:
+        """From tangents by natural parameters to derivatives by coordinates, in place."""
+        s = self.structure
+        rows[:-1] = tangents
+        at = s.n_static + int(s.integrator)
+        for i in range(s.real_poles):
+            rows[at] *= 1 - values.cascade.real[0, i] ** 2
+            at += 2
+        for i in range(s.sections):
+            a1, a2 = values.cascade.sections[:2, i]
+            k1 = a1 / (1 + a2)
+            first, second = tangents[at], tangents[at + 1]
+            rows[at] = (1 - k1**2) * (1 + a2) * first
+            rows[at + 1] = (1 - a2**2) * (k1 * first + second)
+            at += 4
+        for effect, size in zip(values.effects, self._sizes, strict=True):
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                if slot.logarithmic:
+                    rows[at + i] *= effect.values[i]
+            if effect.ports is not None:
+                pole = at + len(effect.values) + s.real_poles + 2 * s.sections + 1
+                rows[pole] *= 1 - effect.ports.direct[1] ** 2
+            at += size
+
+    def _run(
+        self, values: JointValues, u: FloatArray, tangents: bool, first: int = 0
+    ) -> tuple[Simulated, FloatArray]:
+        """Simulate, with tangents by the coordinates from `first` on."""
+        s, cascade = self.structure, values.cascade
+        n, m = s.real_poles, s.sections
+        laws = [effect for effect in values.effects if effect.ports is not None]
+        count = len(laws)
+        inputs, outputs = np.zeros(K.INPUTS), np.zeros(K.OUTPUTS)
+        inputs[K.WARMING] = outputs[K.SETTLING_TIME] = 1.0
+        c_static, c_inputs, c_outputs = (np.full(k, -1) for k in (3, K.INPUTS, K.OUTPUTS))
+        c_residue, c_real, c_sections = -1, np.full((2, n), -1), np.full((4, m), -1)
+        thetas, c_thetas = np.ones((count, K.THETAS)), np.full((count, K.THETAS), -1)
+        thetas[:, 1:] = 0.0
+        port_real, c_port_real = np.zeros((count, n)), np.full((count, n), -1)
+        port_sections, c_port_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
+        direct, c_direct = np.zeros((count, 2)), np.full((count, 2), -1)
+        signal_real, c_signal_real = np.zeros((count, n)), np.full((count, n), -1)
+        signal_sections, c_signal_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
+        at = 0
+        for i, present in enumerate((s.lower, s.upper, s.dead_zone)):
+            if present:
+                c_static[i] = at
+                at += 1
+        if s.integrator:
+            c_residue = at
+            at += 1
+        for i in range(n):
+            c_real[:, i] = at, at + 1
+            at += 2
+        for i in range(m):
+            c_sections[:, i] = range(at, at + 4)
+            at += 4
+        number = 0
+        for effect in values.effects:
+            for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
+                if effect.form.place == "input":
+                    inputs[slot.row], c_inputs[slot.row] = value, at
+                elif effect.form.place == "output":
+                    outputs[slot.row], c_outputs[slot.row] = value, at
+                else:
+                    thetas[number, slot.row], c_thetas[number, slot.row] = value, at
+                at += 1
+            if (p := effect.ports) is None:
+                continue
+            if effect.form.law in (K.CUBIC,):
+                thetas[number, 0] = 0.1 * self.scale.speed * self.scale.gain
+            port_real[number], port_sections[number], direct[number] = p.real, p.sections, p.direct
+            c_port_real[number] = np.arange(at, at + n)
+            at += n
+            c_port_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
+            at += 2 * m
+            c_direct[number] = at, at + 1
+            at += 2
+            signal_real[number], signal_sections[number] = p.signal_real, p.signal_sections
+            if p.signal:
+                c_signal_real[number] = np.arange(at, at + n)
+                at += n
+                c_signal_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
+                at += 2 * m
+            number += 1
+        if not tangents:
+            first = at
+        columns = at - first
+        if first:
+            for c in (c_static, c_inputs, c_outputs, c_real, c_sections, c_thetas, c_port_real,
+                      c_port_sections, c_direct, c_signal_real, c_signal_sections):  # fmt: skip
+                c[...] = np.maximum(c - first, -1)
+            c_residue = max(c_residue - first, -1)
+        length = len(u)
+        delayed = np.zeros(length)
+        delay = s.delay_samples
+        delayed[delay:] = u[: length - delay]
+        work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
+        rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
+        run = Simulated(*(np.empty(length) for _ in range(4)))
+        K.respond_jointly(
+            delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
+            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
+            np.ascontiguousarray(cascade.sections), np.array([e.form.law for e in laws], dtype=np.int64),
+            np.array([e.form.base for e in laws], dtype=np.int64),
+            thetas, port_real, port_sections, direct, signal_real, signal_sections,
+            columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real,
+            c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
+            run.v, run.w, run.y, run.slope, rows,
+        )  # fmt: skip
+        return run, rows

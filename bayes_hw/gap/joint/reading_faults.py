@@ -1,0 +1,88 @@
+"""What the readings themselves show, whatever the axis does: a rounding step, repeats, glitches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.record import Record
+
+LATTICE_TOLERANCE = 1e-3
+"""Of the step: readings this far from multiples of it are not rounded to it."""
+
+REPEAT_SHARE = 0.004
+"""Of the samples that repeat the one before while the angle moves by several noise levels."""
+
+MOVING = 4.0
+GLITCH_LEVELS = 6.0
+FEWEST_GLITCHES = 6
+ISOLATED_SHARE = 0.6
+MASK = 1e4
+"""Weight by which the residual of a sample that tells nothing is divided."""
+
+
+def rounding_step(records: Sequence[Record]) -> float | None:
+    """The step to which readings are rounded, output units; None where there is none."""
+    steps = np.abs(np.concatenate([np.diff(record.y) for record in records]))
+    positive = steps[steps > 0]
+    if not len(positive):
+        return None
+    step = float(positive.min())
+    multiples = np.concatenate([record.y for record in records]) / step
+    off = np.abs(multiples - np.round(multiples))
+    # The smallest difference carries the rounding of the file; the mean of many steps does not.
+    usual = np.round(positive / step)
+    near = usual <= 20
+    step = float(np.mean(positive[near] / usual[near]))
+    multiples = np.concatenate([record.y for record in records]) / step
+    off = np.abs(multiples - np.round(multiples))
+    return step if np.quantile(off, 0.99) < LATTICE_TOLERANCE * 50 else None
+
+
+def repeats(y: FloatArray, speed: FloatArray, noise: float) -> BoolArray:
+    """Samples (samples,) that show the reading before although the angle moves by MOVING times the noise or
+    not at all like it; `speed` is the simulated step of every sample."""
+    same = np.concatenate([[False], np.diff(y) == 0])
+    moving = np.abs(speed) > MOVING * noise
+    return same & (moving | (np.mean(same & moving) > REPEAT_SHARE))
+
+
+@dataclass(frozen=True, eq=False)
+class Glitches:
+    """Masks (samples,) of every record, their number, the share that is isolated and the nats that they
+    would cost a normal distribution."""
+
+    masks: tuple[BoolArray, ...]
+    count: int
+    isolated: float
+    nats: float
+
+    @property
+    def present(self) -> bool:
+        return self.count >= FEWEST_GLITCHES and self.isolated >= ISOLATED_SHARE
+
+
+def glitches(residuals: Sequence[FloatArray]) -> Glitches:
+    """Samples whose residual departs from the median of its neighbours by more than GLITCH_LEVELS."""
+    departures = [e - _running_median(e) for e in residuals]
+    level = 1.4826 * float(np.median(np.abs(np.concatenate(departures))))
+    level = max(level, float(np.finfo(float).tiny))
+    masks, isolated, nats = [], 0, 0.0
+    for d in departures:
+        mask = np.abs(d) > GLITCH_LEVELS * level
+        quiet = np.abs(d) < GLITCH_LEVELS / 2 * level
+        before, after = np.roll(quiet, 1), np.roll(quiet, -1)
+        isolated += int(np.sum(mask & before & after))
+        nats += float(np.sum(0.5 * (d[mask] / level) ** 2 - np.log(len(d))))
+        masks.append(mask)
+    count = int(sum(mask.sum() for mask in masks))
+    return Glitches(tuple(masks), count, isolated / max(count, 1), nats)
+
+
+def _running_median(e: FloatArray) -> FloatArray:
+    padded = np.concatenate([e[2:0:-1], e, e[-2:-4:-1]])
+    others = np.stack([padded[i : i + len(e)] for i in (0, 1, 3, 4)])
+    return np.asarray(np.median(others, axis=0), dtype=np.float64)

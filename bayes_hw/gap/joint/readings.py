@@ -1,0 +1,83 @@
+"""Faults of the readings, found from the residuals of a fit, and the weights that they ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_moves import pruned, regrown
+from bayes_hw.gap.joint.noise_causes import speed_noise, speeds
+from bayes_hw.gap.joint.reading_faults import MASK, REPEAT_SHARE, glitches, repeats, rounding_step
+from bayes_hw.identify.growth.descent import evaluate
+
+ROUNDED = 1.6
+"""Step over the innovations' standard deviation from which rounding is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What the readings' own faults ask of the fit: weights of every record and the nats of each label."""
+
+    weights: tuple[FloatArray, ...]
+    nats: dict[str, float]
+    step: float | None
+    parameters: dict[str, float]
+
+
+def read_faults(fit: JointFit) -> Readings:
+    """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
+    records = fit.response.records
+    values = fit.values
+    residuals = [record.y - fit.response.simulate(values, record.u).y for record in records]
+    innovation = innovation_sigma(fit)
+    weights = [np.ones(len(record)) for record in records]
+    nats: dict[str, float] = {}
+    parameters: dict[str, float] = {}
+    step = rounding_step(records)
+    if step is not None and step > ROUNDED * innovation:
+        share = min(step**2 / 12 / innovation**2, 1.0)
+        nats["encoder_quantization"] = 1000.0 * share
+        parameters["encoder_quantization.step"] = step
+        return Readings(tuple(weights), nats, step, parameters)
+    moves = speeds(fit)
+    masks = [repeats(record.y, d, innovation) for record, d in zip(records, moves, strict=True)]
+    share = float(np.mean(np.concatenate(masks)))
+    if share > REPEAT_SHARE:
+        nats["timing_jitter"] = 1000.0
+        parameters["timing_jitter.share_repeated"] = share
+        weights = [np.where(m, MASK, w) for m, w in zip(masks, weights, strict=True)]
+    found = glitches([e / w for e, w in zip(residuals, weights, strict=True)])
+    if found.present:
+        nats["outliers"] = found.nats
+        total = sum(len(record) for record in records)
+        parameters["outliers.rate"] = found.count / total
+        sizes = np.concatenate([e[m] for e, m in zip(residuals, found.masks, strict=True)])
+        parameters["outliers.size"] = float(np.sqrt(np.mean(sizes**2)))
+        weights = [np.where(m, MASK, w) for m, w in zip(found.masks, weights, strict=True)]
+    else:
+        noise = speed_noise(fit, [np.where(w > 1, 0.0, e) for e, w in zip(residuals, weights, strict=True)])
+        if noise.present:
+            nats.setdefault("timing_jitter", noise.nats)
+            parameters["timing_jitter.sd"] = noise.jitter / records[0].sample_rate_hz
+            level = max(
+                innovation**2 - noise.jitter**2 * float(np.mean(np.concatenate(moves) ** 2)),
+                0.05 * innovation**2,
+            )
+            weights = [
+                w * np.sqrt(1 + noise.jitter**2 * d**2 / level) for w, d in zip(weights, moves, strict=True)
+            ]
+    return Readings(tuple(weights), nats, step, parameters)
+
+
+def innovation_sigma(fit: JointFit) -> float:
+    """Standard deviation of the innovations, output units where the weights are one."""
+    return float(np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals) / fit.point.samples))
+
+
+def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
+    """The same explanation under other weights, descended and its G grown on."""
+    response = replace(fit.response, weights=weights)
+    return regrown(pruned(JointFit(response, evaluate(response, fit.point.coordinates)).descended()), 3)

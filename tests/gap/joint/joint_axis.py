@@ -1,0 +1,62 @@
+"""A small axis for the tests of the joint search, with records that a test may give any effect."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.record import Record, Units
+
+RATE, SIGMA = 20.0, 0.002
+STRUCTURE = Structure(1, True, 0, 1, lower=True, upper=True, dead_zone=True)
+CASCADE = CascadeValues(
+    -0.35, 0.3, 0.02, 0.0, 0.005, np.zeros((2, 0)),
+    np.array([[1.5], [0.9], [1e-3], [-8e-4]]), np.zeros((1, 3)),
+)  # fmt: skip
+
+
+def command(samples: int, seed: int) -> FloatArray:
+    """Steps held for a second."""
+    rng = np.random.default_rng(seed)
+    return np.repeat(rng.uniform(-0.5, 0.5, samples // 20 + 1), 20)[:samples]
+
+
+def record(y: FloatArray, seed: int) -> Record:
+    """Of angles (samples,) under `command`."""
+    return Record(f"r{seed}", np.arange(len(y)) / RATE, command(len(y), seed), y, RATE, Units())
+
+
+def scale(samples: int) -> JointScale:
+    return JointScale(0.3, 0.005, 1.5, SIGMA, samples, RATE)
+
+
+def form(label: str, name: str = "") -> Form:
+    return next(f for f in FORMS if f.label == label and f.name == name)
+
+
+def response_with(effects: tuple[Effect, ...], samples: int) -> tuple[JointResponse, JointValues]:
+    """The axis with effects on one record of nothing."""
+    response = JointResponse(STRUCTURE, effects, [record(np.zeros(samples), 1)], scale(samples))
+    return response, JointValues(CASCADE, effects)
+
+
+def measured(effects: tuple[Effect, ...], samples: int, seeds: tuple[int, ...]) -> list[Record]:
+    """Records of the axis with effects and white noise."""
+    response, values = response_with(effects, samples)
+    found = []
+    for seed in seeds:
+        noise = SIGMA * np.random.default_rng(seed + 100).standard_normal(samples)
+        found.append(record(response.simulate(values, command(samples, seed)).y + noise, seed))
+    return found
+
+
+def torque(law: Form, start: tuple[float, ...], weight: float, seen: float = 0.02) -> Effect:
+    """A torque through a port of some weights, its law looking at the states with weight `seen`."""
+    ports = Ports(
+        np.zeros(0), np.array([[weight], [-0.5 * weight]]), np.array([0.3 * weight, 0.4]),
+        np.zeros(0), np.array([[seen], [-0.5 * seen]]), True,
+    )  # fmt: skip
+    return Effect(law, np.array(start), ports)

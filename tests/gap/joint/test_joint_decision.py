@@ -1,0 +1,79 @@
+"""From nats and spectra to answers: each rule on numbers of its own."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
+from bayes_hw.gap.joint.remainder import Remainder
+
+QUIET = NoiseSpectrum(0.0, 0.0, -4.0, -4.0, -11.0, 0.1)
+
+
+def _decided(
+    nats: dict[str, float],
+    spectrum: NoiseSpectrum = QUIET,
+    *,
+    readings: dict[str, float] | None = None,
+    rivals: dict[str, float] | None = None,
+    kurtosis: float = 0.0,
+) -> JointDecision:
+    order = 0 if spectrum is QUIET else 8
+    found = SimpleNamespace(
+        nats=nats,
+        readings=SimpleNamespace(nats=readings or {}),
+        rivals=rivals or dict.fromkeys(LABEL_BLOCKS, -14.0),
+        remainder=Remainder(order, 1.0 if order == 0 else 2.0, kurtosis, spectrum),
+        fit=SimpleNamespace(labels=tuple(nats), score=sum(nats.values())),
+        base=SimpleNamespace(score=0.0),
+    )
+    return decide_jointly(cast(JointAnswer, found))
+
+
+def test_nothing_left_is_no_gap() -> None:
+    found = _decided({})
+    assert found.answer == ()
+    assert found.probability["none"] > 0.8
+    assert set(found.probability) == {*LABEL_BLOCKS, "none", "other"}
+
+
+def test_many_nats_are_nearly_sure_and_few_are_not() -> None:
+    assert _decided({"friction": 900.0}).probability["friction"] > 0.99
+    few = _decided({"friction": 30.0})
+    assert few.answer == ("friction",)
+    assert 0.5 < few.probability["friction"] < 0.8
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "kurtosis", "answer"),
+    [
+        (NoiseSpectrum(0.0, 2322.0, 2126.0, 2091.0, 2378.0, 0.5), 0.1, ("wind",)),
+        (NoiseSpectrum(0.0, 900.0, 700.0, 950.0, 942.0, 0.0), 0.1, ("sensor_drift",)),
+        (NoiseSpectrum(0.0, 2867.0, 2029.0, 2931.0, 2938.0, 0.0), 1.3, ("other",)),
+        (NoiseSpectrum(0.0, 3606.0, 2690.0, 2764.0, 3085.0, 0.4), 0.2, ("other",)),
+        (NoiseSpectrum(0.0, 1720.0, 1718.0, 1551.0, 1710.0, 0.7), 0.0, ()),
+    ],
+)
+def test_noise_that_is_left_has_a_cause(
+    spectrum: NoiseSpectrum, kurtosis: float, answer: tuple[str, ...]
+) -> None:
+    """Wind, an angle that walks, jumps, a line, and plain coloured noise."""
+    assert _decided({}, spectrum, kurtosis=kurtosis).answer == answer
+
+
+def test_a_rival_as_good_is_stated() -> None:
+    found = _decided({"encoder_eccentricity": 250.0}, rivals={"torque_ripple": 245.0})
+    assert found.confusable == (("encoder_eccentricity", "torque_ripple"),)
+    assert found.probability["torque_ripple"] > 0.3
+
+
+def test_readings_and_a_law_without_a_name() -> None:
+    assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
+    assert _decided({"other": 300.0}).answer == ("other",)
+    assert _decided({"gain_drift": 300.0, "other": 100.0}).answer == ("gain_drift", "other")

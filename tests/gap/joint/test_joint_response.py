@@ -1,0 +1,105 @@
+"""The joint kernel against differences, the plain cascade and effects written out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from joint_axis import CASCADE, STRUCTURE, command, form, response_with, scale, torque
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.effect_form import FORMS, Form
+from bayes_hw.gap.joint.joint_response import Effect, JointResponse
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+
+SAMPLES = 400
+
+
+def _some(law: Form) -> Effect:
+    """The form at a strength that shows."""
+    start = law.starts(scale(SAMPLES))[0]
+    if law.is_law:
+        stiff = law.label in ("cubic_stiffness", "other")
+        return torque(law, start, 1e-10 if stiff else 2e-4, 1e-5 if stiff else 0.02)
+    slots = law.slots(scale(SAMPLES))
+    values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]
+    return Effect(law, np.array(values))
+
+
+def _difference(response: JointResponse, x: FloatArray, i: int) -> FloatArray:
+    step = 1e-6 * max(abs(x[i]), 1e-2)
+    above, below = x.copy(), x.copy()
+    above[i] += step
+    below[i] -= step
+    return (response.residuals(below)[0] - response.residuals(above)[0]) / (2 * step)
+
+
+@pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
+def test_tangents_are_the_derivatives(law: Form) -> None:
+    """Of all but the few samples where a limit, a play or a clip begins to act."""
+    effect = _some(law)
+    response, values = response_with((effect,), SAMPLES)
+    x = response.coordinates(values)
+    ((rows, _),) = response.linearise(x, 0)
+    for i in range(response.size):
+        expected = _difference(response, x, i)
+        error = np.quantile(np.abs(rows[i] - expected), 0.97)
+        assert error <= 2e-3 * np.abs(expected).max() + 1e-8, (law.full_name, i)
+
+
+@pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
+def test_coordinates_and_values_are_inverse(law: Form) -> None:
+    response, values = response_with((_some(law),), SAMPLES)
+    x = response.coordinates(values)
+    np.testing.assert_allclose(response.coordinates(response.values(x)), x, rtol=1e-12)
+
+
+def test_without_effects_it_is_the_cascade() -> None:
+    response, values = response_with((), SAMPLES)
+    model = HammersteinWiener(
+        "axis", 20.0, Saturation(CASCADE.lower, CASCADE.upper), linear_block(STRUCTURE, CASCADE),
+        DeadZone(CASCADE.half_width),
+    )  # fmt: skip
+    u = command(SAMPLES, 1)
+    np.testing.assert_allclose(response.simulate(values, u).y, model.simulate(u).y, atol=1e-10)
+
+
+def test_gain_drift_and_bias_by_their_formulas() -> None:
+    u = command(SAMPLES, 1)
+    drift = Effect(form("gain_drift"), np.array([0.2, 50.0]))
+    bias = Effect(form("command_bias"), np.array([0.01]))
+    response, values = response_with((drift, bias), SAMPLES)
+    delayed = np.clip(np.concatenate([[0.0], u[:-1]]), CASCADE.lower, CASCADE.upper)
+    expected = delayed * (1 + 0.2 * (1 - np.exp(-np.arange(SAMPLES) / 50.0))) + 0.01
+    np.testing.assert_allclose(response.simulate(values, u).v, expected, atol=1e-14)
+
+
+def test_a_ramp_is_the_mean_over_each_sample() -> None:
+    """Fine steps of the same ramp, averaged over each sample."""
+    u = command(SAMPLES, 1)
+    rate = 0.07
+    response, values = response_with((Effect(form("rate_limit"), np.array([1 / rate])),), SAMPLES)
+    target = np.clip(np.concatenate([[0.0], u[:-1]]), CASCADE.lower, CASCADE.upper)
+    fine, at, expected = 2000, 0.0, []
+    reach = rate * np.arange(1, fine + 1) / fine
+    for value in target:
+        path = at + np.clip(value - at, -reach, reach)
+        expected.append(path.mean())
+        at = path[-1]
+    np.testing.assert_allclose(response.simulate(values, u).v, expected, atol=1e-4)
+
+
+def test_play_and_asymmetry_by_their_formulas() -> None:
+    u = command(SAMPLES, 1)
+    effects = (
+        Effect(form("backlash", "kinematic"), np.array([0.03])),
+        Effect(form("gain_asymmetry"), np.array([np.log(1.1)])),
+    )
+    response, values = response_with(effects, SAMPLES)
+    run = response.simulate(values, u)
+    out, expected = 0.0, []
+    for w in run.w:
+        out = min(max(out, w - 0.03), w + 0.03)
+        expected.append(1.1 * max(out - 0.02, 0.0) + min(out + 0.02, 0.0))
+    np.testing.assert_allclose(run.y, expected, atol=1e-12)

@@ -1,0 +1,84 @@
+"""bayes-hw diagnose RECORD... --holdout RECORD: no model is needed, and one of the same records is opened."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_files import write_axis, write_record
+from simulated_records import measured
+
+from bayes_hw.cli import main
+from bayes_hw.csv_output import write_csv
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+
+def _column(path: Path, name: str) -> list[float]:
+    with path.open() as file:
+        return [float(row[name]) for row in csv.DictReader(file)]
+
+
+@pytest.fixture
+def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two records with a ramp on the reading and one held out."""
+    write_axis(tmp_path, small_axis)
+    for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
+        record = measured(small_axis, 600, seed=seed)
+        drifting = Record(
+            record.name, record.t, record.u, record.y + 0.004 * record.t, record.sample_rate_hz, record.units
+        )
+        write_record(tmp_path / f"{name}.csv", drifting)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("folder")
+def test_records_alone_give_every_file() -> None:
+    """The drift is named, the prediction carries y, and the corrected model is simulated and predicts."""
+    assert (
+        main(
+            ["diagnose", "train_1.csv", "train_2.csv", "--holdout", "holdout.csv", "--out", "out", "--quiet"]
+        )
+        == 0
+    )
+    verdict = json.loads(Path("out/verdict.json").read_text())
+    assert verdict["answer"] == ["sensor_drift"]
+    assert set(verdict["probability"]) == {*LABEL_BLOCKS, "none", "other"}
+    assert verdict["next_experiment"]
+    assert {"saturation.upper", "dead_zone.half_width", "noise.sigma"} <= set(verdict["base"])
+    assert Path("out/report.html").is_file() and Path("out/report.pdf").is_file()
+    prediction = Path("out/holdout_prediction.csv")
+    np.testing.assert_allclose(_column(prediction, "y"), _column(Path("holdout.csv"), "y"))
+    write_csv(
+        Path("plain.csv"), {name: np.array(_column(Path("holdout.csv"), name)) for name in ("t", "u", "y")}
+    )
+    simulate = ["simulate", "plain.csv", "--model", "out/corrected.json", "--out", "run.csv", "--quiet"]
+    assert main(simulate) == 0
+    np.testing.assert_allclose(_column(Path("run.csv"), "y_model"), _column(prediction, "after"), atol=1e-9)
+    assert main(["predict", "plain.csv", "--posterior", "out", "--out", "bands.csv", "--quiet"]) == 0
+    inside = np.array(_column(Path("bands.csv"), "lo")) < np.array(_column(Path("bands.csv"), "y"))
+    assert inside.mean() > 0.8
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_model_of_the_same_records_is_opened_again() -> None:
+    content = json.loads(Path("model/model.json").read_text())
+    digest = hashlib.sha256(Path("train_1.csv").read_bytes()).hexdigest()
+    content["records"] = [{"name": "train_1", "sha256": digest}]
+    Path("own.json").write_text(json.dumps(content))
+    files = ["--train", "train_1.csv", "train_2.csv", "--holdout", "holdout.csv", "--no-report", "--quiet"]
+    assert main(["diagnose", "--model", "own.json", *files, "--out", "own"]) == 0
+    notes = json.loads(Path("own/verdict.json").read_text())["notes"]
+    assert any("identified from these very records" in note for note in notes)
+
+
+@pytest.mark.usefixtures("folder")
+def test_records_without_any_held_out_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diagnose", "train_1.csv", "train_2.csv", "--out", "out"]) == 2
+    assert "--holdout" in capsys.readouterr().err
