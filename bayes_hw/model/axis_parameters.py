@@ -12,7 +12,15 @@ from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
-from bayes_hw.model.modal import LinearBatch, ModalForm, ResidueBatch, linear_batch, modal_form, moved_apart
+from bayes_hw.model.modal import (
+    LinearBatch,
+    ModalForm,
+    ResidueBatch,
+    linear_batch,
+    modal_form,
+    moved_apart,
+    numerator_coefficient,
+)
 from bayes_hw.model.mode_poles import mode_poles, squared_distances
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import (
@@ -181,13 +189,12 @@ class AxisParameters:
         return ResidueBatch(real_poles, pair_poles, real_residues, pair_residues, direct)
 
     def gain(self, values: FloatArray) -> FloatArray:
-        """The leading numerator coefficient of G for every column of `values` (parameters, walkers)."""
+        """The numerator coefficient of G at the power of z that leads the model's numerator, for every column
+        of `values` (parameters, walkers)."""
         if self.free == "dominant":
             return values[self._row["gain"]]
-        if "direct" in self._row:
-            return values[self._row["direct"]]
-        real, pairs, _ = self.linear_batch(values).residues()
-        return real.sum(axis=0) + 2 * pairs.real.sum(axis=0)
+        linear = self.model.linear
+        return numerator_coefficient(self.linear_batch(values), len(linear.poles) - len(linear.zeros))
 
     def velocity_gain(self, values: FloatArray) -> FloatArray:
         """Steady output velocity per unit of v for every column of `values`; NaN without an integrator."""

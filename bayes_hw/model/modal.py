@@ -136,6 +136,25 @@ class ResidueBatch:
         return np.asarray(response * z ** (-delay_samples), dtype=np.complex128)
 
 
+def numerator_coefficient(linear: LinearBatch | ResidueBatch, drop: int) -> FloatArray:
+    """The coefficient (walkers,) of G's numerator `drop` powers of z below the degree of its denominator.
+
+    Numerator over denominator is the series of the pulse response h in 1/z, so that it is the sum of a_k
+    h_(drop - k) over k, with a_k the coefficients of the monic denominator.
+    """
+    real, pairs, direct = linear.residues()
+    poles = np.concatenate(
+        [linear.real_poles.astype(np.complex128), linear.pair_poles, linear.pair_poles.conj()]
+    )
+    residues = np.concatenate([real.astype(np.complex128), pairs, pairs.conj()])
+    pulse = [direct, *((residues * poles**k).sum(axis=0).real for k in range(drop))]
+    denominator = np.zeros((drop + 1, len(direct)), dtype=np.complex128)
+    denominator[0] = 1.0
+    for pole in poles:
+        denominator[1:] -= pole * denominator[:-1].copy()
+    return np.sum([denominator[k].real * pulse[drop - k] for k in range(drop + 1)], axis=0)
+
+
 def moved_apart(poles: Roots) -> Roots:
     """`poles` (n, walkers) with each two that are closer than SEPARATION set that far apart."""
     if not any_closer_than(poles, SEPARATION):

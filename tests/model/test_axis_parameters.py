@@ -27,6 +27,21 @@ def assert_same_roots(found: np.ndarray, expected: np.ndarray) -> None:
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-9)
 
 
+@pytest.mark.parametrize("zeros", [[], [0.3], [0.3, -0.2], [0.3, 0.2, 0.1]])
+def test_the_gain_is_that_of_the_model_whatever_its_zeros(zeros: list[float]) -> None:
+    """At the nominal values, and where the gain alone is another."""
+    pole = Mode(2.0, 0.1).pole(20.0)
+    poles = np.array([1.0, pole, np.conj(pole)], dtype=complex)
+    linear = LinearBlock(np.array(zeros, dtype=complex), poles, 0.02, 1)
+    axis = AxisParameters(replace(nanshan_model(), linear=linear, dominant_modes=(Mode(2.0, 0.1),)), "all")
+    assert axis.gain(axis.nominal[:, None]) == pytest.approx([0.02])
+    weights = [row for row, name in enumerate(axis.names) if name in ("velocity_gain", "direct")]
+    weights += [row for row, name in enumerate(axis.names) if name.endswith((".cosine", ".sine", ".weight"))]
+    values = axis.nominal[:, None].copy()
+    values[weights] *= 1.5
+    assert axis.gain(values) == pytest.approx([0.03])
+
+
 @pytest.mark.parametrize("free", ["dominant", "all"])
 def test_nominal_values_give_the_nominal_model_back(free: FreeSet) -> None:
     model = nanshan_model()

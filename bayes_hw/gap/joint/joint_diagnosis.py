@@ -311,12 +311,16 @@ def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
 
 
 def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
-    """verdict.json, holdout_prediction.csv, corrected.json: all or none."""
+    """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
     first = diagnosis.holdout[0]
-    columns = {
-        "t": first.t, "before": diagnosis.before, "after": diagnosis.after,
-        "lo": diagnosis.low, "hi": diagnosis.high, "y": first.y,
-    }  # fmt: skip
+    angles = {
+        "before": diagnosis.before,
+        "after": diagnosis.after,
+        "lo": diagnosis.low,
+        "hi": diagnosis.high,
+        "y": first.y_or_nan,
+    }
+    columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
     with staged(out, instead_of=["free_residual.csv"]) as place:
         write_csv(place / "holdout_prediction.csv", columns)
         diagnosis.verdict.write(place / "verdict.json")
