@@ -1,0 +1,169 @@
+"""The growing of G: exact derivatives, exact likelihood, nested orders, the truth's likelihood reached."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from bayes_hw.identify.cascade import Structure, simulate, to_coordinates
+from bayes_hw.identify.experiment import prepare
+from bayes_hw.identify.growth import cascade_response
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.delay import at_delay, with_longer_delay
+from bayes_hw.identify.growth.extension import with_real_pole, with_section
+from bayes_hw.identify.growth.score_test import best_candidates
+from bayes_hw.identify.growth.search import Grown, extended, grow, smallest_cascade
+from bayes_hw.identify.growth.slow_poles import slow_poles, with_real_poles, with_slow_poles
+from bayes_hw.model.twin import twin_records
+from bayes_hw.record import Record, Units
+
+
+def records(count: int = 2, samples: int = 300) -> list[Record]:
+    rng = np.random.default_rng(3)
+    t = np.arange(samples) / 20.0
+    return [
+        Record(f"r{i}", t, 0.5 * np.sin(0.3 * t**1.3 + i), rng.standard_normal(samples), 20.0, Units())
+        for i in range(count)
+    ]
+
+
+def coordinates(structure: Structure, count: int) -> np.ndarray:
+    found = 0.4 * np.random.default_rng(4).standard_normal(structure.size(count))
+    found[:3] = -0.3, 0.35, 0.05
+    return found
+
+
+@pytest.mark.parametrize("block", [65_536, 100])
+def test_derivatives_are_those_of_differences_in_blocks_of_any_size(
+    block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cascade_response, "BLOCK_SAMPLES", block)
+    structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True)
+    response = CascadeResponse(structure, records())
+    at = coordinates(structure, 2)
+    rows = np.concatenate([part[:, first:] for part, first in response.linearise(at, 7)], axis=1)
+    np.testing.assert_allclose(rows[-1], np.concatenate(response.residuals(at)), atol=1e-12)
+    for i, row in enumerate(rows[:-1]):
+        step = np.zeros(len(at))
+        step[i] = 1e-6
+        ahead, behind = (np.concatenate(response.residuals(at + sign * step)) for sign in (1, -1))
+        difference = (behind - ahead) / 2e-6
+        # At the corners of limits and dead zone a difference sees both sides.
+        assert np.quantile(np.abs(difference - row), 0.98) < 1e-6 * (1 + np.abs(row).max())
+
+
+@pytest.mark.parametrize("free_start", [False, True])
+def test_the_response_is_that_of_the_cascade(free_start: bool) -> None:
+    structure = Structure(1, True, 1, 2, lower=True, upper=True, dead_zone=True, free_start=free_start)
+    given = records()
+    response = CascadeResponse(structure, given)
+    at = coordinates(structure, 2)
+    values = response.values(at)
+    np.testing.assert_allclose(response.coordinates(values), at, atol=1e-12)
+    simulated = simulate(structure, to_coordinates(structure, values)[:, None], given)
+    for record, residual, output in zip(given, response.residuals(at), simulated, strict=True):
+        np.testing.assert_allclose(record.y - residual, output[0], atol=1e-10)
+
+
+def test_the_likelihood_is_the_exact_one_of_an_autoregression() -> None:
+    """Against the density of a multivariate normal with the covariance of an AR(2)."""
+    kappa, samples = np.array([0.6, -0.3]), 40
+    whitener = Whitener.of_partial(kappa)
+    impulse = np.zeros(2000)
+    impulse[0] = 1.0
+    phi = whitener.coefficients[2]
+    for k in range(1, 2000):
+        impulse[k] = phi[0] * impulse[k - 1] + (phi[1] * impulse[k - 2] if k > 1 else 0.0)
+    autocovariance = np.array([impulse[: 2000 - lag] @ impulse[lag:] for lag in range(samples)])
+    e = np.random.default_rng(0).standard_normal(samples)
+    variance = whitener.sum_of_squares([e]) / samples
+    lags = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples)))
+    expected = multivariate_normal(cov=variance * autocovariance[lags]).logpdf(e)
+    assert whitener.log_likelihood([e]) == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_larger_cascade_starts_with_the_same_response() -> None:
+    structure = Structure(1, True, 1, 1, lower=True, upper=True, dead_zone=True, free_start=True)
+    given = records()
+    response = CascadeResponse(structure, given)
+    values = response.values(coordinates(structure, 2))
+    before = response.residuals(response.coordinates(values))
+    for larger, extended_values in (
+        with_section(structure, values, 1.2, 0.5),
+        with_real_pole(structure, values, 0.8),
+    ):
+        wider = CascadeResponse(larger, given)
+        after = wider.residuals(wider.coordinates(extended_values))
+        np.testing.assert_allclose(np.concatenate(after), np.concatenate(before), atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def twin_pool() -> tuple[dict[int, Grown], float]:
+    """Cascades grown from one twin's records, and the half width's unit."""
+    twin = twin_records(np.random.default_rng(90211))
+    experiment = prepare(twin.train, free_start=False)
+    structure = Structure(2, True, 0, 0, lower=True, upper=True, dead_zone=True)
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level)
+    return grow(start, 9, least_order=9), experiment.output_scale
+
+
+def test_no_order_fits_worse_than_a_smaller_one(twin_pool: tuple[dict[int, Grown], float]) -> None:
+    pool, _ = twin_pool
+    heights = [pool[order].log_likelihood for order in sorted(pool)]
+    assert sorted(pool) == list(range(1, 10))
+    assert all(np.diff(heights) > -0.5)
+
+
+def test_the_dead_zone_is_found_with_the_slow_poles_and_not_without(
+    twin_pool: tuple[dict[int, Grown], float],
+) -> None:
+    """The twin's half width is 0.006 deg; orders that lack its slow pair put the lost travel there."""
+    pool, scale = twin_pool
+    assert abs(pool[8].values.half_width * scale - 0.006) < 0.0006
+    assert pool[5].values.half_width * scale > 0.0066
+    kept = with_slow_poles(pool[5])
+    assert slow_poles(pool[5]) < 2 <= slow_poles(kept)
+    assert abs(kept.values.half_width * scale - 0.006) < 0.0006
+    assert with_slow_poles(pool[8]) is pool[8]
+
+
+def test_a_delay_taken_up_costs_next_to_nothing(twin_pool: tuple[dict[int, Grown], float]) -> None:
+    pool, _ = twin_pool
+    shorter = at_delay(pool[9], 1).descended()
+    longer = with_longer_delay(shorter)
+    assert longer.structure.delay_samples == 2
+    assert with_longer_delay(pool[8]).structure.delay_samples == 2
+
+
+def test_pairs_that_become_real_keep_the_fit(twin_pool: tuple[dict[int, Grown], float]) -> None:
+    pool, _ = twin_pool
+    found = with_real_poles(pool[8])
+    assert found.structure.order == 8
+    assert found.log_likelihood > pool[8].log_likelihood - 2.5
+
+
+def test_the_score_test_finds_the_missing_resonance() -> None:
+    """A cascade without its resonance: the promised gain is largest at the resonance's own frequency."""
+    structure = Structure(0, True, 0, 1)
+    rng = np.random.default_rng(5)
+    given = [replace(record, u=rng.standard_normal(1500)) for record in records(1, 1500)]
+    angle, radius = 2 * np.pi * 0.13, 0.97
+    true = CascadeResponse(structure, given)
+    values = true.values(np.zeros(structure.size(1)))
+    sections = np.array([[2 * radius * np.cos(angle)], [radius**2], [0.05], [0.02]])
+    values = replace(values, integrator_residue=0.1, sections=sections)
+    clean = [record.y - e for record, e in zip(given, true.residuals(true.coordinates(values)), strict=True)]
+    noisy = [replace(r, y=y + 0.01 * rng.standard_normal(len(y))) for r, y in zip(given, clean, strict=True)]
+    bare = Structure(0, True, 0, 0)
+    plain = replace(values, sections=np.zeros((4, 0)), starts=np.zeros((1, 1)))
+    item = Grown.at(bare, plain, noisy).descended()
+    _, pairs = best_candidates(item.response, item.point, 1)
+    found = np.arccos(pairs[0].a1 / (2 * np.sqrt(pairs[0].a2)))
+    assert found == pytest.approx(angle, rel=0.12)
+    reached = extended(item, pairs[0]).descended()
+    assert np.sqrt(reached.values.sections[1, 0]) == pytest.approx(radius, abs=0.003)
+    assert reached.point.rms == pytest.approx(0.01, rel=0.1)
