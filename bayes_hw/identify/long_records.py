@@ -15,10 +15,10 @@ from bayes_hw.identify.growth.delay import at_delay
 from bayes_hw.identify.growth.search import Grown, likeliest
 from bayes_hw.record import Record
 
-SEARCH_SAMPLES = 30_000
+SEARCH_SAMPLES = 40_000
 """Samples of all records together from which on a lower rate is looked for."""
 
-RATE_OVER_HIGHEST = 8.0
+RATE_OVER_HIGHEST = 4.0
 """Of a lower rate over the highest frequency at which output and command are coherent."""
 
 COHERENT = 0.3
