@@ -26,7 +26,7 @@ SUMMARIES = {
 }
 
 
-def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=True):
+def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=True, given=()):
     """What the first page reads of an Analysis, with the faults asked for."""
     posterior = SimpleNamespace(
         converged=converged,
@@ -35,15 +35,15 @@ def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=Tru
         names=tuple(SUMMARIES),
         point_estimate=[s.mean for s in SUMMARIES.values()],
         prior_dominated=dominated,
+        conditional_on=given,
     )
     test = ResidualTest("white (Ljung-Box, 25 lags)", 1.0, 0.5, passed, "correlation in time is left")
     blocks = ("saturation.lower", "saturation.upper", "dead_zone")
     return SimpleNamespace(
-        dominant=SimpleNamespace(
+        inference=SimpleNamespace(
             posterior=posterior,
             residuals=SimpleNamespace(tests=(test,), white=passed, explained=True, fit_percent=90.0),
         ),
-        everything=None,
         identification=SimpleNamespace(
             blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks}
         ),
@@ -79,6 +79,13 @@ def test_faults_come_first_and_take_the_intervals_away():
     assert "Model and records disagree: correlation in time is left." in text
     assert "WORSE than 95.8\u00a0%" in text
     assert "±" not in text
+
+
+def test_what_the_intervals_are_given_is_a_warning():
+    found = badges(analysis(given=("mode 2 at 3.66 Hz",)))
+    assert found[0].state == "warn"
+    assert (found[2].label, found[2].state) == ("conditional", "warn")
+    assert "mode 2 at 3.66 Hz" in found[2].detail
 
 
 def test_bands_of_one_record_are_never_a_failure():
