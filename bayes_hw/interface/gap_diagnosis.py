@@ -76,7 +76,7 @@ class GapDiagnosis:
         return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
-        """verdict.json and holdout_prediction.csv, as `bayes-hw diagnose` writes them."""
+        """verdict.json, holdout_prediction.csv and, of records without a model, corrected.json."""
         if isinstance(self.diagnosis, JointDiagnosis):
             joint_diagnosis.write_results(self.diagnosis, Path(folder))
         else:

@@ -112,7 +112,8 @@ def test_results_can_be_written(shown: dict[str, Any], tmp_path: Path) -> None:
     shown["posterior"].write(tmp_path)
     shown["gap"].write(tmp_path)
     found = {path.name for path in tmp_path.iterdir()}
-    assert found == {"posterior.nc", "posterior.json", "verdict.json", "holdout_prediction.csv"}
+    diagnosed = {"verdict.json", "holdout_prediction.csv", "corrected.json"}
+    assert found == {"posterior.nc", "posterior.json"} | diagnosed
 
 
 def test_importing_the_package_is_light() -> None:
