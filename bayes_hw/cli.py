@@ -148,6 +148,14 @@ def build_parser() -> argparse.ArgumentParser:
     add_start(sub)
     add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="all", help=FREE_HELP)
+    sub.add_argument(
+        "--check",
+        type=int,
+        default=0,
+        metavar="N",
+        help="simulate N times from the posterior under the same commands, identify and sample each anew, "
+        "and say how often the intervals held (default 0; goes on from OUT/check where interrupted)",
+    )
     add_sampling(sub)
     add_common(sub)
 

@@ -19,7 +19,7 @@ from bayes_hw.record import Units
 DRAWS = 1000
 INFLATION = 1.7
 """Of standard deviations, for structures not chosen and forms a little wrong: see
-docs/decisions/joint-search.md."""
+docs/decisions/0016-joint-search.md."""
 
 RIDGE = 1e-9
 CHAOTIC = 1.7

@@ -1,0 +1,162 @@
+"""Whether the intervals hold on an axis like the user's own.
+
+Records are simulated from posterior draws under the user's own commands, with the noise of the draw; each set
+is identified and sampled anew, from nothing but its records. How often the 94 % intervals then hold the drawn
+values is what the intervals are worth (Cook, Gelman and Rubin, doi 10.1198/106186006X136976).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.stats import binomtest
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.executor import Executor, ResultFolder
+from bayes_hw.identify.four_steps import identify
+from bayes_hw.infer.calibration import stationary_autoregression
+from bayes_hw.infer.inference import infer
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.progress import Progress
+from bayes_hw.record import Record
+
+SAME_MODE = 0.15
+"""Modes whose logarithms of frequency differ by less are one."""
+
+STATIC = ("saturation.lower", "saturation.upper", "dead_zone.half_width")
+
+CheckTask: TypeAlias = tuple[tuple[Record, ...], dict[str, float], int, SamplerSettings]
+"""Simulated records, the values that they were simulated with, a seed, how long to sample."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """How often a parameter's 94 % interval held the drawn value."""
+
+    held: int
+    of: int
+
+    @property
+    def interval95(self) -> tuple[float, float]:
+        """Clopper and Pearson's interval of the share."""
+        found = binomtest(self.held, self.of).proportion_ci(0.95, method="exact")
+        return float(found.low), float(found.high)
+
+
+@dataclass(frozen=True)
+class OwnCheck:
+    """The outcome of all replicates; `converged` of them did."""
+
+    replicates: int
+    converged: int
+    held: dict[str, Held]
+
+    @property
+    def all_parameters(self) -> Held:
+        """Every interval of every replicate together."""
+        return Held(sum(h.held for h in self.held.values()), sum(h.of for h in self.held.values()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry `check` of posterior.json."""
+        return {
+            "replicates": self.replicates,
+            "converged": self.converged,
+            "held": {
+                name: {"held": one.held, "of": one.of, "interval95": list(one.interval95)}
+                for name, one in self.held.items()
+            },
+        }
+
+
+def check_own_axis(
+    posterior: Posterior,
+    records: Sequence[Record],
+    replicates: int,
+    seed: int,
+    executor: Executor,
+    *,
+    settings: SamplerSettings | None = None,
+    kept: ResultFolder | None = None,
+    progress: Progress | None = None,
+) -> OwnCheck:
+    """Simulate, identify and sample `replicates` times. Raises InputError unless every record starts at rest
+    and the noise is normal, which is all that is simulated."""
+    if posterior.axis.start_positions is not None or posterior.noise_parameters[-1].name.endswith("freedom"):
+        raise InputError(
+            "--check simulates records that start at rest, with normal noise; leave --start free and "
+            "--noise student-t out"
+        )
+    tasks = check_tasks(posterior, records, replicates, seed, settings or SamplerSettings())
+    results = executor.map(check_once, tasks, progress=progress, label="check of the intervals", kept=kept)
+    counts: dict[str, list[bool]] = {}
+    for result in results:
+        for name, inside in result["inside"].items():
+            counts.setdefault(name, []).append(inside)
+    held = {name: Held(sum(each), len(each)) for name, each in counts.items()}
+    return OwnCheck(replicates, sum(result["converged"] for result in results), held)
+
+
+def check_tasks(
+    posterior: Posterior, records: Sequence[Record], replicates: int, seed: int, settings: SamplerSettings
+) -> list[CheckTask]:
+    """One task of `check_once` a posterior draw."""
+    rng = np.random.default_rng(seed)
+    n_axis = len(posterior.axis.parameters)
+    tasks = []
+    for number, draw in enumerate(posterior.draws(replicates, rng)[:replicates]):
+        model = posterior.axis.to_model(draw[:n_axis])
+        sigma, partial = float(draw[n_axis]), draw[n_axis + 1 :]
+        simulated = tuple(_simulated(model, record, sigma, partial, rng) for record in records)
+        tasks.append((simulated, true_values(model), seed + number, settings))
+    return tasks
+
+
+def true_values(model: HammersteinWiener) -> dict[str, float]:
+    """Limits, half width and dominant modes of a model, by the names of posterior.json."""
+    values = (model.saturation.lower, model.saturation.upper, model.dead_zone.half_width)
+    found = dict(zip(STATIC, values, strict=True))
+    for number, mode in enumerate(sorted(model.dominant_modes, key=lambda m: m.frequency_hz), start=1):
+        found[f"mode{number}.frequency_hz"] = mode.frequency_hz
+        found[f"mode{number}.damping_ratio"] = mode.damping_ratio
+    return found
+
+
+def check_once(task: CheckTask) -> dict[str, Any]:
+    """Whether the 94 % intervals of one replicate hold its true values; a mode that is not found does not."""
+    records, truth, seed, settings = task
+    model = identify(records, name="replicate").model
+    posterior = infer(model, records, np.random.default_rng(seed), settings=settings).posterior
+    inside = {}
+    for name, value in truth.items():
+        own = name if name in STATIC else _same_mode(posterior, truth, name)
+        if own is None:
+            inside[name] = False
+            continue
+        low, high = posterior.reported[own].hdi94
+        inside[name] = bool(low <= value <= high)
+    return {"inside": inside, "converged": posterior.converged}
+
+
+def _same_mode(posterior: Posterior, truth: dict[str, float], name: str) -> str | None:
+    mode, _, quantity = name.partition(".")
+    wanted = np.log(truth[f"{mode}.frequency_hz"])
+    means = {
+        other.partition(".")[0]: abs(np.log(summary.mean) - wanted)
+        for other, summary in posterior.reported.items()
+        if other.startswith("mode") and other.endswith(".frequency_hz")
+    }
+    nearest = min(means, key=lambda key: means[key], default=None)
+    return None if nearest is None or means[nearest] > SAME_MODE else f"{nearest}.{quantity}"
+
+
+def _simulated(
+    model: HammersteinWiener, record: Record, sigma: float, partial: FloatArray, rng: np.random.Generator
+) -> Record:
+    noise = stationary_autoregression(len(record), sigma, partial, rng)
+    return replace(record, y=model.simulate(record.u).y + noise, sha256="", known={}, known_units={})

@@ -1,0 +1,55 @@
+"""The check of the intervals on the user's own axis: what is simulated, compared and counted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from spread_axis import spread_posterior
+
+from bayes_hw.executor import LocalExecutor
+from bayes_hw.infer import own_check
+from bayes_hw.infer.own_check import Held, OwnCheck, check_own_axis, check_tasks, true_values
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.model.nanshan import nanshan_model
+from bayes_hw.record import Record, Units
+
+RECORD = Record("r", np.arange(400) / 20.0, 0.3 * np.sin(np.arange(400) / 9.0), np.zeros(400), 20.0, Units())
+
+
+def test_the_interval_of_a_share_is_the_exact_one() -> None:
+    low, high = Held(19, 20).interval95
+    assert low == pytest.approx(0.7513, abs=1e-4) and high == pytest.approx(0.9987, abs=1e-4)
+
+
+def test_replicates_are_simulated_with_the_values_that_they_are_held_against() -> None:
+    """Each draw's own model and noise: what is left after its response has the draw's standard deviation."""
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    tasks = check_tasks(posterior, [RECORD], 3, 1, SamplerSettings())
+    assert len({task[1]["saturation.upper"] for task in tasks}) == 3
+    for (simulated,), truth, _, _ in tasks:
+        np.testing.assert_array_equal(simulated.u, RECORD.u)
+        assert truth["saturation.upper"] == pytest.approx(0.438, rel=0.05)
+        assert 0.0005 < np.std(np.diff(simulated.y - posterior.mean_model().simulate(RECORD.u).y)) < 0.02
+    again = check_tasks(posterior, [RECORD], 3, 1, SamplerSettings())
+    np.testing.assert_array_equal(again[2][0][0].y, tasks[2][0][0].y)
+
+
+def test_counts_are_those_of_the_replicates() -> None:
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    truth = true_values(posterior.mean_model())
+
+    class Pretended(LocalExecutor):
+        def map(self, function: Any, tasks: Any, **options: Any) -> list[Any]:
+            assert "kept" in options and function is own_check.check_once and len(tasks) == 4
+            return [
+                {"inside": dict.fromkeys(truth, number != 0), "converged": number != 3} for number in range(4)
+            ]
+
+    found = check_own_axis(posterior, [RECORD], 4, 1, Pretended())
+    assert (found.replicates, found.converged) == (4, 3)
+    assert set(found.held) == set(truth) and all(one == Held(3, 4) for one in found.held.values())
+    assert found.all_parameters == Held(3 * len(truth), 4 * len(truth))
+    assert found.to_dict()["held"]["saturation.lower"]["held"] == 3
+    assert isinstance(found, OwnCheck)
