@@ -150,3 +150,9 @@ def test_unmeasured_samples_are_written_as_empty_cells(record, tmp_path):
     dataclasses.replace(record, measured=measured).write(tmp_path / "holed.csv")
     lines = (tmp_path / "holed.csv").read_text().splitlines()
     assert [number for number, line in enumerate(lines) if line.endswith(",")] == [6, 10]
+
+
+def test_the_angle_that_was_measured_is_converted_with_its_origin() -> None:
+    record = Record.from_arrays(np.arange(4) / 10, np.ones(4), np.arange(4.0))
+    found = dataclasses.replace(record, origin=134.0).converted(Units(output="arcsec"))
+    np.testing.assert_allclose(found.columns()["y"], 3600 * (np.arange(4.0) + 134.0))
