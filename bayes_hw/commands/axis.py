@@ -212,8 +212,8 @@ def _check(
     low, high = whole.interval95
     say(
         f"check: in {check.replicates} replicates ({check.converged} converged) {whole.held} of {whole.of}"
-        f" intervals of 94 % held the values simulated with, {100 * whole.held / whole.of:.0f} % (95 % "
-        f"interval {100 * low:.0f} to {100 * high:.0f} %)"
+        f" intervals of 94 % held the values simulated with, {100 * whole.held / whole.of:.0f} %"
+        f" (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
     )
     for name, one in check.held.items():
         say(f"  {name:32} {one.held} of {one.of}")
