@@ -93,7 +93,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = _next_order(chosen(tried), tried)
+    best = chosen(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:
@@ -121,22 +121,6 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
 def chosen(items: Iterable[Grown]) -> Grown:
     """The one of the smallest criterion."""
     return min(items, key=lambda item: item.criterion)
-
-
-def _next_order(item: Grown, tried: Iterable[Grown]) -> Grown:
-    """The likeliest cascade tried of one order more and the same delay and integrator.
-
-    What the criterion leaves out for want of evidence still moves what depends on it, the leading coefficient
-    of G most of all; a pole too many costs widths next to nothing.
-    """
-    structure = item.structure
-    wanted = structure.order + 1, structure.delay_samples, structure.integrator
-    larger = [
-        other
-        for other in tried
-        if (other.structure.order, other.structure.delay_samples, other.structure.integrator) == wanted
-    ]
-    return max([item, *larger], key=lambda other: other.log_likelihood)
 
 
 def cascade_fit(item: Grown) -> CascadeFit:
