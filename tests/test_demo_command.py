@@ -22,7 +22,7 @@ from bayes_hw.plant.kinds import KINDS
 RUN_COMMAND = demo.run_command
 FEW = set(LABEL_BLOCKS) - {"friction"}
 SHORTER = {
-    "sample": ("--walkers", "40", "--max-steps", "50"),
+    "sample": ("--walkers", "80", "--max-steps", "50"),
     "diagnose": ("--without", *FEW),
 }
 

@@ -279,7 +279,7 @@ def test_any_increasing_stamps_make_a_record_or_are_refused(tmp_path, steps, sca
 def test_the_rubin_azimuth_is_refused_as_it_is_and_read_when_resampled():
     path = SHARED / "data/rubin_tma/20230531_azimuth.csv"
     names = Columns("timestamp", "demandVelocity", "actualPosition")
-    assert "row 4: time step changes from 0.09985 s to 0.05045 s" in refusal(path, columns=names)
+    assert "row 3: time step changes from 0.05043 s to 0.09985 s: samples are missing" in refusal(path, columns=names)
     record = Record.read(path, columns=names, resample_hz=10)
     assert record.sample_rate_hz == 10
     assert record.t[0] == 0.0
@@ -322,7 +322,7 @@ def test_every_practice_record_is_read_at_a_whole_rate_without_treatment():
     assert paths
     for path in paths:
         record = Record.read(path)
-        assert record.sample_rate_hz in (20.0, 25.0, 50.0)
+        assert record.sample_rate_hz in (20.0, 25.0, 40.0, 50.0)
         assert record.treatment == ()
 
 
