@@ -279,7 +279,9 @@ def test_any_increasing_stamps_make_a_record_or_are_refused(tmp_path, steps, sca
 def test_the_rubin_azimuth_is_refused_as_it_is_and_read_when_resampled():
     path = SHARED / "data/rubin_tma/20230531_azimuth.csv"
     names = Columns("timestamp", "demandVelocity", "actualPosition")
-    assert "row 3: time step changes from 0.05043 s to 0.09985 s: samples are missing" in refusal(path, columns=names)
+    assert "row 3: time step changes from 0.05043 s to 0.09985 s: samples are missing" in refusal(
+        path, columns=names
+    )
     record = Record.read(path, columns=names, resample_hz=10)
     assert record.sample_rate_hz == 10
     assert record.t[0] == 0.0

@@ -11,7 +11,7 @@ from scipy import optimize, special
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.checkpoint import Plan
 from bayes_hw.infer.laplace import Laplace
-from bayes_hw.infer.mixture import FITTED_INFLATION, TAILS, StudentTMixture, refitted
+from bayes_hw.infer.mixture import FITTED_INFLATION, MOST_BENT, TAILS, StudentTMixture, refitted
 
 FIRST_DRAWS, DRAWS = 40, 90
 """Draws of the first round of importance sampling and of each later one, for every pair of parameters: a
@@ -41,7 +41,8 @@ def importance_trial(laplace: Laplace, rng: np.random.Generator) -> Trial:
 
     The first ones, narrow yet, know too little of the tails to be judged by their own draws.
     """
-    pairs = max(laplace.dimension * (laplace.dimension + 1) // 2, FEWEST_PAIRS * laplace.dimension)
+    bent = min(laplace.dimension, MOST_BENT)
+    pairs = max(bent * (bent + 1) // 2, FEWEST_PAIRS * laplace.dimension)
     proposal = laplace.proposal()
     trials: list[Trial] = []
     as_they_are = 0

@@ -152,19 +152,24 @@ def several_laplace(
     )
 
 
+MOST_BENT = 24
+"""Dimensions beyond which a bend, of a coefficient a pair and dimension, costs more than it gains."""
+
+
 def refitted(
     mixture: StudentTMixture, points: FloatArray, weights: FloatArray, *, bent: bool
 ) -> StudentTMixture:
     """The components of `mixture` moved to the weighted points (weights of sum one) that each is nearest to.
 
-    With `bent`, the heaviest one, which comes first, is bent as its points are. A component with less than
-    FEWEST of the weight stays where it is.
+    With `bent`, the heaviest one, which comes first, is bent as its points are, in MOST_BENT dimensions at
+    most. A component with less than FEWEST of the weight stays where it is.
     """
     log_parts = mixture.component_log_densities(points)
     membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0)) * weights
     order = np.argsort(-membership.sum(axis=1))
     membership, means, factors = membership[order], mixture.means[order], mixture.factors[order]
     shares = np.maximum(membership.sum(axis=1), MINIMUM_SHARE)
+    bent = bent and points.shape[1] <= MOST_BENT
     bend = Bend.fitted(points, membership[0] / membership[0].sum()) if bent else None
     for j, own in enumerate(membership):
         if own.sum() > FEWEST:
