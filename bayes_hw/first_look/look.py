@@ -27,6 +27,7 @@ from bayes_hw.first_look.motion import (
 from bayes_hw.first_look.noise import NoiseSpectrum, drift, noise_spectrum, resolution, white_sigma
 from bayes_hw.first_look.response import MeasuredResponse, measured_response
 from bayes_hw.first_look.statics import Statics, statics
+from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/look/1"
@@ -186,17 +187,8 @@ def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:
 
 
 def _check(records: Sequence[Record]) -> None:
-    if not records:
-        raise InputError("no record given; name at least one file")
-    first = records[0]
+    check_alike(records)
     for record in records:
-        if not np.isclose(record.sample_rate_hz, first.sample_rate_hz, rtol=1e-6):
-            raise InputError(
-                f"record {record.name}: {record.sample_rate_hz:g} Hz but {first.name} has "
-                f"{first.sample_rate_hz:g} Hz; resample them to one rate"
-            )
-        if record.units != first.units:
-            raise InputError(f"record {record.name}: units differ from those of {first.name}")
         if len(record) < LEAST_SAMPLES:
             raise InputError(
                 f"record {record.name}: {len(record)} samples are too few to show anything; "

@@ -11,6 +11,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.subspace import ObservabilitySubspace, observability_subspace
+from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
 
 MIN_SAMPLES = 200
@@ -22,6 +23,9 @@ BLOCK_ROWS = 20
 DECIMATIONS = (1, 2, 5, 10, 20, 50)
 MIN_DECIMATED_RATE_HZ = 10.0
 MIN_DECIMATED_SAMPLES = 400
+
+SMALLEST_COMMAND = 1e-3
+"""A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
 
 OUTSIDE_NOISE = 4.0
 """An output this many noise levels from zero has left a dead zone."""
@@ -51,6 +55,12 @@ class Experiment:
     @property
     def outputs(self) -> list[FloatArray]:
         return [record.y for record in self.records]
+
+    @property
+    def sides_commanded(self) -> tuple[bool, bool]:
+        """Whether there are commands below and above zero: only there a limit can be looked for."""
+        commands = np.concatenate(self.commands)
+        return bool(commands.min() < -SMALLEST_COMMAND), bool(commands.max() > SMALLEST_COMMAND)
 
     @property
     def samples(self) -> int:
@@ -132,17 +142,8 @@ def pole_source(experiment: Experiment, commands: Sequence[FloatArray]) -> PoleS
 
 
 def _check(records: Sequence[Record]) -> None:
-    if not records:
-        raise InputError("no record given; name at least one file")
-    first = records[0]
+    check_alike(records)
     for record in records:
-        if not np.isclose(record.sample_rate_hz, first.sample_rate_hz, rtol=1e-6):
-            raise InputError(
-                f"record {record.name}: {record.sample_rate_hz:g} Hz but {first.name} has "
-                f"{first.sample_rate_hz:g} Hz; resample them to one rate"
-            )
-        if record.units != first.units:
-            raise InputError(f"record {record.name}: units differ from those of {first.name}")
         for column in ("u", "y"):
             if np.ptp(getattr(record, column)) == 0:
                 raise InputError(
@@ -151,7 +152,7 @@ def _check(records: Sequence[Record]) -> None:
     samples = sum(len(record) for record in records)
     if samples < MIN_SAMPLES or max(len(record) for record in records) < MIN_SAMPLES // 2:
         raise InputError(
-            f"record {first.name}: {samples} samples are too few to identify an axis; "
+            f"record {records[0].name}: {samples} samples are too few to identify an axis; "
             f"give at least {MIN_SAMPLES}, half of them in one record"
         )
 

@@ -49,9 +49,6 @@ MAX_ORDER = 20
 MAX_LINEAR_ORDER = 8
 """Of the linear baseline, which a subspace gives at once."""
 
-SMALLEST_COMMAND = 1e-3
-"""A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
-
 SHORT = 25
 """Evaluations of the refinement in step 2."""
 
@@ -118,11 +115,11 @@ def _identify_blocks(
     poles, _ = best_poles(experiment, at_rest, source, experiment.commands)
     report("input nonlinearity", 0, 1)
     input_step = estimate_input_nonlinearity(experiment, at_rest, poles)
-    commands = np.concatenate(experiment.commands)
+    lower, upper = experiment.sides_commanded
     structure = replace(
         at_rest,
-        lower=bool(commands.min() < -SMALLEST_COMMAND),
-        upper=bool(commands.max() > SMALLEST_COMMAND),
+        lower=lower,
+        upper=upper,
         free_start=experiment.free_start,
     )
     values = replace(

@@ -20,6 +20,7 @@ from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade, so
 from bayes_hw.identify.cascade_roots import poles_of, with_poles
 from bayes_hw.identify.criterion import DECISIVE, dynamics_criterion
 from bayes_hw.identify.experiment import Experiment, PoleSource
+from bayes_hw.record import Record
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Called with a stage's name, how many of its parts are done, and of how many."""
@@ -182,10 +183,16 @@ def integrator_rejected(experiment: Experiment, with_it: CascadeFit, without_it:
     other effects look like to an integrating axis, and the records are too short to tell it from an
     integrator.
     """
-    slowest = float(np.abs(poles_of(without_it.values, integrator=False)).max())
-    longest = max(len(record) for record in experiment.records)
-    forgets = slowest ** (FORGETTING * longest) < np.exp(-1)
+    forgets = forgets_within(without_it.values, experiment.records)
     return forgets and score(without_it) < score(with_it) - DECISIVE
+
+
+def forgets_within(values: CascadeValues, records: Sequence[Record]) -> bool:
+    """Whether the slowest pole of a G without an integrator decays by 1 / e within FORGETTING of the longest
+    record."""
+    slowest = float(np.abs(poles_of(values, integrator=False)).max())
+    longest = max(len(record) for record in records)
+    return bool(slowest ** (FORGETTING * longest) < np.exp(-1))
 
 
 def _fit_linear(

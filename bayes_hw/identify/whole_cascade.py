@@ -13,23 +13,21 @@ import numpy as np
 
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_fit import CascadeFit
-from bayes_hw.identify.cascade_roots import poles_of
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
-from bayes_hw.identify.linear_output_error import NEAR_INTEGRATOR, OrderCandidate, Progress
+from bayes_hw.identify.linear_output_error import (
+    NEAR_INTEGRATOR,
+    OrderCandidate,
+    Progress,
+    forgets_within,
+)
 from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
-
-SMALLEST_COMMAND = 1e-3
-"""A limit is looked for on a side whose largest command exceeds this fraction of the largest of all."""
-
-FORGETTING = 0.1
-"""Of the longest record, within which a model without an integrator must forget."""
 
 BLOCKS = ("lower", "upper", "dead_zone")
 
@@ -65,14 +63,14 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         return lambda order: report("whole cascade", min(begin + order, parts - 3), parts)
 
     report("whole cascade", 0, parts)
-    commands = np.concatenate(experiment.commands)
+    lower, upper = experiment.sides_commanded
     structure = Structure(
         0,
         integrator=True,
         real_poles=0,
         sections=0,
-        lower=bool(commands.min() < -SMALLEST_COMMAND),
-        upper=bool(commands.max() > SMALLEST_COMMAND),
+        lower=lower,
+        upper=upper,
         dead_zone=True,
         free_start=experiment.free_start,
     )
@@ -143,12 +141,8 @@ def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
 
 
 def _without_integrator(item: Grown) -> Grown | None:
-    """`item` with its integrator's pole set free, where that is decisively better and forgets.
-
-    The slowest pole must decay by 1 / e within FORGETTING of the longest record: a slower leak is what
-    other effects look like to an integrating axis, and the records are too short to tell it from an
-    integrator.
-    """
+    """`item` with its integrator's pole set free, where that is decisively better and forgets; see
+    `integrator_rejected`."""
     structure, values = item.structure, item.values
     if not structure.integrator:
         return None
@@ -156,9 +150,7 @@ def _without_integrator(item: Grown) -> Grown | None:
     pole = np.array([[NEAR_INTEGRATOR], [values.integrator_residue]])
     moved = replace(values, integrator_residue=0.0, real=np.concatenate([pole, values.real], axis=1))
     found = Grown.at(freed, moved, item.response.records).descended()
-    slowest = float(np.abs(poles_of(found.values, integrator=False)).max())
-    longest = max(len(record) for record in item.response.records)
-    forgets = slowest ** (FORGETTING * longest) < np.exp(-1)
+    forgets = forgets_within(found.values, item.response.records)
     return found if forgets and found.criterion < item.criterion - DECISIVE else None
 
 

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.score_test import outside_of_derivatives
 from bayes_hw.identify.noise import estimate_noise
 
 SINGULAR = 1e-9
@@ -43,12 +43,7 @@ class _Whitened:
         blocks = [
             whitener.apply(rows) for rows, _ in fit.response.linearise(fit.point.coordinates, whitener.order)
         ]
-        rows = np.concatenate(blocks, axis=1)
-        norms = np.sqrt(np.sum(rows[:-1] ** 2, axis=1))
-        used = rows[:-1][norms > 0] / norms[norms > 0, None]
-        basis = linalg.qr(used.T, mode="economic", check_finite=False)[0]
-        e = rows[-1]
-        return cls(whitener, basis, e - basis @ (basis.T @ e))
+        return cls(whitener, *outside_of_derivatives(np.concatenate(blocks, axis=1)))
 
     def gain(self, tangents: Sequence[FloatArray]) -> float:
         """Nats that the columns (parameters, samples) of all records promise together."""

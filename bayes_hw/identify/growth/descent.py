@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -131,16 +131,3 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
-
-
-def information_of(factor: FloatArray, samples: int) -> FloatArray:
-    """Gauss-Newton information (size, size) of the coordinates from `triangular_factor`."""
-    size = len(factor) - 1
-    matrix = factor[:size, :size]
-    variance = float(np.sum(factor[:, size] ** 2)) / samples
-    return matrix.T @ matrix / variance
-
-
-def best(points: Sequence[Point]) -> Point:
-    """The point of the largest log-likelihood."""
-    return max(points, key=lambda point: point.log_likelihood)

@@ -49,6 +49,18 @@ def candidate_pairs() -> FloatArray:
     return np.concatenate(found)
 
 
+def outside_of_derivatives(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal basis (samples, n) of whitened derivatives, and what of the residual lies outside of it.
+
+    `rows` (parameters + 1, samples) as `CascadeResponse.linearise` gives them: the residual comes last.
+    """
+    derivatives, e = rows[:-1], rows[-1]
+    norms = np.sqrt(np.sum(derivatives**2, axis=1))
+    used = derivatives[norms > 0] / norms[norms > 0, None]
+    basis = linalg.qr(used.T, mode="economic", check_finite=False)[0]
+    return basis, e - basis @ (basis.T @ e)
+
+
 @dataclass(frozen=True, eq=False)
 class Residual:
     """Whitened residual and derivatives of a point, ready for any number of score tests."""
@@ -64,12 +76,7 @@ class Residual:
             point.whitener.apply(rows, first)
             for rows, first in response.linearise(point.coordinates, point.whitener.order)
         ]
-        rows = np.concatenate(blocks, axis=1)
-        derivatives, e = rows[:-1], rows[-1]
-        norms = np.sqrt(np.sum(derivatives**2, axis=1))
-        used = derivatives[norms > 0] / norms[norms > 0, None]
-        basis = linalg.qr(used.T, mode="economic", check_finite=False)[0]
-        return cls(response, point, basis, e - basis @ (basis.T @ e))
+        return cls(response, point, *outside_of_derivatives(np.concatenate(blocks, axis=1)))
 
     def gains(self, columns: FloatArray) -> FloatArray:
         """Promised gains of groups of columns (groups, columns of a group, samples), whitened already."""
