@@ -30,7 +30,6 @@ from bayes_hw.report.names import ParameterName
 from bayes_hw.report.palette import (
     ENSEMBLES,
     INK,
-    MUTED,
     POINT_ESTIMATE,
     POSTERIOR,
     PRIOR,
@@ -323,62 +322,6 @@ def autocorrelation(functions: FloatArray, times: FloatArray, names: Sequence[Pa
             "Left: autocorrelation of each parameter's chain, averaged over walkers, one line a parameter. "
             "Right: integrated autocorrelation time τ; one draw in τ is as good as an independent one.",
             f"Autocorrelation functions and times of {len(names)} parameters.",
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class IntervalSet:
-    """Means and interval ends (parameters,) from one posterior, called `label` in the legend."""
-
-    label: str
-    mean: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-
-
-def interval_comparison(
-    sets: Sequence[IntervalSet],
-    names: Sequence[ParameterName],
-    reference_sd: FloatArray,
-    probability: float = 0.94,
-    truth: FloatArray | None = None,
-) -> Figure:
-    """Intervals of several posteriors side by side, in standard deviations of the first.
-
-    `reference_sd` (parameters,) holds the first posterior's standard deviations; `truth` (parameters,) true
-    values, NaN where there is none.
-    """
-    origin = sets[0].mean
-    with drawing_settings():
-        canvas = new_canvas(0.9 + 0.13 * len(names) * (len(sets) + 1))
-        axes = canvas.subplots()
-        rows = np.arange(len(names))
-        for index, entry in enumerate(sets):
-            at = rows + 0.22 * (index - (len(sets) - 1) / 2)
-            lower, upper, mean = (
-                (values - origin) / reference_sd for values in (entry.lower, entry.upper, entry.mean)
-            )
-            colour = ensemble_colour(index)
-            axes.hlines(at, lower, upper, color=colour, linewidth=2.2, label=drawable(entry.label))
-            axes.plot(mean, at, "o", color=colour, markersize=4)
-        axes.axvline(0, color=MUTED, linewidth=0.8)
-        known = truth is not None and bool(np.any(np.isfinite(truth)))
-        if truth is not None and known:
-            at_truth = (truth - origin) / reference_sd
-            axes.plot(at_truth, rows, "D", color=TRUTH, markersize=5, label="truth", zorder=3)
-        axes.set_yticks(rows, [wrapped(drawable(name.words), 28) for name in names])
-        axes.set_ylim(len(names) - 0.5, -0.5)
-        axes.grid(False, axis="y")
-        axes.set_xlabel("distance from the first posterior's mean (its standard deviations)")
-        canvas.legend(loc="outside upper right", ncols=len(sets) + 1)
-        listed = ", ".join(entry.label for entry in sets)
-        return finished(
-            canvas,
-            f"{format_percent(probability)} highest-density intervals and means from: {listed}. "
-            "All are measured from the first one's mean in its standard deviations, so a bar twice as long "
-            "is an interval twice as wide."
-            + (" Diamonds: the truth, which the records were simulated with." if known else ""),
-            f"Forest plot of {len(names)} parameters for {len(sets)} posteriors.",
         )
 
 

@@ -5,11 +5,9 @@ from scipy import stats
 
 from bayes_hw.errors import InputError
 from bayes_hw.report.figures_posterior import (
-    IntervalSet,
     Marginal,
     autocorrelation,
     corner_plot,
-    interval_comparison,
     priors_and_posteriors,
     traces,
 )
@@ -78,16 +76,6 @@ def test_autocorrelation_prints_each_time(labels_of):
     labels = labels_of(lambda: autocorrelation(functions, np.array([6.1, 8.2, 10.3, 12.4]), NAMES))
     assert {" 6.1", " 8.2", " 10.3", " 12.4"} <= {label.rstrip() for label in labels}
     assert {"lag (steps)", "autocorrelation time τ (steps)", "f₁"} <= set(labels)
-
-
-def test_interval_comparison_names_both_posteriors(draws, labels_of):
-    mean, sd = draws.mean(axis=0), draws.std(axis=0)
-    sets = [
-        IntervalSet("dominant modes free", mean, mean - 2 * sd, mean + 2 * sd),
-        IntervalSet("all of G free", mean, mean - 3 * sd, mean + 3 * sd),
-    ]
-    labels = labels_of(lambda: interval_comparison(sets, NAMES, sd))
-    assert {"dominant modes free", "all of G free", "gain of G"} <= set(labels)
 
 
 def test_unknown_autocorrelation_times_are_said(labels_of):
