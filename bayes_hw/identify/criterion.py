@@ -2,9 +2,9 @@
 
 A form of BIC (Schwarz 1978, doi 10.1214/aos/1176344136) on the residual e of the simulated output, never on
 one-step predictions: N log(s^2) + p log N, with s^2 the innovation variance of an autoregression of fixed
-order fitted to e (Yule and Walker). A residual is coloured by the encoder's noise, by what drifts, and by what
-saturation adds up to in an integrating axis; the autoregression takes the slow part away and leaves the band
-in which the poles of G differ. The whole cascade is chosen by its exact likelihood instead
+order fitted to e (Yule and Walker). A residual is coloured by the encoder's noise, by what drifts, and by
+what saturation adds up to in an integrating axis; the autoregression takes the slow part away and leaves
+the band in which the poles of G differ. The whole cascade is chosen by its exact likelihood instead
 (`bayes_hw.identify.growth`).
 """
 
