@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from bayes_hw.gap.ranking import Ranked, ranking
 from bayes_hw.gap.residual_map import noise_power, residual_map
 from bayes_hw.gap.shrink import Closure
 from bayes_hw.gap.spectra import mean_spectrum
-from bayes_hw.gap.verdict import Verdict
+from bayes_hw.gap.verdict import Estimate, Verdict
 from bayes_hw.report.document import Block, Bullets, Callout, Paragraph, Section, Table, ZoomableRecord
 from bayes_hw.report.figures_diagnosis import (
     block_shares,
@@ -253,12 +254,17 @@ def parameter_table(verdict: Verdict) -> Table:
     """Parameters of the answer's effects."""
     return Table(
         ("parameter of the effect", "posterior mean ± sd", "94 % HDI"),
-        tuple(
-            (name, format_estimate(e.mean, e.sd, e.unit), format_interval(*e.hdi94, e.unit))
-            for name, e in verdict.parameters.items()
-        ),
+        estimate_rows(verdict.parameters),
         "Parameters of the answer's effects. HDI: highest-density interval.",
         (1, 2),
+    )
+
+
+def estimate_rows(estimates: Mapping[str, Estimate]) -> tuple[tuple[str, str, str], ...]:
+    """Name, mean and standard deviation, interval: rounded by what they are known to."""
+    return tuple(
+        (name, format_estimate(e.mean, e.sd, e.unit), format_interval(*e.hdi94, e.unit))
+        for name, e in estimates.items()
     )
 
 

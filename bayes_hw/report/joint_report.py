@@ -6,9 +6,10 @@ import numpy as np
 
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
 from bayes_hw.provenance import Provenance
+from bayes_hw.report.diagnosis_sections import estimate_rows
 from bayes_hw.report.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.figures_diagnosis import gap_on_record, label_probabilities
-from bayes_hw.report.rounding import format_number, format_percent
+from bayes_hw.report.rounding import format_percent
 from bayes_hw.report.typography import typeset
 
 SURE = 0.9
@@ -85,8 +86,6 @@ def _evidence(diagnosis: JointDiagnosis) -> tuple[Table, ...]:
 
 
 def _table(diagnosis: JointDiagnosis) -> Table:
-    rows = []
-    for name, e in {**diagnosis.verdict.parameters, **diagnosis.verdict.base}.items():
-        low, high = e.hdi94
-        rows.append((name, format_number(e.mean), f"{format_number(low)} to {format_number(high)}", e.unit))
-    return Table(("parameter", "mean", "94 % interval", "unit"), tuple(rows), "Estimated together.", (1,))
+    estimates = {**diagnosis.verdict.parameters, **diagnosis.verdict.base}
+    header = ("parameter", "posterior mean ± sd", "94 % HDI")
+    return Table(header, estimate_rows(estimates), "Estimated together.", (1, 2))
