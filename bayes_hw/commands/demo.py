@@ -13,7 +13,7 @@ from typing import Any
 from bayes_hw.commands.options import add_common
 
 NAME = "demo"
-SUMMARY = "a guided first hour in a minute or two: simulated records, model, posterior, verdict"
+SUMMARY = "a guided first hour in some three minutes: simulated records, model, posterior, verdict"
 EXAMPLE = "bayes-hw demo --out demo/"
 
 RECORD_SEED = 1
@@ -39,7 +39,7 @@ SAMPLE = """\
 before the intervals are shown."""
 
 SAMPLED = """\
-The interval of the first mode is {low:.2f} to {high:.2f} Hz: narrow. Mind the warnings, though:
+The interval of the first mode is {low:.2f} to {high:.2f} Hz. Mind the warnings, though:
 residuals that are not white still hold something of the axis, and intervals from a model that lacks it
 are too sure."""
 
