@@ -20,6 +20,7 @@ from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
@@ -99,7 +100,12 @@ def infer(
     axis = axis_for(model, records, free, start)
     start_rng, sampler_rng = rng.spawn(2)
     with one_blas_thread(), progress.stage("least squares from several starts"):
-        origin = starting_point(axis, records, start_rng, noise)
+        long = noise == "normal" and are_long(records)
+        origin = (
+            start_of_long(axis, records, start_rng)
+            if long
+            else starting_point(axis, records, start_rng, noise)
+        )
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -115,21 +121,35 @@ def infer(
                 repr(rng.bit_generator.state),
             ),
         )
-    with one_blas_thread():
-        sampling = sample(
-            lambda: LogPosterior(axis, origin.noise_parameters, records),
-            origin.coordinates,
-            origin.covariance,
-            sampler_rng,
-            settings=settings,
-            others=origin.others,
-            straightening=Straightening.of(axis.parameters, records),
-            jobs=jobs,
-            progress=progress,
-            checkpoint=checkpoint,
-            resume=resume,
-        )
     target = LogPosterior(axis, origin.noise_parameters, records)
+    reweighting = None
+    with one_blas_thread():
+        if long:
+            sampling, reweighting = sample_long(
+                target,
+                origin,
+                sampler_rng,
+                settings=settings,
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume,
+            )
+        if reweighting is None or not reweighting.holds:
+            sampling = sample(
+                lambda: LogPosterior(axis, origin.noise_parameters, records),
+                origin.coordinates,
+                origin.covariance,
+                sampler_rng,
+                settings=settings,
+                others=origin.others,
+                straightening=Straightening.of(axis.parameters, records),
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume and not long,
+            )
+            reweighting = None
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
@@ -140,6 +160,7 @@ def infer(
         problems=sampling.convergence.problems,
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
+        reweighting=reweighting,
     )
     return Inference(posterior, sampling, origin, residual_report(posterior, records))
 
