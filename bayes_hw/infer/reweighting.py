@@ -61,7 +61,7 @@ def reweighted(
     expanded = np.take_along_axis(log_flat, picked, axis=1)
     log_target = target(draws.reshape(-1, dimension)).reshape(ensembles, count)
     log_weights = log_target - expanded
-    smoothed, pareto_k = array_stats.psislw(log_weights.ravel())
+    smoothed, pareto_k = array_stats.psislw(-log_weights.ravel())
     weights = np.exp(smoothed - np.max(smoothed))
     effective = float(weights.sum() ** 2 / np.sum(weights**2))
     states = np.empty((ensembles, STEPS, WALKERS, dimension))
