@@ -15,7 +15,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged
-from bayes_hw.gap.case import check_records
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.locate import Location
+from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH, Closure
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
+from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
@@ -26,10 +30,6 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
-from bayes_hw.gap.judgement import OTHER
-from bayes_hw.gap.locate import Location
-from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, Closure
-from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
