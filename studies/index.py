@@ -40,7 +40,7 @@ def write_index(reports: Path) -> Path:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["breakable"] = breakable
-    style = files("bayes_hw.report") / "templates" / "report.css"
+    style = files("bayes_hw.report.page") / "templates" / "report.css"
     page = environment.from_string((STUDIES / "index.html").read_text(encoding="utf-8")).render(
         studies=list(entries(reports)),
         style=Markup(style.read_text(encoding="utf-8")),

@@ -44,7 +44,7 @@ def formula_svg(formula: str) -> str:
 def _compilation(report: Report) -> dict[str, Any]:
     """Arguments of typst.compile: the constant template, and the report as JSON beside it."""
     content = report_content(report) | {"states": STATE_COLOURS}
-    template = (files("bayes_hw.report") / "templates" / "report.typ").read_bytes()
+    template = (files("bayes_hw.report.page") / "templates" / "report.typ").read_bytes()
     return {
         "input": template,
         "ignore_system_fonts": True,

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -41,7 +42,7 @@ def test_same_report_gives_same_bytes_in_another_process(report_of, tmp_path):
     script = tmp_path / "again.py"
     script.write_text(
         "import sys, hashlib\n"
-        f"sys.path.insert(0, {str(__file__).rsplit('/', 1)[0]!r})\n"
+        f"sys.path.insert(0, {str(Path(__file__).parents[1])!r})\n"
         "from conftest import report_of\n"
         "from bayes_hw.report.page.pdf import to_pdf\n"
         "sys.stdout.buffer.write(to_pdf(report_of.__wrapped__()('text')))\n"
