@@ -201,12 +201,16 @@ def response_band(posterior: Posterior, identification: Identification | None) -
 
 
 def residual_spectrum(residuals: ResidualReport, sample_rate_hz: float) -> ResidualSpectrum:
-    """Welch's periodogram of the innovations and their order statistics."""
+    """Welch's periodogram of the innovations, zero where there are none, over the share of samples that have
+    one; and their order statistics."""
     joined = np.concatenate(residuals.innovations)
+    joined = joined[~np.isnan(joined)]
     length = min(256, min(len(part) for part in residuals.innovations))
-    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in residuals.innovations]
+    filled = [np.nan_to_num(part) for part in residuals.innovations]
+    share = len(joined) / sum(map(len, filled))
+    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in filled]
     frequency = spectra[0][0]
-    density = np.mean([density for _, density in spectra], axis=0)
+    density = np.mean([density for _, density in spectra], axis=0) / share
     ordered = np.sort(joined) / np.std(joined)
     levels = (np.arange(len(ordered)) + 0.5) / len(ordered)
     return ResidualSpectrum(

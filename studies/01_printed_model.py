@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pages.printed_model_report import Choice, PrintedModel, printed_model_report
 from study import start_study
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -27,7 +28,6 @@ from bayes_hw.model.nanshan import (
 )
 from bayes_hw.model.representative import find_representative
 from bayes_hw.model.rounding_box import LIGHT_DAMPING, RoundingUncertainty, StableShare, roots_of_rows
-from bayes_hw.report.printed_model_report import Choice, PrintedModel, printed_model_report
 
 QUANTILES = (0.0, 0.03, 0.5, 0.97, 1.0)
 GAIN_FREQUENCY_HZ = np.append(np.geomspace(0.005, 5.0, 48), 1.0)

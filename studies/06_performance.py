@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 from arviz_stats.base import array_stats
 from gradient_rivals import numpyro_runner, nutpie_runner
+from pages.figures_performance import Scaling
+from pages.performance_report import HardCase, OrderRow, Performance, Rival, performance_report
 from performance_cases import (
     Case,
     axis_of_modes,
@@ -44,8 +46,6 @@ from bayes_hw.infer.ensemble import advance, start_ensemble
 from bayes_hw.infer.moves import DifferentialEvolutionMove
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hard_axes import HARD_AXES, HARD_AXES_SEED, hard_axis
-from bayes_hw.report.figures_performance import Scaling
-from bayes_hw.report.performance_report import HardCase, OrderRow, Performance, Rival, performance_report
 from bayes_hw.threads import one_blas_thread
 
 MANY_WALKERS = SamplerSettings(walkers=1024, max_steps=200, target_ess=1e9)

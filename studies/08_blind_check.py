@@ -18,7 +18,7 @@ from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
-from bayes_hw.report.blind_report import blind_report, share_text
+from bayes_hw.report.blind.blind_report import blind_report, share_text
 
 ROUND = 15
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""

@@ -15,12 +15,12 @@ from study import plainly_named, start_study
 
 from bayes_hw.commands.demo import RECORD_SEED
 from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.blind.open_case import write_open_case
-from bayes_hw.gap.case import Case
+from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.sentence import sentence
-from bayes_hw.report.diagnosis_report import diagnosis_report
+from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
 QUICK_DURATION_S = 30.0
 

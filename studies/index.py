@@ -12,9 +12,9 @@ from manifest import REPORTS, STUDIES, Manifest, question_of, read_manifest
 from markupsafe import Markup
 
 from bayes_hw.files import write_text_atomically
-from bayes_hw.report.html import breakable
-from bayes_hw.report.palette import page_colours
-from bayes_hw.report.rounding import format_duration
+from bayes_hw.report.page.html import breakable
+from bayes_hw.report.page.palette import page_colours
+from bayes_hw.report.page.rounding import format_duration
 
 LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json", "manifest": "manifest.json"}
 NAMES = {"emps": "EMPS", "rubin": "Rubin"}
@@ -40,7 +40,7 @@ def write_index(reports: Path) -> Path:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters["breakable"] = breakable
-    style = files("bayes_hw.report") / "templates" / "report.css"
+    style = files("bayes_hw.report.page") / "templates" / "report.css"
     page = environment.from_string((STUDIES / "index.html").read_text(encoding="utf-8")).render(
         studies=list(entries(reports)),
         style=Markup(style.read_text(encoding="utf-8")),

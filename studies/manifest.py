@@ -15,7 +15,7 @@ from typing import Any
 import bayes_hw
 from bayes_hw.files import write_text_atomically
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.document import Report
+from bayes_hw.report.page.document import Report
 
 SCHEMA = "bayes-hw/study/1"
 FILE_NAME = "manifest.json"

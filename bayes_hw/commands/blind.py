@@ -146,8 +146,8 @@ def _score(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.blind.evidence import read_evidence
     from bayes_hw.gap.blind.score import score_evidence, score_to_dict
     from bayes_hw.provenance import provenance
-    from bayes_hw.report.blind_report import blind_report, share_text
-    from bayes_hw.report.render import render
+    from bayes_hw.report.blind.blind_report import blind_report, share_text
+    from bayes_hw.report.page.render import render
 
     begin = time.perf_counter()
     out = Path(parsed.out)

@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
@@ -167,7 +168,8 @@ def infer(
 
 def _data_digest(record: Record) -> str:
     """SHA-256 of what the likelihood sees of a record."""
-    return hashlib.sha256(record.u.tobytes() + record.y.tobytes()).hexdigest()
+    holes = b"" if record.measured is None else record.measured.tobytes()
+    return hashlib.sha256(record.u.tobytes() + record.y.tobytes() + holes).hexdigest()
 
 
 def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:
@@ -178,7 +180,8 @@ def residual_report(posterior: Posterior, records: Sequence[Record]) -> Residual
     n_axis = len(posterior.axis.parameters)
     outputs = simulated_outputs(posterior.axis, centre[:n_axis, None], records)
     residuals: list[FloatArray] = [
-        record.y - output[0] for record, output in zip(records, outputs, strict=True)
+        with_holes(record.y - output[0], record.measured)
+        for record, output in zip(records, outputs, strict=True)
     ]
     autoregression = autoregression_from_partial(
         centre[n_axis + 1 : n_axis + 1 + posterior.noise_order, None]

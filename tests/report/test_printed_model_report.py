@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pages.printed_model_report import Choice, PrintedModel, printed_model_report
 
 from bayes_hw.model.linear import polynomial_roots
 from bayes_hw.model.nanshan import (
@@ -14,8 +15,7 @@ from bayes_hw.model.nanshan import (
 )
 from bayes_hw.model.rounding_box import roots_of_rows
 from bayes_hw.provenance import provenance
-from bayes_hw.report.html import to_html
-from bayes_hw.report.printed_model_report import Choice, PrintedModel, printed_model_report
+from bayes_hw.report.page.html import to_html
 
 
 @pytest.fixture(scope="module")

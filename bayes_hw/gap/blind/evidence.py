@@ -15,6 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA
 from bayes_hw.gap.blind.folders import (
     CASES,
     ORIGIN,
@@ -35,7 +36,6 @@ from bayes_hw.gap.blind.run import (
     verdict_digest,
 )
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.verdict import NOISE_SIGMA
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,9 @@ from typing import ClassVar, Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.descriptions import Description
-from bayes_hw.gap.resonator import Resonator
-from bayes_hw.gap.scale import AxisScale
+from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.parameters import Parameter
 
 Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
@@ -61,7 +61,7 @@ class Effect(ABC):
 
     @abstractmethod
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
-        """Write parameter values (parameters,) into `settings` (see `bayes_hw.gap.settings`)."""
+        """Write parameter values (parameters,) into `settings` (see `bayes_hw.gap.simulate.settings`)."""
 
     def resonator(self, values: FloatArray) -> Resonator | None:
         """The resonator that the effect hangs on the load, if it does."""
@@ -99,7 +99,7 @@ class PeriodicEffect(Effect):
     only_saturated: ClassVar[bool] = False
 
     def write_wave(self, first: int, values: FloatArray, settings: FloatArray) -> None:
-        """Write the wave of `values` into `settings` from row `first` on, as `bayes_hw.gap.settings` says.
+        """Write the wave of `values` into `settings` from row `first` on (`bayes_hw.gap.simulate.settings`).
 
         Behind the parameters above stand sine and cosine of the second harmonic, if any.
         """

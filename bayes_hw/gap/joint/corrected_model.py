@@ -12,6 +12,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
+from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
@@ -19,7 +20,6 @@ from bayes_hw.gap.joint.joint_posterior import (
     effect_quantities,
 )
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
-from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation

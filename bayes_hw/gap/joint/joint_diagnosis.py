@@ -15,7 +15,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged
-from bayes_hw.gap.case import check_records
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.locate import Location
+from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH, Closure
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
+from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
@@ -26,10 +30,7 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
-from bayes_hw.gap.judgement import OTHER
-from bayes_hw.gap.locate import Location
-from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, Closure
-from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
+from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -147,7 +148,7 @@ def _finished(
     ]
     gaps = []
     for records in (train, holdout):
-        y = [r.y for r in records]
+        y = [r.y_or_nan for r in records]
         before, after = _predictions(base, base.values, records), _predictions(fit, fit.values, records)
         gaps.append(_closure(y, before, after, sigma, noise_error, rng))
     first = base.response.simulate(base.values, holdout[0].u).y
@@ -202,7 +203,7 @@ def _spread(fit: JointFit) -> float:
     if weights is None:
         return fit.point.rms
     errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
-    kept = np.concatenate([e[w < MASK / 2] for e, w in zip(errors, weights, strict=True)])
+    kept = np.concatenate([e[(w < MASK / 2) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
     return float(np.sqrt(np.mean(kept**2)))
 
 
@@ -215,9 +216,11 @@ def _closure(
     rng: np.random.Generator,
 ) -> Closure:
     """Closed fraction 1 - (after^2 - sigma^2) / (before^2 - sigma^2), the noise and the blocks of the records
-    drawn anew for its interval."""
+    drawn anew for its interval. `measured` is NaN where nothing was measured, which does not count."""
     e0 = np.concatenate([y - p for y, p in zip(measured, before, strict=True)])
     e1 = np.concatenate([y - p for y, p in zip(measured, after, strict=True)])
+    known = ~np.isnan(np.concatenate(list(measured)))
+    e0, e1 = e0[known], e1[known]
     rmse0, rmse1 = float(np.sqrt(np.mean(e0**2))), float(np.sqrt(np.mean(e1**2)))
     if np.array_equal(e0, e1):
         return Closure(rmse0, rmse1, sigma, 0.0, (0.0, 0.0))
@@ -253,7 +256,8 @@ def _location(train: Sequence[Record], found: JointAnswer, decision: JointDecisi
     if decision.answer:
         block = str(LABEL_BLOCKS[named[0]]) if named else max(share, key=lambda b: share[b])
     base = found.base
-    residuals = [r.y - base.response.simulate(base.values, r.u).y for r in train]
+    errors = [with_holes(r.y - base.response.simulate(base.values, r.u).y, r.measured) for r in train]
+    residuals = [without_holes(e) for e in errors]
     rate = train[0].sample_rate_hz
     spectra = [welch(e, rate, nperseg=min(512, len(e)))[1] for e in residuals]
     frequency = welch(residuals[0], rate, nperseg=min(512, min(len(e) for e in residuals)))[0]

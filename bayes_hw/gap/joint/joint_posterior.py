@@ -115,7 +115,7 @@ def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
         return whole, False
     found = np.zeros_like(whole)
     found[:count, :count] = held[:count, :count]
-    found[size, size] = np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals))
+    found[size, size] = np.sqrt(fit.point.sum_of_squares)
     return found, True
 
 

@@ -13,11 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.record import Record
 
 LARGEST = float(np.arctanh(MAX_REFLECTION))
@@ -86,6 +87,11 @@ class JointResponse:
     @cached_property
     def _cascade(self) -> CascadeResponse:
         return CascadeResponse(self.structure, self.records)
+
+    @cached_property
+    def masks(self) -> tuple[BoolArray, ...] | None:
+        """Which samples of every record were measured; None where all were."""
+        return masks_of(self.records)
 
     @cached_property
     def _n_base(self) -> int:
@@ -167,11 +173,12 @@ class JointResponse:
         return found
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
-        """Measured less simulated output of every record, over its weights."""
+        """Measured less simulated output of every record, over its weights, NaN where nothing was
+        measured."""
         values = self.values(coordinates)
         found = []
         for number, record in enumerate(self.records):
-            e = record.y - self.simulate(values, record.u).y
+            e = with_holes(record.y - self.simulate(values, record.u).y, record.measured)
             found.append(e if self.weights is None else e / self.weights[number])
         return found
 
@@ -189,8 +196,13 @@ class JointResponse:
             found.append((run.v, slope))
         return found
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:  # noqa: ARG002
-        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record."""
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
+        the samples that were measured, None where all were."""
         values = self.values(coordinates)
         for number, record in enumerate(self.records):
             run, tangents = self._run(values, record.u, True)
@@ -199,7 +211,7 @@ class JointResponse:
             rows[-1] = record.y - run.y
             if self.weights is not None:
                 rows /= self.weights[number]
-            yield rows, 0
+            yield rows, 0, record.measured
 
     def effect_tangents(self, values: JointValues) -> list[FloatArray]:
         """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,

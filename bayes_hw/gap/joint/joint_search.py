@@ -72,7 +72,7 @@ def _silent(message: str) -> None:
 
 def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
     """The best cascade without effects under the weights that the readings' faults ask for."""
-    base = grown_base(records, white_noise_level([record.y for record in records]))
+    base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)

@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.identify.growth.descent import innovations
 
 Shape: TypeAlias = Callable[[FloatArray], FloatArray]
 """Spectrum of parameters."""
@@ -43,10 +44,11 @@ def speeds(fit: JointFit) -> list[FloatArray]:
 
 def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
     """Of unweighted residuals; innovations under the fit's noise are taken: slow error tells nothing."""
-    whitener = fit.point.whitener
-    a = np.concatenate([whitener.apply(e[None, :])[0] for e in residuals])
+    a = np.concatenate(innovations(fit.point, residuals))
     steps = speeds(fit)
-    d = np.concatenate(steps) ** 2
+    records = fit.response.records
+    residuals = [np.where(r.measured_samples, e, 0.0) for r, e in zip(records, residuals, strict=True)]
+    d = np.concatenate([s[r.measured_samples] for r, s in zip(records, steps, strict=True)]) ** 2
     unit = float(np.mean(d)) or 1.0
     d = d / unit
     samples = len(a)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
-from bayes_hw.gap.judgement import Claim, Remains
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
