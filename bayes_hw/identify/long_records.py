@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import signal
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.experiment import Experiment, moving_samples
 from bayes_hw.identify.growth.delay import at_delay
+from bayes_hw.identify.growth.lowered import lowered
 from bayes_hw.identify.growth.rate_change import at_higher_rate
 from bayes_hw.identify.growth.search import Grown, likeliest
 from bayes_hw.record import Record
@@ -49,10 +49,10 @@ def _highest_coherent(experiment: Experiment) -> float:
 
 
 def shortened(experiment: Experiment, factor: int) -> Experiment:
-    """The records at a rate lower by `factor` (commands averaged over each longer interval, outputs taken at
-    its start), and where they are still too long their beginnings, in proportion."""
+    """The records at a rate lower by `factor` (see `lowered`), and where they are still too long their
+    beginnings, in proportion."""
     share = min(1.0, SEARCH_SAMPLES * factor / experiment.samples)
-    records = tuple(_lowered(_beginning(record, share), factor) for record in experiment.records)
+    records = tuple(lowered(_beginning(record, share), factor) for record in experiment.records)
     return replace(experiment, records=records, moving=moving_samples(records, experiment.noise_level))
 
 
@@ -95,19 +95,3 @@ def with_best_delay(start: Grown, reach: int) -> Grown:
 
 def _beginning(record: Record, share: float) -> Record:
     return record if share >= 1 else record.split(share)[0]
-
-
-def _lowered(record: Record, factor: int) -> Record:
-    if factor == 1:
-        return record
-    whole = len(record) // factor * factor
-    blocks: FloatArray = record.u[:whole].reshape(-1, factor).mean(axis=1)
-    return replace(
-        record,
-        t=record.t[:whole:factor],
-        u=blocks,
-        y=record.y[:whole:factor],
-        sample_rate_hz=record.sample_rate_hz / factor,
-        measured=None if record.measured is None else record.measured[:whole:factor],
-        known={name: values[:whole:factor] for name, values in record.known.items()},
-    )
