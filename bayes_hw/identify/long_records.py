@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +15,14 @@ from bayes_hw.identify.growth.rate_change import at_higher_rate
 from bayes_hw.identify.growth.search import Grown, likeliest
 from bayes_hw.record import Record
 
-SEARCH_SAMPLES = 40_000
-"""Samples of all records together from which on a lower rate is looked for."""
+LONG_SAMPLES = 40_000
+"""Samples of all records together from which on structure is sought on fewer."""
+
+SEARCH_SAMPLES = 24_000
+"""So many, at a lower rate where the axis is slow."""
+
+BASELINE_SAMPLES = 12_000
+"""Of the beginnings, for the linear baseline and the first steps."""
 
 RATE_OVER_HIGHEST = 4.0
 """Of a lower rate over the highest frequency at which output and command are coherent."""
@@ -27,9 +34,9 @@ SCAN_STEPS = 6
 
 def search_factor(experiment: Experiment) -> int:
     """By how much the rate is lowered for the search: 1 where the records are short or the axis is fast."""
-    wanted = experiment.samples // SEARCH_SAMPLES
-    if wanted <= 1:
+    if experiment.samples <= LONG_SAMPLES:
         return 1
+    wanted = experiment.samples // SEARCH_SAMPLES
     allowed = experiment.sample_rate_hz / (RATE_OVER_HIGHEST * _highest_coherent(experiment))
     return max(1, min(wanted, int(allowed)))
 
@@ -48,17 +55,29 @@ def _highest_coherent(experiment: Experiment) -> float:
     return found
 
 
-def shortened(experiment: Experiment, factor: int) -> Experiment:
-    """The records at a rate lower by `factor` (see `lowered`), and where they are still too long their
+def for_search(experiment: Experiment, factor: int) -> Experiment:
+    """Long records at a rate lower by `factor` (see `lowered`), and where they are still too long their
     beginnings, in proportion."""
+    if experiment.samples <= LONG_SAMPLES:
+        return experiment
     share = min(1.0, SEARCH_SAMPLES * factor / experiment.samples)
-    records = tuple(lowered(_beginning(record, share), factor) for record in experiment.records)
-    return replace(experiment, records=records, moving=moving_samples(records, experiment.noise_level))
+    return _of_records(
+        experiment, [lowered(_beginning(record, share), factor) for record in experiment.records]
+    )
 
 
 def beginnings(experiment: Experiment) -> Experiment:
-    """The same share of each record from its start, SEARCH_SAMPLES in all at most."""
-    return shortened(experiment, 1)
+    """Of long records the same share of each from its start, BASELINE_SAMPLES in all."""
+    if experiment.samples <= LONG_SAMPLES:
+        return experiment
+    share = BASELINE_SAMPLES / experiment.samples
+    return _of_records(experiment, [_beginning(record, share) for record in experiment.records])
+
+
+def _of_records(experiment: Experiment, records: Sequence[Record]) -> Experiment:
+    return replace(
+        experiment, records=tuple(records), moving=moving_samples(tuple(records), experiment.noise_level)
+    )
 
 
 def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
@@ -69,7 +88,7 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     """
     if factor == 1 and found.point.samples == experiment.samples:
         return found
-    begun = beginnings(experiment).records
+    begun = for_search(experiment, 1).records
     if factor > 1:
         structure, values = at_higher_rate(found.structure, found.values, factor, len(begun))
         part = with_best_delay(Grown.at(structure, values, begun).descended(), factor)

@@ -24,7 +24,7 @@ from bayes_hw.identify.linear_output_error import (
     Progress,
     forgets_within,
 )
-from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
+from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
@@ -55,7 +55,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     Long records are searched at a lower rate or in part, and then fitted as a whole.
     """
     factor = search_factor(whole)
-    experiment = shortened(whole, factor) if whole.samples > SEARCH_SAMPLES else whole
+    experiment = for_search(whole, factor)
     tried: list[Grown] = []
     parts = 2 * max_order + 4
 
