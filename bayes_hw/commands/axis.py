@@ -243,6 +243,8 @@ def say_estimates(posterior: Posterior) -> None:
             rounded(value, summary.sd) for value in (summary.mean, summary.sd, low, high)
         )
         say(f"{name:32} {mean} +- {sd}{unit}, 94 % HDI [{lower}, {upper}]")
+    if posterior.trade is not None:
+        say(posterior.trade.sentence)
 
 
 def say_whether_resumed(parsed: argparse.Namespace) -> None:

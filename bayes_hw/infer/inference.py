@@ -20,6 +20,7 @@ from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
+from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.posterior import Posterior
@@ -151,10 +152,11 @@ def infer(
                 resume=resume and not long,
             )
             reweighting = None
+    values = target.values(sampling.chain)
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
-        values=target.values(sampling.chain),
+        values=values,
         log_probability=sampling.log_probability,
         point_estimate=target.values(origin.coordinates),
         converged=sampling.convergence.converged,
@@ -162,6 +164,7 @@ def infer(
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
         reweighting=reweighting,
+        trade=trade_of(axis, values, records),
     )
     return Inference(posterior, sampling, origin, residual_report(posterior, records))
 
