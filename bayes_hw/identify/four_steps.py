@@ -195,6 +195,7 @@ def _result(
             *warnings_of(experiment, path.joint, linear.fit, shown),
             *([feedback.sentence] if feedback.closed_loop else []),
         ),
+        pool=path.joint.pool,
     )
 
 
