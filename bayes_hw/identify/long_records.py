@@ -13,6 +13,7 @@ from bayes_hw.identify.growth.delay import at_delay
 from bayes_hw.identify.growth.lowered import lowered
 from bayes_hw.identify.growth.rate_change import at_higher_rate
 from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.identify.growth.slow_poles import with_real_poles
 from bayes_hw.record import Record
 
 LONG_SAMPLES = 40_000
@@ -20,6 +21,9 @@ LONG_SAMPLES = 40_000
 
 SEARCH_SAMPLES = 24_000
 """So many, at a lower rate where the axis is slow."""
+
+DELAY_SAMPLES = 240_000
+"""Of the beginnings at the full rate, for the delay."""
 
 BASELINE_SAMPLES = 12_000
 """Of the beginnings, for the linear baseline and the first steps."""
@@ -83,18 +87,29 @@ def _of_records(experiment: Experiment, records: Sequence[Record]) -> Experiment
 def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     """The cascade found at a rate lower by `factor`, fitted to every sample of `experiment`.
 
-    Each component keeps its step response; the delay is sought again about `factor` times that found, on the
-    beginnings of the records, and refined on all of them.
+    Each component keeps its step response, and strongly damped pairs are parted, on the beginnings of the
+    records; the delay is sought again about `factor` times that found, on DELAY_SAMPLES, since few samples do
+    not tell it from a slow onset; then all samples are fitted.
     """
     if factor == 1 and found.point.samples == experiment.samples:
-        return found
-    begun = for_search(experiment, 1).records
+        return with_real_poles(found)
+    part = _descended_on(found, for_search(experiment, 1).records, factor)
+    part = with_real_poles(part)
     if factor > 1:
-        structure, values = at_higher_rate(found.structure, found.values, factor, len(begun))
-        part = with_best_delay(Grown.at(structure, values, begun).descended(), factor)
-    else:
-        part = Grown.at(found.structure, found.values, begun)
+        share = min(1.0, DELAY_SAMPLES / experiment.samples)
+        begun = [_beginning(record, share) for record in experiment.records]
+        part = with_best_delay(Grown.at(part.structure, part.values, begun).descended(), factor)
+    if part.point.samples == experiment.samples:
+        return part.descended()
     return Grown.at(part.structure, part.values, experiment.records).descended()
+
+
+def _descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown:
+    """The cascade of a rate lower by `factor` fitted to records of the full rate."""
+    structure, values = found.structure, found.values
+    if factor > 1:
+        structure, values = at_higher_rate(structure, values, factor, len(records))
+    return Grown.at(structure, values, records).descended()
 
 
 def with_best_delay(start: Grown, reach: int) -> Grown:

@@ -57,8 +57,8 @@ class StructurePool:
             )
         if one.slow_poles_added:
             said += (
-                f"; {one.slow_poles_added} slow real poles in it are kept because the evidence cannot exclude "
-                "them: without them the dead zone would take up their travel"
+                f"; {one.slow_poles_added} slow real poles in it are kept because the evidence cannot "
+                "exclude them: without them the dead zone would take up their travel"
             )
         return said
 

@@ -17,7 +17,7 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
-from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
+from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     NEAR_INTEGRATOR,
     OrderCandidate,
@@ -106,7 +106,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wider = with_slow_poles(best)
         best, kept = wider, wider.structure.order - best.structure.order
     pool = pool_of(tried, best, kept)
-    best = with_real_poles(at_full_rate(best, whole, factor))
+    best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(
         cascade_fit(best),
