@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from bayes_hw.arrays import IntArray
-from bayes_hw.infer.calibration import DRAWS, PROBABILITIES, CalibrationCase
-from bayes_hw.infer.rank_statistics import (
+from rank_statistics import (
     IntervalCoverage,
     SimultaneousBands,
     ecdf_bands,
     ecdf_counts,
     histogram_bands,
 )
+
+from bayes_hw.arrays import IntArray
+from bayes_hw.infer.calibration import DRAWS, PROBABILITIES, CalibrationCase
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 
 SIGNIFICANCE = 0.05

@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
-
-from bayes_hw.arrays import IntArray
-from bayes_hw.infer.rank_statistics import (
+from rank_statistics import (
     ECDF_POINTS,
     HISTOGRAM_BINS,
     IntervalCoverage,
@@ -21,6 +18,9 @@ from bayes_hw.infer.rank_statistics import (
     histogram_bands,
     histogram_counts,
 )
+from scipy import stats
+
+from bayes_hw.arrays import IntArray
 
 DRAWS = 127
 REPEATS = 2000

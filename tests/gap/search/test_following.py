@@ -35,9 +35,9 @@ from bayes_hw.gap.effects.input import CommandBias, RateLimit
 from bayes_hw.gap.effects.linear import CubicStiffness
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
-from bayes_hw.gap.fit.following import Following, observer
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.search.following import Following, observer
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder
 from bayes_hw.model.blocks import Saturation

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate
-from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.fit.explanation import Explanation
 
 
 @dataclass(frozen=True)
@@ -23,14 +24,16 @@ class BaseShift:
         return (self.alone - self.joint.mean) / self.joint.sd if self.joint.sd > 0 else float("nan")
 
 
-def base_shifts(diagnosis: Diagnosis) -> list[BaseShift]:
-    """Every base parameter of the verdict."""
-    base = diagnosis.attribution.base
+def base_shifts(
+    base: Explanation, nominal_sigma: float, estimates: Mapping[str, Estimate]
+) -> list[BaseShift]:
+    """Every base parameter of `estimates`, those of a verdict.
+
+    `base` is the base model fitted alone, `nominal_sigma` the encoder's noise as given, output units.
+    """
     hypothesis = base.fit.hypothesis
     nominal = {p.name: p.nominal for p in hypothesis.parameters}
     alone = {p.name: float(v) for p, v in zip(hypothesis.parameters, base.fit.values, strict=True)}
-    nominal[NOISE_SIGMA] = diagnosis.case.model.noise_sigma
+    nominal[NOISE_SIGMA] = nominal_sigma
     alone[NOISE_SIGMA] = base.encoder_sigma
-    return [
-        BaseShift(name, nominal[name], alone[name], joint) for name, joint in diagnosis.verdict.base.items()
-    ]
+    return [BaseShift(name, nominal[name], alone[name], joint) for name, joint in estimates.items()]

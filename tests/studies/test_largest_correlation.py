@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from blind_check.largest_correlation import explained, largest_correlation
 
 from bayes_hw.gap.blind.evidence import read_verdict
-from bayes_hw.gap.blind.largest_correlation import explained, largest_correlation
 from bayes_hw.gap.blind.make import write_case
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS

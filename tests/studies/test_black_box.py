@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from blind_check.black_box import black_box
 
-from bayes_hw.gap.blind.black_box import black_box
 from bayes_hw.gap.blind.counts import true_closure
 from bayes_hw.gap.blind.evidence import CaseTruth, read_verdict
 from bayes_hw.gap.blind.make import write_case

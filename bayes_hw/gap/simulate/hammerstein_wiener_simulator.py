@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.chain_batch import simulate_chains
-from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Units
@@ -56,7 +56,7 @@ class HammersteinWienerSimulator:
         self,
         values: FloatArray,
         inputs: FloatArray,
-        force: ForceLaw | None = None,  # noqa: ARG002
+        force: Force | None = None,  # noqa: ARG002
     ) -> FloatArray:
         """Outputs (batch, samples) from rest, for values (batch, parameters) and commands (samples,)."""
         settings = np.tile(S.NEUTRAL, (len(values), 1))

@@ -10,7 +10,7 @@ import pytest
 from bayes_hw.infer.prediction import Coverage
 from bayes_hw.infer.residual_tests import ResidualTest
 from bayes_hw.infer.summary import Summary
-from bayes_hw.report.page.verdict import badges, not_shown, verdict
+from bayes_hw.report.posterior.verdict import badges, not_shown, verdict
 
 
 def summary(mean, sd, unit):

@@ -14,8 +14,8 @@ from bayes_hw.gap.effects.catalogue import TransportDelay
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import FARTHEST, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.restarts import Restarts, square_errors
 from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.search.multistart import Restarts, square_errors
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
 

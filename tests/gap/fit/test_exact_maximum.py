@@ -12,10 +12,10 @@ from scipy.stats import norm
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.exact_maximum import DisplayDensity, at_exact_maximum, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation, with_stochastic
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.display_kernel import held_log_likelihood, rounded_log_likelihood
-from bayes_hw.gap.noise.display_likelihood import DisplayDensity, at_exact_maximum, display_likelihood
 from bayes_hw.gap.noise.stochastic import held_samples, quantization
 from bayes_hw.gap.noise.whitener import Plain
 
@@ -86,9 +86,9 @@ def test_the_maximum_is_no_worse_and_stays_there(kind: str) -> None:
     done = at_exact_maximum(begun)
     again = at_exact_maximum(done)
     assert done.stochastic is not None and again.stochastic is not None
-    likelihood = display_likelihood(begun)
+    likelihood = exact_likelihood(begun)
     assert likelihood is not None
-    density = DisplayDensity(begun, likelihood)
+    density = DisplayDensity(begun.fit, likelihood)
     at_start = likelihood([y[:, None] for y in begun.fit.simulated], density.centre[density.count :][None])
     assert done.stochastic.log_likelihood > at_start[0]
     assert again.stochastic.log_likelihood == pytest.approx(done.stochastic.log_likelihood, abs=0.5)
@@ -99,7 +99,7 @@ def test_rounding_is_on_the_scale_of_the_search() -> None:
     """At the same outputs and noise the exact likelihood is that of the search: other sets of effects are
     held against those at exact maxima."""
     begun, _ = explained("rounded", 3)
-    likelihood = display_likelihood(begun)
+    likelihood = exact_likelihood(begun)
     assert likelihood is not None and begun.stochastic is not None
     exact = likelihood([y[:, None] for y in begun.fit.simulated], likelihood.start[None])
     assert exact[0] == pytest.approx(begun.stochastic.log_likelihood, abs=0.1)
@@ -122,4 +122,4 @@ def test_nothing_to_do_without_a_display() -> None:
     found = hypothesis(AXIS, INPUTS)
     simulated = found.simulate(found.builder.axis.nominal)
     plain = Explanation(of_records(simulated, found), None, 0.0)
-    assert at_exact_maximum(plain) is plain and display_likelihood(plain) is None
+    assert at_exact_maximum(plain) is plain and exact_likelihood(plain) is None

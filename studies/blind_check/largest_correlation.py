@@ -21,12 +21,12 @@ from scipy import signal
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.black_box import nominal_from, tangents
 from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.plant.nominal import Nominal, refit
 from bayes_hw.record import Record
+from blind_check.black_box import nominal_from, tangents
 
 LEAST_SHARE = 0.02
 """Share of the squared residual below which nothing is named."""

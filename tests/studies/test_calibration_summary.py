@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calibration_summary import CalibrationSummary, summarize_calibration
 
 from bayes_hw.infer.calibration import DRAWS
-from bayes_hw.infer.calibration_summary import CalibrationSummary, summarize_calibration
 
 REPLICATES = 200
 

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import signal, stats
-
-from bayes_hw.errors import InputError
-from bayes_hw.model.rounding_box import (
+from printed.rounding_box import (
     RoundingBox,
     StableShare,
     resonances,
@@ -18,6 +15,9 @@ from bayes_hw.model.rounding_box import (
     velocity_gain_curve,
     without_integrator,
 )
+from scipy import signal, stats
+
+from bayes_hw.errors import InputError
 
 RATE_HZ = 20.0
 BOX = RoundingBox.from_text(("0", "0.1", "0.05"), ("1", "-1.6", "0.8", "-0.2"), 3)

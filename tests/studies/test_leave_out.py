@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from blind_cases import truth, verdict
+from blind_check.leave_out import left_out, shown_share
 
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.blind.evidence import Evidence
-from bayes_hw.gap.blind.leave_out import left_out, shown_share
 from bayes_hw.plant.case import BlindRecord
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from blind_check.power import REACH, SLOPE_LOG_SD, SLOPE_MEAN, smallest_gap
 from scipy import special
-
-from bayes_hw.gap.blind.power import REACH, SLOPE_LOG_SD, SLOPE_MEAN, smallest_gap
 
 TRIED = LOW, HIGH = 0.3, 5.0
 

@@ -8,7 +8,7 @@ from scipy import optimize
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.model.linear import LinearBlock, polynomial_roots
-from bayes_hw.model.rounding_box import RoundingBox
+from printed.rounding_box import RoundingBox
 
 SLOW_SCALE = np.array([1e-2, 1e-4, 1e-2])
 """Size of the slow factors' coefficients in powers of z - 1; it conditions the search."""

@@ -11,9 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-
-LIGHT_DAMPING = 0.1
-"""A complex pole pair damped less than this is a resonance; the others shape the slow response."""
+from bayes_hw.model.nanshan import LIGHT_DAMPING
 
 BATCH = 50_000
 """Draws whose companion matrices are held at once."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from printed.eq12 import nanshan_rounding_box
+from printed.representative import find_representative
 
 from bayes_hw.errors import InputError
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.nanshan import nanshan_rounding_box
-from bayes_hw.model.representative import find_representative
 
 LIMITS = (0.99, 0.993, 0.997)
 

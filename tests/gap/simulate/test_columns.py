@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.columns import (
+from bayes_hw.gap.simulate.columns import (
     blank,
     column,
     count_finite,

@@ -8,10 +8,10 @@ from fitted import AXIS, SAMPLES, base, of_records, simulated_with, with_residua
 
 from bayes_hw.gap.criticism.block_functions import block_surprises
 from bayes_hw.gap.criticism.free_functions import motions
+from bayes_hw.gap.criticism.springs import AMPLITUDES, shapes_of_springs
 from bayes_hw.gap.effects.catalogue import CubicStiffness
 from bayes_hw.gap.simulate.chain import Chain, ChainBuilder
 from bayes_hw.gap.simulate.small_signals import small_responses, torsions
-from bayes_hw.gap.simulate.springs import AMPLITUDES, shapes_of_springs
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
