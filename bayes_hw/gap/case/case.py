@@ -49,7 +49,7 @@ class Case:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error})") from None
         if not isinstance(data, dict) or not isinstance(data.get("model"), str):
-            raise InputError(f"{path}: must be like {EXAMPLE}")
+            raise InputError(f'{path}: needs "model", "train" and "holdout", such as {EXAMPLE}')
         for key in ("train", "holdout"):
             if not isinstance(data.get(key), list) or not all(isinstance(item, str) for item in data[key]):
                 raise InputError(f"{path}: {key}: must be a list of file names")
