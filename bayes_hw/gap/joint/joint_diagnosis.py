@@ -145,7 +145,8 @@ def _finished(
     samples = fit.point.samples
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
     some = [
-        posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
+        fit.response.values(posterior.coordinates[i])
+        for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
     gaps = []
     for records in (train, holdout):
