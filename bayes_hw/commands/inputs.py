@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bayes_hw.commands.speech import warn
 from bayes_hw.errors import InputError, storable_text
@@ -138,3 +138,10 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
         max_steps=parsed.max_steps,
         target_ess=parsed.target_ess,
     )
+
+
+def add_known_inputs(parsed: argparse.Namespace, corrected: Mapping[str, Any] | None) -> None:
+    """The known inputs that a corrected model takes are read from the record even where nobody asks."""
+    for item in (corrected or {}).get("known", []):
+        if item["column"] not in parsed.known:
+            parsed.known.append(item["column"])

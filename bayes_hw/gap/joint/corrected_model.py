@@ -19,6 +19,8 @@ from bayes_hw.gap.joint.joint_posterior import (
     effect_quantities,
 )
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
+from bayes_hw.gap.joint.known_column import NO_COLUMNS
+from bayes_hw.gap.joint.known_input import form_named
 from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
@@ -56,6 +58,7 @@ def corrected_model(
     s = fit.structure
     found: dict[str, object] = dict(model.to_dict())
     kept = values.effects
+    followed = [e for e in kept if e.form.column]
     quantities = effect_quantities(fit, values)
     found["effects"] = [
         {
@@ -68,7 +71,18 @@ def corrected_model(
             },
         }
         for e in kept
+        if not e.form.column
     ]
+    if followed:
+        found["known"] = [
+            {
+                "column": e.form.column,
+                "way": e.form.name,
+                "gain": quantities[f"{e.form.label}.gain"],
+                "lag_s": quantities[f"{e.form.label}.lag"],
+            }
+            for e in followed
+        ]
     found["records"] = [{"name": r.name, "sha256": r.sha256} for r in train]
     scale = fit.response.scale
     found["joint"] = {
@@ -106,7 +120,9 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
         scale = JointScale(**joint["scale"])
         template = []
         for item in joint["effects"]:
-            form = next(f for f in FORMS if f.label == item["label"] and f.name == item["form"])
+            form = form_named(item["label"], item["form"]) or next(
+                f for f in FORMS if f.label == item["label"] and f.name == item["form"]
+            )
             ports = None
             if form.is_law:
                 none = Ports.none(s.real_poles, s.sections)
@@ -129,19 +145,24 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
     return response, coordinates, draws
 
 
-def simulate_corrected(data: Mapping[str, Any], u: FloatArray) -> Simulated:
-    """Noise-free response of a corrected.json to a command (samples,) from rest."""
+def simulate_corrected(
+    data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+) -> Simulated:
+    """Noise-free response of a corrected.json to a command and known inputs (samples,) from rest."""
     response, coordinates, _ = joint_response_of(data)
-    return response.simulate(response.values(coordinates), u)
+    return response.simulate(response.values(coordinates), u, known)
 
 
-def predict_corrected(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean and 94 % band of y (samples,) under a command, parameters and noise both counted."""
+def predict_corrected(
+    data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and 94 % band of y (samples,) under a command and known inputs, parameters and noise both
+    counted."""
     response, coordinates, draws = joint_response_of(data)
-    mean = response.simulate(response.values(coordinates), u).y
+    mean = response.simulate(response.values(coordinates), u, known).y
     spread = np.zeros_like(mean)
     if len(draws):
-        drawn = [response.simulate(response.values(x), u).y for x in draws]
+        drawn = [response.simulate(response.values(x), u, known).y for x in draws]
         low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
         spread = (high - low) / 2
     sigma = float(data.get("noise", {}).get("sigma", 0.0))

@@ -168,12 +168,33 @@ def static_gain(effect: Effect, values: JointValues) -> float:
     return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
 
 
+def static_moment(effect: Effect, values: JointValues) -> float:
+    """Sum over k of k times the response of w, k samples on, to a unit impulse of the effect's torque: over
+    the static gain, by how many samples w follows a slow torque."""
+    p = effect.ports
+    assert p is not None
+    c = values.cascade
+    total = float(p.direct[0] / (1 - p.direct[1]) ** 2) + float(np.sum(p.real / (1 - c.real[0]) ** 2))
+    a1, a2 = c.sections[:2]
+    below, above = 1 - a1 + a2, p.sections[0] + p.sections[1]
+    return total + float(np.sum((p.sections[0] + 2 * p.sections[1] - above * (2 * a2 - a1) / below) / below))
+
+
 def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
-    """Parameters of the effects in the units that are reported."""
+    """Parameters of the effects in the units that are reported; of a known input its gain, output units a
+    unit of the column (of a torque what it displaces w by when constant), and by how many s w follows a slow
+    change of it."""
     rate = fit.response.scale.rate_hz
     found: dict[str, float] = {}
     for effect in values.effects:
         form, label = effect.form, effect.form.label
+        if form.column:
+            constant, late = float(effect.values[0]), float(effect.values[-1])
+            if effect.ports is not None:
+                constant = static_gain(effect, values)
+                late += static_moment(effect, values) / constant
+            found[f"{label}.gain"], found[f"{label}.lag"] = constant, late / rate
+            continue
         for slot, x in zip(form.slots(fit.response.scale), effect.values, strict=True):
             name, value = slot.name, float(x)
             if name == "wavenumber":

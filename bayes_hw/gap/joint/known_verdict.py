@@ -1,0 +1,86 @@
+"""What a diagnosis says of every known input: whether the gap follows it, how, and how far that closes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from bayes_hw.gap.joint.joint_decision import sure
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, TORQUE, KnownInput
+from bayes_hw.gap.shrink import Closure
+from bayes_hw.gap.verdict import Estimate
+from bayes_hw.record import Record
+
+CloseOn: TypeAlias = Callable[[Sequence[Record], JointFit, JointFit], Closure]
+"""How far the second fit closes the gap of the first on records."""
+
+WAYS = {TORQUE: "through the load, as a torque", "reading": "at the encoder, as a part of the reading"}
+
+MOST_WITHOUT = 0.3
+"""Probability of a column that falls short by little."""
+
+
+def known_verdict(
+    found: JointAnswer,
+    posterior: JointPosterior,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    close_on: CloseOn,
+) -> dict[str, dict[str, object]]:
+    """The block `known` of verdict.json, a column each: `follows`, `probability`, `nats`; of one that the gap
+    follows also `way`, `block`, `gain`, `lag_s`, `gap` and a `sentence`."""
+    chain = [one for one in found.known if one.accepted]
+    fits = [*(one.without for one in chain if one.without is not None), found.base]
+    after = {one.column: fits[i + 1] for i, one in enumerate(chain)}
+    return {
+        one.column: _followed(one, after[one.column], posterior, train, holdout, close_on)
+        if one.accepted
+        else {"follows": False, "probability": doubtful(one.nats), "nats": one.nats}
+        for one in found.known
+    }
+
+
+def doubtful(nats: float) -> float:
+    """Probability of a column that is not worth what is asked."""
+    return float(MOST_WITHOUT * np.exp(min(nats - ASKED_NATS, 0.0) / 10))
+
+
+def _followed(
+    one: KnownInput,
+    fit: JointFit,
+    posterior: JointPosterior,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    close_on: CloseOn,
+) -> dict[str, object]:
+    assert one.without is not None
+    units = train[0].units
+    unit = train[0].known_units.get(one.column, "")
+    label = LABEL + one.column
+    estimates = {
+        "gain": Estimate.of(posterior.effects[f"{label}.gain"], f"{units.output}/({unit})" if unit else ""),
+        "lag_s": Estimate.of(posterior.effects[f"{label}.lag"], "s"),
+    }
+    closures = [close_on(records, one.without, fit) for records in (train, holdout)]
+    probability = sure(one.nats)
+    low, high = closures[1].closed_hdi94
+    sentence = (
+        f"The gap follows {one.column} ({100 * probability:.3g} % sure): it acts {WAYS[one.way]}, and with it
+        " f"{100 * closures[1].closed:.3g} % of the reducible error of what was held out is gone "
+        f"({100 * low:.3g} to {100 * high:.3g} %)."
+    )
+    return {
+        "follows": True,
+        "probability": probability,
+        "nats": one.nats,
+        "way": one.way,
+        "block": BLOCKS[one.way],
+        **{name: estimate.to_dict() for name, estimate in estimates.items()},
+        "gap": {"train": closures[0].to_dict(), "holdout": closures[1].to_dict()},
+        "sentence": sentence,
+    }
