@@ -69,10 +69,10 @@ def _followed(
     closures = [close_on(records, one.without, fit) for records in (train, holdout)]
     probability = sure(one.nats)
     low, high = closures[1].closed_hdi94
+    gone = f"{100 * closures[1].closed:.3g} % ({100 * low:.3g} to {100 * high:.3g} %)"
     sentence = (
-        f"The gap follows {one.column} ({100 * probability:.3g} % sure): it acts {WAYS[one.way]}, and with it
-        " f"{100 * closures[1].closed:.3g} % of the reducible error of what was held out is gone "
-        f"({100 * low:.3g} to {100 * high:.3g} %)."
+        f"The gap follows {one.column} ({100 * probability:.3g} % sure): it acts {WAYS[one.way]}, and with "
+        f"it {gone} of the reducible error of what was held out is gone."
     )
     return {
         "follows": True,
