@@ -249,7 +249,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
 def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
     """Predict from the corrected model of a diagnosis."""
     model = HammersteinWiener.from_dict(corrected)
-    add_known_inputs(parsed, corrected)
+    add_known_inputs(parsed, model)
     (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
     mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}

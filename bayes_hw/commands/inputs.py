@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bayes_hw.commands.speech import warn
 from bayes_hw.errors import InputError, storable_text
@@ -14,6 +14,7 @@ from bayes_hw.record import Columns, ReadingOptions, Record, Units
 
 if TYPE_CHECKING:
     from bayes_hw.infer.sampler import SamplerSettings
+    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 
 def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) -> ReadingOptions:
@@ -140,8 +141,8 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
     )
 
 
-def add_known_inputs(parsed: argparse.Namespace, corrected: Mapping[str, Any] | None) -> None:
-    """The known inputs that a corrected model takes are read from the record even where nobody asks."""
-    for item in (corrected or {}).get("known", []):
-        if item["column"] not in parsed.known:
-            parsed.known.append(item["column"])
+def add_known_inputs(parsed: argparse.Namespace, model: HammersteinWiener) -> None:
+    """The known inputs that a model takes are read from the record even where nobody asks."""
+    for one in model.known:
+        if one.column not in parsed.known:
+            parsed.known.append(one.column)

@@ -50,7 +50,7 @@ def run(parsed: argparse.Namespace) -> None:
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
     corrected = read_corrected(parsed.model)
-    add_known_inputs(parsed, corrected)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, [parsed.record], model=model, needs_output=False)
     (record,) = given.records
     simulation: Simulation | Simulated
@@ -59,7 +59,7 @@ def run(parsed: argparse.Namespace) -> None:
     elif given.start == "free" and record.has_output:
         simulation = simulate_from_motion(model, record)
     else:
-        simulation = model.simulate(record.u)
+        simulation = model.simulate(record.u, known=record.known)
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     columns = {name: values for name, values in record.columns().items() if name not in record.known}

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.joint_response import Effect, JointValues
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
@@ -168,16 +169,16 @@ def static_gain(effect: Effect, values: JointValues) -> float:
     return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
 
 
-def static_moment(effect: Effect, values: JointValues) -> float:
-    """Sum over k of k times the response of w, k samples on, to a unit impulse of the effect's torque: over
-    the static gain, by how many samples w follows a slow torque."""
-    p = effect.ports
-    assert p is not None
-    c = values.cascade
-    total = float(p.direct[0] / (1 - p.direct[1]) ** 2) + float(np.sum(p.real / (1 - c.real[0]) ** 2))
+def gain_and_lag(effect: Effect, values: JointValues, cycles: float) -> tuple[float, float]:
+    """Of a known input at `cycles` per sample: output units a unit of its column, and samples."""
+    late = float(effect.values[-1])
+    if (p := effect.ports) is None:
+        return float(effect.values[0]), late
+    c, q = values.cascade, np.exp(-2j * np.pi * cycles)
     a1, a2 = c.sections[:2]
-    below, above = 1 - a1 + a2, p.sections[0] + p.sections[1]
-    return total + float(np.sum((p.sections[0] + 2 * p.sections[1] - above * (2 * a2 - a1) / below) / below))
+    total = p.direct[0] * q / (1 - p.direct[1] * q) + np.sum(p.real * q / (1 - c.real[0] * q))
+    total += np.sum((p.sections[0] * q + p.sections[1] * q * q) / (1 - a1 * q + a2 * q * q))
+    return polar(complex(total), cycles, late)
 
 
 def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
@@ -189,11 +190,8 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     for effect in values.effects:
         form, label = effect.form, effect.form.label
         if form.column:
-            constant, late = float(effect.values[0]), float(effect.values[-1])
-            if effect.ports is not None:
-                constant = static_gain(effect, values)
-                late += static_moment(effect, values) / constant
-            found[f"{label}.gain"], found[f"{label}.lag"] = constant, late / rate
+            gain, late = gain_and_lag(effect, values, fit.response.column_cycles[form.column])
+            found[f"{label}.gain"], found[f"{label}.lag"] = gain, late / rate
             continue
         for slot, x in zip(form.slots(fit.response.scale), effect.values, strict=True):
             name, value = slot.name, float(x)

@@ -16,10 +16,10 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
-from bayes_hw.gap.joint.known_column import NO_COLUMNS, delayed_column
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.holes import masks_of, with_holes
+from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
 
 LARGEST = float(np.arctanh(MAX_REFLECTION))
@@ -93,6 +93,15 @@ class JointResponse:
     def masks(self) -> tuple[BoolArray, ...] | None:
         """Which samples of every record were measured; None where all were."""
         return masks_of(self.records)
+
+    @cached_property
+    def column_cycles(self) -> dict[str, float]:
+        """Typical frequency, in cycles per sample, of every known input."""
+        return {
+            effect.form.column: typical_cycles([record.known[effect.form.column] for record in self.records])
+            for effect in self.template
+            if effect.form.column
+        }
 
     @cached_property
     def _n_base(self) -> int:

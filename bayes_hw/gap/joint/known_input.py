@@ -17,10 +17,10 @@ from bayes_hw.gap.joint.effect_form import Form, JointScale, Slot
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, pruned, regrown
+from bayes_hw.model.known_input import READING, TORQUE
 from bayes_hw.record import Record
 
 LABEL = "known:"
-TORQUE, READING = "torque", "reading"
 BLOCKS = {TORQUE: "disturbance", READING: "sensor"}
 
 LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0)

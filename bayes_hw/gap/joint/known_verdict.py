@@ -7,9 +7,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_decision import sure
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.joint_posterior import JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, TORQUE, KnownInput
 from bayes_hw.gap.shrink import Closure
@@ -20,6 +21,9 @@ CloseOn: TypeAlias = Callable[[Sequence[Record], JointFit, JointFit], Closure]
 """How far the second fit closes the gap of the first on records."""
 
 WAYS = {TORQUE: "through the load, as a torque", "reading": "at the encoder, as a part of the reading"}
+
+DIFFERENCE = 1e-3
+"""Of the draws' standard deviations."""
 
 MOST_WITHOUT = 0.3
 """Probability of a column that falls short by little."""
@@ -50,6 +54,23 @@ def doubtful(nats: float) -> float:
     return float(MOST_WITHOUT * np.exp(min(nats - ASKED_NATS, 0.0) / 10))
 
 
+def _drawn(posterior: JointPosterior, column: str) -> tuple[FloatArray, FloatArray]:
+    """Draws (draws,) of gain and lag in s, linear about the estimate: the phase of a torque's path is far
+    from linear where its weights are poorly known one by one."""
+    fit, label = posterior.fit, LABEL + column
+    centre = fit.point.coordinates
+    steps = DIFFERENCE * np.maximum(posterior.coordinates.std(axis=0), 1e-12)
+
+    def at(x: FloatArray) -> FloatArray:
+        found = effect_quantities(fit, fit.response.values(x))
+        return np.array([found[f"{label}.gain"], found[f"{label}.lag"]])
+
+    shifts = np.diag(steps)
+    slopes = np.array([(at(centre + s) - at(centre - s)) / 2 for s in shifts]) / steps[:, None]
+    gain, lag = (at(centre) + (posterior.coordinates - centre) @ slopes).T
+    return gain, lag
+
+
 def _followed(
     one: KnownInput,
     fit: JointFit,
@@ -61,10 +82,10 @@ def _followed(
     assert one.without is not None
     units = train[0].units
     unit = train[0].known_units.get(one.column, "")
-    label = LABEL + one.column
+    gain, lag = _drawn(posterior, one.column)
     estimates = {
-        "gain": Estimate.of(posterior.effects[f"{label}.gain"], f"{units.output}/({unit})" if unit else ""),
-        "lag_s": Estimate.of(posterior.effects[f"{label}.lag"], "s"),
+        "gain": Estimate.of(gain, f"{units.output}/({unit})" if unit else ""),
+        "lag_s": Estimate.of(lag, "s"),
     }
     closures = [close_on(records, one.without, fit) for records in (train, holdout)]
     probability = sure(one.nats)

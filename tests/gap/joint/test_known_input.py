@@ -16,9 +16,10 @@ from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import effect_quantities
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
-from bayes_hw.gap.joint.known_column import delayed_column
 from bayes_hw.gap.joint.known_input import READING, TORQUE, forms_of, with_known_inputs
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.known_input import delayed_column
 from bayes_hw.record import Record
 
 SAMPLES = 700
@@ -136,6 +137,10 @@ def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     assert "follows wind" in summary(found)
     run = simulate_corrected(found.corrected, records[2].u, records[2].known)
     np.testing.assert_allclose(run.y, found.after, atol=1e-12)
+    model = HammersteinWiener.from_dict(found.corrected)
+    plain = model.simulate(records[2].u, known=records[2].known)
+    np.testing.assert_allclose(plain.y, found.after, atol=1e-6)
+    assert model.known[0].lag_samples / RATE == pytest.approx(wind["lag_s"]["mean"], abs=0.05)
     with pytest.raises(InputError, match="known input 'wind'"):
         simulate_corrected(found.corrected, records[2].u)
     bare = replace(records[2], known={})
