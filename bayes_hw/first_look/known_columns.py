@@ -20,7 +20,8 @@ EFFECTIVE = 9 / 11
 doi 10.1109/TAU.1967.1161901)."""
 
 LEVEL = 0.01
-"""Probability that the largest coherence of a column that has nothing to do with the error exceeds `bound`."""
+"""Probability that the largest coherence of a column that has nothing to do with the error exceeds
+`bound`."""
 
 
 @dataclass(frozen=True, eq=False)
