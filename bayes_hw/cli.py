@@ -40,7 +40,7 @@ from bayes_hw.commands.options import (
     add_start,
 )
 from bayes_hw.errors import InputError
-from bayes_hw.report.plain_text import visible
+from bayes_hw.report.page.plain_text import visible
 
 DESCRIPTION = """\
 Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive

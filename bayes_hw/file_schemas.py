@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from bayes_hw.control.controller import SCHEMA as CONTROLLER_SCHEMA
+from bayes_hw.gap.answer.verdict import SCHEMA as VERDICT_SCHEMA
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.effects.effect import BLOCKS
-from bayes_hw.gap.verdict import SCHEMA as VERDICT_SCHEMA
 from bayes_hw.infer.posterior import SCHEMA as POSTERIOR_SCHEMA
 
 Schema: TypeAlias = dict[str, Any]

@@ -14,18 +14,18 @@ import shutil
 from dataclasses import replace
 
 import numpy as np
+from calibration_summary import CalibrationStudy, summarize_calibration
+from pages.calibration_report import calibration_report
 from study import Study, start_study
 
 from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.executor import ResultFolder
 from bayes_hw.infer.calibration import CalibrationCase, calibrate_once, calibration_tasks
-from bayes_hw.infer.calibration_summary import CalibrationStudy, summarize_calibration
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.report.calibration_report import calibration_report
 
 SAMPLE_RATE_HZ = 20.0
 SAMPLES = 600

@@ -18,7 +18,7 @@ from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
-from bayes_hw.report.blind_report import blind_report, share_text
+from bayes_hw.report.blind.blind_report import blind_report, share_text
 
 ROUND = 15
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""
@@ -26,8 +26,8 @@ ROUND = 15
 NUMBERS = {"easy": 240, "hard": 140, "wide": 20}
 QUICK_NUMBERS = {"easy": 2}
 BASELINES = {
-    "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",
-    "black box": "bayes_hw.gap.blind.black_box:black_box",
+    "largest correlation": "blind_check.largest_correlation:largest_correlation",
+    "black box": "blind_check.black_box:black_box",
 }
 
 

@@ -11,8 +11,8 @@ time), compared by marginal likelihood beside the effects of the catalogue. On 2
 `other` the best of 48 variants had the block right in 23, the functions of that time in 22: at the encoder
 and at the load a slow function of time is one and the same, and a fine one fits any cause. What helped was a
 random walk as the noise and, for springs and delays, stiffness that changes with the amplitude of the torsion
-(bayes_hw/gap/block_functions.py): on 102 calibration cases 96 instead of 54. Lags of the command at every
-amplitude had 88, springs with lags of the command beside them 93: both take backlash for a spring.
+(bayes_hw/gap/criticism/block_functions.py): on 102 calibration cases 96 instead of 54. Lags of the command
+at every amplitude had 88, springs with lags of the command beside them 93: both take backlash for a spring.
 Weights for more features (effects' evidences, leftovers, regimes), fitted without the effect in question,
 added nothing to it.
 """
@@ -24,17 +24,17 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 import numpy as np
+from blind_check.leave_out import LeftOut, left_out, shown_share
+from pages.leave_out_report import leave_out_report
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import Evidence
-from bayes_hw.gap.blind.leave_out import LeftOut, left_out, shown_share
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.gap.diagnosis import FREE_RESIDUAL
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
-from bayes_hw.report.leave_out_report import leave_out_report
 
 ROUND = 4
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""

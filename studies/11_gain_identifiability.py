@@ -21,7 +21,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import NOISE_CORRELATION, TwinExperiment, coloured_noise, twin_records
 from bayes_hw.record import Record
-from bayes_hw.report.identifiability_report import identifiability_report
+from bayes_hw.report.identifiability.identifiability_report import identifiability_report
 
 SLOPE_RATIO = 1.1
 THRESHOLD_RATIO = 1.5

@@ -18,7 +18,7 @@ from bayes_hw.identifiability.next_experiment import EVALUATIONS, design_experim
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.twin import twin_records
-from bayes_hw.report.experiment_report import experiment_report
+from bayes_hw.report.experiment.experiment_report import experiment_report
 
 SMALL_AMPLITUDE = 0.25
 LIMITS = MotionLimits(velocity=1.2, acceleration=6.0, lowest=-1.5, highest=1.5)

@@ -30,10 +30,10 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import twin_records
-from bayes_hw.report.design_report import design_report
-from bayes_hw.report.document import Block, Paragraph, Section, Table
-from bayes_hw.report.figures_control_sweep import GainStep, cycle_probability
-from bayes_hw.report.rounding import format_interval, format_number, format_percent
+from bayes_hw.report.design.design_report import design_report
+from bayes_hw.report.design.figures_control_sweep import GainStep, cycle_probability
+from bayes_hw.report.page.document import Block, Paragraph, Section, Table
+from bayes_hw.report.page.rounding import format_interval, format_number, format_percent
 
 PLAIN = Controller("PI", 20.0, 40.0, 10.0, low_pass_hz=4.0)
 CONTROLLERS = (

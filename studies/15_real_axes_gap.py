@@ -22,16 +22,16 @@ from axis_simulators import (
     emps_case,
     mount_case,
 )
+from pages.real_axes_report import Compared, Parted, RealAxis, real_axes_report
 from study import SHARED_DATA, Study, skip_without, start_study
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
-from bayes_hw.gap.force_law import ForceLaw
-from bayes_hw.gap.rigid_axis import RigidAxis
-from bayes_hw.gap.sentence import sentence
-from bayes_hw.gap.simulator_case import SimulatorCase
+from bayes_hw.gap.simulate.force_law import ForceLaw
+from bayes_hw.gap.simulate.rigid_axis import RigidAxis
 from bayes_hw.record import Columns, Record, Units
-from bayes_hw.report.real_axes_report import Compared, Parted, RealAxis, real_axes_report
 
 DATA = SHARED_DATA / "data"
 EMPS = DATA / "emps" / "DATA_EMPS.mat"

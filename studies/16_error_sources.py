@@ -11,6 +11,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 from error_sources import REFERENCE, SOURCES, Source
+from pages.error_sources_report import ErrorSource, ParameterError, error_sources_report
 from study import Study, start_study
 
 from bayes_hw.infer.inference import Inference, infer
@@ -18,7 +19,6 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import NOISE_CORRELATION, coloured_noise, twin_records
 from bayes_hw.record import Record
-from bayes_hw.report.error_sources_report import ErrorSource, ParameterError, error_sources_report
 
 REPLICATES = 3
 QUICK_DURATION_S = 60.0

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 import numpy as np
+from pages.interval_width_report import Experiment, ParameterWidth, interval_width_report
 from study import Study, start_study
 
 from bayes_hw.arrays import FloatArray
@@ -31,7 +32,6 @@ from bayes_hw.model.excitation import (
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import NOISE_CORRELATION, coloured_noise, twin_records
 from bayes_hw.record import Record
-from bayes_hw.report.interval_width_report import Experiment, ParameterWidth, interval_width_report
 
 RATE_HZ = 20.0
 STOP_HZ = 5.0

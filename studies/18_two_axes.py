@@ -21,6 +21,7 @@ from elevation import (
     elevation_records,
     estimate_gravity,
 )
+from pages.two_axes_report import AxisParameter, IdentifiedAxis, two_axes_report
 from study import Study, start_study
 
 from bayes_hw.identify.four_steps import identify
@@ -30,7 +31,6 @@ from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.twin import twin_records
 from bayes_hw.record import Record
-from bayes_hw.report.two_axes_report import AxisParameter, IdentifiedAxis, two_axes_report
 
 MAX_STEPS = 400
 DURATION_S = 120.0

@@ -5,8 +5,8 @@ diagnosed without their truth, and cases of every effect with its entry struck f
 holds all there is. What every decision rests on is kept, and the constants of the decision are fitted to the
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
 are too sure where an explanation is not right. Writes calibration.json, which is what goes with the
-program (bayes_hw/gap/calibration.json). Finished cases stay in OUT/work until the results are written, so
-that a run that was stopped goes on.
+program (bayes_hw/gap/answer/calibration.json). Finished cases stay in OUT/work until the results are written,
+so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from pages.decision_report import decision_report, stated_of_blocks
 from study import Study, start_study
 
 from bayes_hw.files import write_text_atomically
@@ -28,7 +29,6 @@ from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
-from bayes_hw.report.decision_report import decision_report, stated_of_blocks
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 SEEDS_OF_A_STUDY = 20

@@ -23,9 +23,9 @@ from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import Provenance, provenance
 from bayes_hw.record import Record
-from bayes_hw.report.document import Report
-from bayes_hw.report.posterior_report import posterior_report
-from bayes_hw.report.render import render
+from bayes_hw.report.page.document import Report
+from bayes_hw.report.page.render import render
+from bayes_hw.report.posterior.posterior_report import posterior_report
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared"
 

@@ -14,8 +14,8 @@ from command_files import files_below, write_axis
 
 from bayes_hw.cli import main
 from bayes_hw.csv_output import write_csv
+from bayes_hw.gap.case.simulator_case import find_simulator
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.simulator_case import find_simulator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 FEW = ("--without", *(label for label in LABEL_BLOCKS if label not in ("command_bias", "sensor_drift")))
@@ -111,7 +111,9 @@ def test_a_case_folder_or_its_files_give_one_verdict(
 
 
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
-    pytest.importorskip("bayes_hw.report.diagnosis_report", reason="the report of a diagnosis is not there")
+    pytest.importorskip(
+        "bayes_hw.report.diagnosis.diagnosis_report", reason="the report of a diagnosis is not there"
+    )
     assert main(["diagnose", ".", "--out", "new", "--jobs", "1", "--quiet", *FEW]) == 0
     found = files_below(folder / "new")
     assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}

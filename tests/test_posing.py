@@ -13,8 +13,8 @@ from simulated_records import measured
 import bayes_hw
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case import Case
-from bayes_hw.gap.posed_case import posed_case
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import from_rest, posed
 from bayes_hw.record import Record, Units

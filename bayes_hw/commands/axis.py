@@ -38,8 +38,8 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record
-from bayes_hw.report.posterior_report import posterior_report
-from bayes_hw.report.render import render
+from bayes_hw.report.page.render import render
+from bayes_hw.report.posterior.posterior_report import posterior_report
 
 SEPARATORS = frozenset("/\\:")
 """Characters that set folders and drives apart on one system or another."""

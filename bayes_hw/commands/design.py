@@ -69,8 +69,8 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
-    from bayes_hw.report.design_report import design_report
-    from bayes_hw.report.render import remove_pages, render
+    from bayes_hw.report.design.design_report import design_report
+    from bayes_hw.report.page.render import remove_pages, render
 
     begin = time.perf_counter()
     if not 0.5 <= parsed.share < 1:

@@ -73,8 +73,8 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
-    from bayes_hw.report.experiment_report import experiment_report
-    from bayes_hw.report.render import render
+    from bayes_hw.report.experiment.experiment_report import experiment_report
+    from bayes_hw.report.page.render import render
 
     begin = time.perf_counter()
     out, progress = Path(parsed.out), Progress(parsed.quiet)

@@ -32,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulator",
         metavar="MODULE:FUNCTION",
-        help="a simulator of your own instead: a function that returns a bayes_hw.gap.simulator.Simulator",
+        help="a simulator of your own instead: a function that returns a "
+        "bayes_hw.gap.case.simulator.Simulator",
     )
     parser.add_argument("--train", nargs="+", default=[], metavar="RECORD", help="records to diagnose")
     parser.add_argument(
@@ -66,16 +67,16 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands import inputs
     from bayes_hw.commands.speech import note, say, say_page
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.case import Case
+    from bayes_hw.gap.answer.sentence import sentence
+    from bayes_hw.gap.case.case import Case
+    from bayes_hw.gap.case.posed_case import posed_case
+    from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.gap.diagnosis import diagnose, write_results
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
-    from bayes_hw.gap.posed_case import posed_case
-    from bayes_hw.gap.sentence import sentence
-    from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.progress import Progress
     from bayes_hw.record import Units
-    from bayes_hw.report.render import remove_pages, render
+    from bayes_hw.report.page.render import remove_pages, render
 
     begin = time.perf_counter()
     out = Path(parsed.out)
@@ -128,7 +129,7 @@ def run(parsed: argparse.Namespace) -> None:
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
-        from bayes_hw.report.diagnosis_report import diagnosis_report
+        from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
         with progress.stage("report"):
             records = [*case.train, *case.holdout]
@@ -234,7 +235,7 @@ def _joint(
     from bayes_hw.commands.speech import say, say_page
     from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
     from bayes_hw.progress import Progress
-    from bayes_hw.report.render import remove_pages, render
+    from bayes_hw.report.page.render import remove_pages, render
 
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
@@ -243,7 +244,7 @@ def _joint(
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
-        from bayes_hw.report.joint_report import joint_report
+        from bayes_hw.report.diagnosis.joint_report import joint_report
 
         with progress.stage("report"):
             seconds = time.perf_counter() - begin

@@ -45,8 +45,8 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
-    from bayes_hw.report.identifiability_report import identifiability_report
-    from bayes_hw.report.render import render
+    from bayes_hw.report.identifiability.identifiability_report import identifiability_report
+    from bayes_hw.report.page.render import render
 
     begin = time.perf_counter()
     settings = sampler_settings(parsed)

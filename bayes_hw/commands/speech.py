@@ -6,11 +6,11 @@ import math
 import sys
 from typing import TYPE_CHECKING
 
-from bayes_hw.report.plain_text import visible
+from bayes_hw.report.page.plain_text import visible
 
 if TYPE_CHECKING:
-    from bayes_hw.report.document import Report
-    from bayes_hw.report.render import RenderedReport
+    from bayes_hw.report.page.document import Report
+    from bayes_hw.report.page.render import RenderedReport
 
 MOST_DECIMALS = 9
 """Decimals beyond which a number is written with a power of ten."""

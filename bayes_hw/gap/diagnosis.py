@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -13,34 +13,15 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import staged
-from bayes_hw.gap.attribute import Attribution, Attributor
-from bayes_hw.gap.base_average import averaged_base, noise_beside
-from bayes_hw.gap.block_functions import block_surprises
-from bayes_hw.gap.builder import Builder
-from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.case import Case
-from bayes_hw.gap.chain import ChainBuilder
-from bayes_hw.gap.confusable import confusable_pairs, next_experiment
-from bayes_hw.gap.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
-from bayes_hw.gap.display_likelihood import with_exact_maxima
-from bayes_hw.gap.draws import posterior_draws
-from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
-from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import Explanation, is_far_ahead
-from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.judgement import OTHER
-from bayes_hw.gap.latent_force import free_residual
-from bayes_hw.gap.left_out import LeftOut, compare_left_out
-from bayes_hw.gap.leftover import leftovers
-from bayes_hw.gap.locate import locate
-from bayes_hw.gap.notes import notes_on
-from bayes_hw.gap.parallel import Each
-from bayes_hw.gap.repeats import repeated_floor
-from bayes_hw.gap.scale import axis_scale
-from bayes_hw.gap.shrink import (
+from bayes_hw.gap.answer.base_average import averaged_base, noise_beside
+from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
+from bayes_hw.gap.answer.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.locate import locate
+from bayes_hw.gap.answer.notes import notes_on
+from bayes_hw.gap.answer.shrink import (
     DRAWS_SIMULATED,
-    NORMAL_HALF_WIDTH,
     Closure,
     closure,
     hides_motion,
@@ -49,11 +30,35 @@ from bayes_hw.gap.shrink import (
     predicted,
     without_glitches,
 )
-from bayes_hw.gap.simulator_case import SimulatorCase
-from bayes_hw.gap.simulator_chain import SimulatorBuilder, simulator_scale
-from bayes_hw.gap.unknown_noise import first_sigma, of_the_gap, with_plain_estimates, without_small_seconds
-from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate, Verdict
-from bayes_hw.gap.white_choice import white_choice
+from bayes_hw.gap.answer.unknown_noise import (
+    first_sigma,
+    of_the_gap,
+    with_plain_estimates,
+    without_small_seconds,
+)
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
+from bayes_hw.gap.answer.white_choice import white_choice
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.case.repeats import repeated_floor
+from bayes_hw.gap.case.scale import axis_scale
+from bayes_hw.gap.case.simulator_case import SimulatorCase
+from bayes_hw.gap.criticism.block_functions import block_surprises
+from bayes_hw.gap.criticism.latent_force import free_residual
+from bayes_hw.gap.criticism.left_out import LeftOut, compare_left_out
+from bayes_hw.gap.criticism.leftover import leftovers
+from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
+from bayes_hw.gap.fit.fit.exact_maximum import with_exact_maxima
+from bayes_hw.gap.fit.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.search.attribute import Attribution, Attributor
+from bayes_hw.gap.simulate.builder import Builder
+from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.parallel import Each
+from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
 
@@ -120,7 +125,7 @@ def diagnose(
         if not nominal > 0:
             attribution = without_small_seconds(attribution)
         best, scores = choose(attribution, nominal, calibration)
-        attribution = with_exact_maxima(attribution, best)
+        attribution = replace(attribution, explanations=with_exact_maxima(attribution.explanations, best))
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs, nominal)

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
-from bayes_hw.gap.case import Case
+from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.answer.verdict import Verdict
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
-from bayes_hw.gap.posed_case import posed_case
-from bayes_hw.gap.sentence import sentence
-from bayes_hw.gap.verdict import Verdict
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
 from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.notebook import table_with_words
@@ -24,8 +24,8 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
-from bayes_hw.report.drawing import on_paper
-from bayes_hw.report.figures_diagnosis import gap_canvas
+from bayes_hw.report.diagnosis.figures_diagnosis import gap_canvas
+from bayes_hw.report.page.drawing import on_paper
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,11 +27,11 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
-from bayes_hw.report.drawing import on_paper
-from bayes_hw.report.figures_posterior import marginals_canvas
-from bayes_hw.report.figures_prediction import overview_canvas
-from bayes_hw.report.posterior_report import predicted_record_of
-from bayes_hw.report.posterior_sections import marginals
+from bayes_hw.report.page.drawing import on_paper
+from bayes_hw.report.posterior.figures_posterior import marginals_canvas
+from bayes_hw.report.posterior.figures_prediction import overview_canvas
+from bayes_hw.report.posterior.posterior_report import predicted_record_of
+from bayes_hw.report.posterior.posterior_sections import marginals
 
 if TYPE_CHECKING:
     from xarray import DataTree

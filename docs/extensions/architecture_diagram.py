@@ -7,8 +7,8 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from bayes_hw.report.drawing import drawing_settings, new_canvas
-from bayes_hw.report.palette import BLUE, INK, MUTED
+from bayes_hw.report.page.drawing import drawing_settings, new_canvas
+from bayes_hw.report.page.palette import BLUE, INK, MUTED
 
 HERE = Path(__file__).resolve().parents[1]
 TARGET = HERE / "generated" / "rooms.svg"

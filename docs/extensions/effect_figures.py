@@ -11,8 +11,8 @@ import numpy as np
 from bayes_hw.plant.case import BlindCase, make_case
 from bayes_hw.plant.kinds import KINDS
 from bayes_hw.plant.nominal import refit
-from bayes_hw.report.drawing import drawing_settings, new_canvas
-from bayes_hw.report.palette import BLUE, DATA, MUTED, VERMILLION
+from bayes_hw.report.page.drawing import drawing_settings, new_canvas
+from bayes_hw.report.page.palette import BLUE, DATA, MUTED, VERMILLION
 
 PLANT = Path(__file__).resolve().parents[2] / "bayes_hw" / "plant"
 SEED = 3

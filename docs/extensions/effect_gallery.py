@@ -15,11 +15,11 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from study_numbers import REPORTS, looked_up
 
-from bayes_hw.gap.confusable import SHOWS
+from bayes_hw.gap.answer.confusable import SHOWS
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.catalogue import block_of, catalogue, known_labels
 from bayes_hw.gap.effects.descriptions import DESCRIPTIONS, Description
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.scale import AxisScale
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Units
 

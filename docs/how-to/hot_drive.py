@@ -1,9 +1,9 @@
 """An effect of another package."""
 
-from bayes_hw.gap import settings as S  # noqa: N812
 from bayes_hw.gap.effects.descriptions import Description
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.priors import positive, signed
+from bayes_hw.gap.simulate import settings as S  # noqa: N812
 
 
 class HotDrive(Effect):

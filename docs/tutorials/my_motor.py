@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from bayes_hw.gap.simulator import FunctionSimulator
+from bayes_hw.gap.case.simulator import FunctionSimulator
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
 from bayes_hw.record import Units

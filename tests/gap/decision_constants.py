@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.answer.calibration import Calibration
 
 LABELS = ("friction", "backlash", "wind", "encoder_quantization")
 CONSTANTS = Calibration(

@@ -9,10 +9,10 @@ from scipy import linalg, signal
 from simulated_records import coloured_noise
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.chain import ChainBuilder
+from bayes_hw.gap.case.scale import AxisScale, axis_scale
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.scale import AxisScale, axis_scale
+from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
@@ -26,7 +26,7 @@ W, MOTOR_ANGLE, MOTOR_SPEED, LOAD_SPEED = range(4)
 
 @dataclass(frozen=True)
 class KnownTrain:
-    """The drive train of `bayes_hw.gap.drive_train` by its own numbers, motor and load in units of w."""
+    """`bayes_hw.gap.simulate.drive_train` by its own numbers, motor and load in units of w."""
 
     kp: float = 210.0
     ki: float = 2400.0

@@ -21,11 +21,11 @@ from drive_axis import (
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import Explanation
-from bayes_hw.gap.fit import Fit, evaluated
-from bayes_hw.gap.hypothesis import Hypothesis
-from bayes_hw.gap.stochastic import autoregression
-from bayes_hw.gap.whitener import Plain
+from bayes_hw.gap.fit.explanation import Explanation
+from bayes_hw.gap.fit.fit import Fit, evaluated
+from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.model.blocks import DeadZone
 
 AXIS = drive_axis()

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.rigid_axis import PositionController, RigidAxis
-from bayes_hw.gap.simulator import FunctionSimulator
+from bayes_hw.gap.case.simulator import FunctionSimulator
+from bayes_hw.gap.simulate.rigid_axis import PositionController, RigidAxis
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal
 from bayes_hw.record import Record, Units

@@ -21,10 +21,10 @@ from own_simulators import (
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.case.simulator import Simulator
+from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
-from bayes_hw.gap.sentence import sentence
-from bayes_hw.gap.simulator import Simulator
-from bayes_hw.gap.simulator_case import SimulatorCase, find_simulator
 from bayes_hw.record import Record
 
 TRUE_MOTOR = np.array([[33.0, 0.27]])

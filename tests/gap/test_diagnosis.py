@@ -12,14 +12,14 @@ import pytest
 from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
+from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.answer.notes import of_left_out
+from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.blind.ballot import Ballot, ballot_of
-from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.case import Case
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
-from bayes_hw.gap.left_out import LeftOut
-from bayes_hw.gap.notes import of_left_out
-from bayes_hw.gap.sentence import sentence
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.record import Record
 

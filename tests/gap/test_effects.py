@@ -15,13 +15,13 @@ from drive_axis import RATE, command, drive_axis, hypothesis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects import catalogue as catalogue_module
 from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue
 from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect, everywhere_periodic
 from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness
 from bayes_hw.gap.effects.priors import positive
-from bayes_hw.gap.scale import AxisScale
+from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, Normal
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from arviz_stats.base import array_stats
 
+from bayes_hw.gap.answer.locate import Location
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.answer.verdict import Estimate, Verdict, highest_density_interval
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.locate import Location
-from bayes_hw.gap.shrink import Closure
-from bayes_hw.gap.verdict import Estimate, Verdict, highest_density_interval
 
 KEYS = {
     *("schema", "answer", "probability", "confusable", "where", "gap", "parameters", "base"),

@@ -18,10 +18,10 @@ from bayes_hw.gap.effects.catalogue import (
     UnmodelledMode,
 )
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.explanation import with_coloured_noise
-from bayes_hw.gap.fit import evaluated, fit, fitted_on, jacobians
-from bayes_hw.gap.hypothesis import LARGEST_STRAIN, Hypothesis, held_within_prior
-from bayes_hw.gap.whitener import Plain
+from bayes_hw.gap.fit.explanation import with_coloured_noise
+from bayes_hw.gap.fit.fit import evaluated, fit, fitted_on, jacobians
+from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis, held_within_prior
+from bayes_hw.gap.noise.whitener import Plain
 
 PLAIN = Plain(SIGMA)
 INPUTS = [command(700, seed) for seed in (1, 2)]

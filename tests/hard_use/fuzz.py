@@ -30,7 +30,7 @@ import scipy.io
 
 from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case import Case
+from bayes_hw.gap.case.case import Case
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import ReadingOptions, Record, Units

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from bayes_hw.report import equations
-from bayes_hw.report.document import (
+from bayes_hw.report.page import equations
+from bayes_hw.report.page.document import (
     Badge,
     Bullets,
     Callout,
@@ -22,7 +22,7 @@ from bayes_hw.report.document import (
     Table,
     ZoomableRecord,
 )
-from bayes_hw.report.palette import SETTINGS
+from bayes_hw.report.page.palette import SETTINGS
 
 SVG = (
     '<svg xmlns="http://www.w3.org/2000/svg" width="72" height="36" viewBox="0 0 72 36">'

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pages.decision_report import bins, decision_report, stated_of_blocks
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.judgement import Claim, Judgement, Remains
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
 from bayes_hw.gap.blind.tails import TailFit
-from bayes_hw.gap.judgement import Claim, Judgement, Remains
 from bayes_hw.provenance import provenance
-from bayes_hw.report.decision_report import bins, decision_report, stated_of_blocks
-from bayes_hw.report.document import Figure, Paragraph, Table
+from bayes_hw.report.page.document import Figure, Paragraph, Table
 
 TAILS = TailFit(list(np.random.default_rng(1).standard_t(4.0, (50, 8))))
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-
-from bayes_hw.report.error_sources_report import (
+from pages.error_sources_report import (
     REFERENCE,
     ErrorSource,
     ParameterError,

@@ -2,15 +2,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from bayes_hw.report.figures_calibration import (
+from pages.figures_calibration import (
     IntervalPoint,
     RankPanel,
     ecdf_differences,
     interval_coverage,
     rank_histograms,
 )
-from bayes_hw.report.palette import VERMILLION
+
+from bayes_hw.report.page.palette import VERMILLION
 
 
 @pytest.fixture

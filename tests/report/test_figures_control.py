@@ -13,14 +13,14 @@ from bayes_hw.control.controller import Controller
 from bayes_hw.control.design import Design, DesignSettings, design
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.report.document import Figure
-from bayes_hw.report.figures_control_axis import axis_response, crossover_allowance
-from bayes_hw.report.figures_control_loop import (
+from bayes_hw.report.design.figures_control_axis import axis_response, crossover_allowance
+from bayes_hw.report.design.figures_control_loop import (
     limit_cycle_check,
     margin_distributions,
     nyquist_and_sensitivities,
 )
-from bayes_hw.report.figures_control_time import time_responses, uncertainty_sets
+from bayes_hw.report.design.figures_control_time import time_responses, uncertainty_sets
+from bayes_hw.report.page.document import Figure
 
 Labels = Callable[[Callable[[], Figure]], list[str]]
 

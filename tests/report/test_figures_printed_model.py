@@ -1,8 +1,7 @@
 """Poles and gains of a printed model are drawn with everything that the captions speak of."""
 
 import numpy as np
-
-from bayes_hw.report.figures_printed_model import PoleClouds, pole_map, velocity_gain_band
+from pages.figures_printed_model import PoleClouds, pole_map, velocity_gain_band
 
 
 def test_pole_map_names_its_clouds(labels_of):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-
-from bayes_hw.report.interval_width_report import Experiment, ParameterWidth, slope_over_length
+from pages.interval_width_report import Experiment, ParameterWidth, slope_over_length
 
 
 def experiment(series: str, setting: float, half_width: float) -> Experiment:

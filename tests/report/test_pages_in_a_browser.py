@@ -13,8 +13,8 @@ from browser import Browser
 from matplotlib.image import imread
 from page_checks import check_page
 
-from bayes_hw.report.document import Report
-from bayes_hw.report.html import to_html
+from bayes_hw.report.page.document import Report
+from bayes_hw.report.page.html import to_html
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
 PAGES = sorted(REPORTS.glob("*/report.html"))

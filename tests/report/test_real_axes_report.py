@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pages.real_axes_report import Compared, Parted, RealAxis, real_axes_report
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.simulator import FunctionSimulator
+from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import diagnose
-from bayes_hw.gap.simulator import FunctionSimulator
-from bayes_hw.gap.simulator_case import SimulatorCase
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
-from bayes_hw.report.document import Report, Table
-from bayes_hw.report.real_axes_report import Compared, Parted, RealAxis, real_axes_report
-from bayes_hw.report.render import render
-from bayes_hw.report.rounding import format_number
+from bayes_hw.report.page.document import Report, Table
+from bayes_hw.report.page.render import render
+from bayes_hw.report.page.rounding import format_number
 
 UNITS = Units(input="V", output="rpm")
 

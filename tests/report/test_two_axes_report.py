@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-
-from bayes_hw.report.two_axes_report import AxisParameter, IdentifiedAxis
+from pages.two_axes_report import AxisParameter, IdentifiedAxis
 
 BELOW = AxisParameter(-2.0, -2.2, 0.1, (-2.4, -2.1), "deg/s")
 AROUND = AxisParameter(4.0, 4.2, 0.2, (3.9, 4.5), "Hz")

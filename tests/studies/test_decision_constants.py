@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bayes_hw.gap.calibration import Calibration
+from bayes_hw.gap.answer.calibration import Calibration
 
 FITTED = Path(__file__).resolve().parents[2] / "reports" / "19_decision_constants"
 

@@ -13,7 +13,7 @@ from manifest import REPORTS, Manifest, code_digest, digest, new_manifest, quest
 
 from bayes_hw import __version__
 from bayes_hw.provenance import provenance
-from bayes_hw.report.document import Badge, Figure, Report
+from bayes_hw.report.page.document import Badge, Figure, Report
 
 COMMAND = "python studies/99_some.py --seed 3"
 DONE = sorted(path.parent for path in REPORTS.glob("*/manifest.json"))
@@ -102,6 +102,7 @@ def test_helpers_of_the_studies_change_the_code_and_other_studies_do_not(
         "index.py": False,
         "rivals.py": True,
         "study.py": True,
+        "pages/power_report.py": True,
     }.items():
         (folder / name).write_text((folder / name).read_text() + "\n")
         assert (code_digest(script) != known) == changes
@@ -116,7 +117,7 @@ def test_any_source_of_the_package_changes_the_code(
     before = code_digest(script)
     monkeypatch.setattr(module, "PACKAGE", copy)
     assert code_digest(script) == before
-    for name in ("model/blocks.py", "report/templates/report.css", "gap/calibration.json"):
+    for name in ("model/blocks.py", "report/page/templates/report.css", "gap/answer/calibration.json"):
         known = code_digest(script)
         (copy / name).write_text((copy / name).read_text() + "\n")
         assert code_digest(script) != known

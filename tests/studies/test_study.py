@@ -19,7 +19,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {studies!r})
 from study import start_study
-from bayes_hw.report.document import Figure, Report
+from bayes_hw.report.page.document import Figure, Report
 svg = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
 study = start_study("99_nothing", __doc__)
 study.write_results({{"found": 1}})

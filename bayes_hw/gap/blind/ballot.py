@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.block_functions import block_surprises
-from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.decide import best_of_sets, claims_of, remains_of
+from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.answer.decide import best_of_sets, claims_of, remains_of
+from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
+from bayes_hw.gap.criticism.block_functions import block_surprises
+from bayes_hw.gap.criticism.leftover import Leftover, leftovers
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose_case
-from bayes_hw.gap.explanation import is_far_ahead
-from bayes_hw.gap.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
-from bayes_hw.gap.leftover import Leftover, leftovers
+from bayes_hw.gap.fit.explanation import is_far_ahead
 
 BALLOT = "ballot.json"
 

@@ -28,10 +28,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.answer.judgement import NONE, OTHER, Judgement
 from bayes_hw.gap.blind.ballot import WIDEST, Ballot
 from bayes_hw.gap.blind.counts import BLOCKS
-from bayes_hw.gap.calibration import Calibration
-from bayes_hw.gap.judgement import NONE, OTHER, Judgement
 from bayes_hw.progress import Progress
 
 BY_HAND = Calibration(

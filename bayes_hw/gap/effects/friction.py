@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap import settings as S  # noqa: N812
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.effect import Block, Effect
 from bayes_hw.gap.effects.priors import positive
-from bayes_hw.gap.scale import AxisScale
+from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 
 SIZES = (1.0, 3.0, 9.0)

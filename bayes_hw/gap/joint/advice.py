@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from bayes_hw.gap.confusable import SHOWS, next_experiment
+from bayes_hw.gap.answer.confusable import SHOWS, next_experiment
 from bayes_hw.gap.joint.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.joint_search import JointAnswer
 

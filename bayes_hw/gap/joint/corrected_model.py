@@ -12,6 +12,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
+from bayes_hw.gap.fit.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
@@ -22,7 +23,6 @@ from bayes_hw.gap.joint.joint_posterior import (
 )
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
 from bayes_hw.gap.joint.known_input import form_named
-from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.joint_search import JointAnswer
-from bayes_hw.gap.judgement import OTHER
 
 CERTAIN = 0.995
 NATS_OF_DOUBT = 60.0

@@ -15,8 +15,13 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged
-from bayes_hw.gap.case import check_records
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.locate import Location
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
+from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.fit.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
@@ -28,10 +33,6 @@ from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
-from bayes_hw.gap.judgement import OTHER
-from bayes_hw.gap.locate import Location
-from bayes_hw.gap.shrink import NORMAL_HALF_WIDTH, Closure
-from bayes_hw.gap.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
@@ -150,7 +151,8 @@ def _finished(
     samples = fit.point.samples
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
     some = [
-        posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
+        fit.response.values(posterior.coordinates[i])
+        for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
 
     def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:

@@ -40,10 +40,6 @@ class JointPosterior:
     effects: dict[str, FloatArray]
     units: dict[str, str]
 
-    @property
-    def values(self) -> list[JointValues]:
-        return [self.fit.response.values(x) for x in self.coordinates]
-
 
 def laplace(
     fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION

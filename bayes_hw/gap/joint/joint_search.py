@@ -31,7 +31,10 @@ VERIFIED_NATS = 25.0
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal."""
 
-MOST_EFFECTS, MOST_STEPS = 3, 8
+STRUCTURAL_NATS = 5.0
+"""A port or a section that gains as much is taken before another effect is looked for."""
+
+MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +101,13 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     return base, readings
 
 
+def _structural(fit: JointFit) -> JointFit:
+    """The best of the present effects with other ports, another form of their law, or a larger G."""
+    trials = port_candidates(fit) + larger_cascades(fit)
+    trials = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    return highest([fit, *(t.descended() for t in trials)])
+
+
 def _grown(
     base: JointFit, readings: Readings, say: Callable[[str], None]
 ) -> tuple[JointFit, JointFit, Readings, dict[str, float]]:
@@ -105,15 +115,12 @@ def _grown(
     reached."""
     fit, rivals = base, dict[str, float]()
     for step in range(MOST_STEPS):
-        trials: list[JointFit] = []
-        if len(fit.labels) < MOST_EFFECTS:
-            trials += effect_candidates(fit, FORMS)
-        if step == 0:
-            rivals = {t.labels[-1]: t.score - base.score for t in trials}
-        structural = port_candidates(fit) + (larger_cascades(fit) if step else [])
-        structural = sorted((t.descended(FIRST_STEPS) for t in structural), key=lambda t: -t.score)[:3]
-        trials += [t.descended() for t in structural]
-        best = highest(trials)
+        best = _structural(fit) if step else fit
+        if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
+            trials = effect_candidates(fit, FORMS)
+            if step == 0:
+                rivals = {t.labels[-1]: t.score - base.score for t in trials}
+            best = highest([best, *trials])
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")

@@ -8,13 +8,13 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.answer.verdict import Estimate
 from bayes_hw.gap.joint.joint_decision import sure
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, TORQUE, KnownInput
-from bayes_hw.gap.shrink import Closure
-from bayes_hw.gap.verdict import Estimate
 from bayes_hw.record import Record
 
 CloseOn: TypeAlias = Callable[[Sequence[Record], JointFit, JointFit], Closure]

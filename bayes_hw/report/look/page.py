@@ -21,13 +21,13 @@ from bayes_hw.first_look.advice import coherent_band
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, plots
-from bayes_hw.report.palette import page_colours
-from bayes_hw.report.plain_text import visible
-from bayes_hw.report.rounding import format_duration, format_interval, format_number, format_percent
+from bayes_hw.report.page.palette import page_colours
+from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.rounding import format_duration, format_interval, format_number, format_percent
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
-SHARED = files("bayes_hw.report") / "templates"
+SHARED = files("bayes_hw.report.page") / "templates"
 NO_BREAK_SPACE = "\u00a0"
 
 

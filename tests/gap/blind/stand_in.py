@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
-from bayes_hw.gap.judgement import Claim, Remains
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -80,7 +80,8 @@ def by_the_files(case: Path, out: Path, seed: int, **options: str) -> None:  # n
     rng = np.random.default_rng([seed, len((case / "holdout.csv").read_bytes())])
     label = str(rng.choice(list(BLOCKS)))
     zeros = np.zeros(len(Record.read(case / "holdout.csv")))
-    write_verdict(out, verdict([label], seen=shown), zeros, zeros)
+    described = sorted(json.loads((case / "case.json").read_text()))
+    write_verdict(out, verdict([label], seen=shown, described=described), zeros, zeros)
 
 
 def fails(case: Path, out: Path, seed: int) -> None:  # noqa: ARG001

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.calibrate import BY_HAND
-from bayes_hw.gap.judgement import Claim, Remains
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.criticism.leftover import Leftover
 
 PAIR = ("friction", "wind")
 BALLOTED = Ballot(

@@ -12,8 +12,8 @@ import pytest
 from serial import SerialExecutor
 
 from bayes_hw.gap.blind.counts import Share
-from bayes_hw.report.document import Paragraph, Report, Section
-from bayes_hw.report.figures_blind import shares
+from bayes_hw.report.blind.figures_blind import shares
+from bayes_hw.report.page.document import Paragraph, Report, Section
 
 STUDIES = Path(__file__).resolve().parents[3] / "studies"
 

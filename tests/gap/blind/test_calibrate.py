@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import (
     BY_HAND,
@@ -20,8 +21,7 @@ from bayes_hw.gap.blind.calibrate import (
     total_score,
 )
 from bayes_hw.gap.blind.counts import BLOCKS
-from bayes_hw.gap.judgement import Claim, Remains
-from bayes_hw.gap.leftover import Leftover
+from bayes_hw.gap.criticism.leftover import Leftover
 from bayes_hw.progress import Progress
 
 QUIET = Progress(quiet=True)

@@ -8,7 +8,7 @@ from scipy.integrate import trapezoid
 from scipy.stats import norm, t
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.base_average import DEGREES_ASTRAY
+from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
 from bayes_hw.gap.blind.tails import LEVEL, TailFit, Tails, standardized_errors
 

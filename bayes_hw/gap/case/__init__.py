@@ -1,0 +1,1 @@
+"""What is compared: the case as posed, its simulator and its records."""

@@ -1,0 +1,84 @@
+"""What a diagnosis needs of the simulator whose gap is asked for, and simulators that are functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap.case.case.force import Force
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.record import Units
+
+
+class Simulator(Protocol):
+    """A simulator of one axis, of any kind.
+
+    `parameters` are re-estimated in every diagnosis, each with a normal prior as it is or a log-normal prior
+    and a logarithm; `noise_sigma` is the noise of the measured output in output units, NaN where unknown.
+    With `force_door` the simulator adds a force that depends on its own motion, so that friction and ripple
+    can be tried as its missing effects.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+
+    @property
+    def sample_rate_hz(self) -> float: ...
+
+    @property
+    def units(self) -> Units: ...
+
+    @property
+    def noise_sigma(self) -> float: ...
+
+    @property
+    def force_door(self) -> bool: ...
+
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
+        """Outputs (batch, samples) for parameter values (batch, parameters) and commands (samples,).
+
+        `force` is None unless `force_door`; its accelerations are to be added to those of the simulator.
+        """
+        ...
+
+
+Respond = Callable[..., FloatArray]
+"""function(values, inputs), or function(values, inputs, force) of a simulator with a force door."""
+
+
+@dataclass(frozen=True)
+class FunctionSimulator:
+    """A user's Python function as a simulator; see `Simulator` for what each field means.
+
+    `function(values, inputs)` takes values (batch, parameters) in the order of `parameters` and inputs
+    (samples,), and returns outputs (batch, samples). With `force_door` it is called as
+    `function(values, inputs, force)`: where `force` is not None, `force(k, position, velocity)` gives the
+    acceleration (batch,) to add at sample k, in output units per s^2, for positions and velocities (batch,).
+    """
+
+    name: str
+    function: Respond
+    parameters: tuple[Parameter, ...]
+    sample_rate_hz: float
+    units: Units = field(default_factory=Units)
+    noise_sigma: float = float("nan")
+    force_door: bool = False
+
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
+        """Outputs (batch, samples); raises InputError where the function returns another shape."""
+        given = (values, inputs, force) if self.force_door else (values, inputs)
+        found = np.asarray(self.function(*given), dtype=np.float64)
+        if found.shape != (len(values), len(inputs)):
+            raise InputError(
+                f"simulator {self.name}: returned shape {found.shape}; return (batch, samples) = "
+                f"{(len(values), len(inputs))}"
+            )
+        return found

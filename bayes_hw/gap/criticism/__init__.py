@@ -1,0 +1,1 @@
+"""What a fitted hypothesis leaves: residual diagnostics and score tests by block."""

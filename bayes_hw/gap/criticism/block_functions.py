@@ -1,0 +1,196 @@
+"""Which block a cause enters at that nobody named: what functions rich enough for any cause there take.
+
+They are held against the base's residuals beside a wandering discrepancy of unknown strength, a random walk
+fitted with them: autoregressive noise in its place counts what is slow for little. How surprising a
+function's gain is ranks the blocks. Stiffness and damping that change with the amplitude of the torsion are
+among the functions, since no function of the motion now follows ringing that drifts out of phase.
+
+A random walk also takes up what a torque does that wanders, most of a wind. Where the noise of such a torque
+is likelier than the walk and leaves no function anything, the functions are held against it, and what is slow
+is the disturbance's or the input's, whichever has the more surprising function of few shapes. Measured in
+docs/decisions/0007-blocks-without-a-name.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.scale import AxisScale
+from bayes_hw.gap.criticism.free_functions import (
+    GAIN,
+    MANY_HATS,
+    Motion,
+    free_functions,
+    hats,
+    knots_in_time,
+    lagged,
+    motions,
+    responses_of,
+    shapes_of_blocks,
+    shapes_of_the_gain,
+)
+from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
+from bayes_hw.gap.criticism.memories import shapes_after_reversals
+from bayes_hw.gap.criticism.springs import shapes_of_springs
+from bayes_hw.gap.criticism.surprise import chi_squared_surprise
+from bayes_hw.gap.effects.effect import BLOCKS, Block
+from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.slow_noise import wandering_background, wind
+from bayes_hw.gap.noise.whitener import Whitener
+from bayes_hw.gap.simulate.builder import SignalChain
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
+from bayes_hw.gap.simulate.signals import has_door
+
+MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
+FLOOR = 10.0
+"""Surprise that the sensor has at least: what no function of command, motion and time takes is a reading."""
+
+FLOOR_OF_SCATTER = 40.0
+"""The same where what is left is in the scatter of single samples."""
+
+SPRING = "spring at every amplitude"
+CONSTANT = "constant command"
+SLOW_GAIN = "gain that drifts"
+FRICTION = "friction at motor and load"
+
+TORQUE_AHEAD = 30.0
+"""Log-likelihood of a wandering torque above a wandering reading from which the residual is the former."""
+
+ALL_TAKEN = 12.0
+"""Surprise below which a wandering torque leaves a function nothing."""
+
+HIDDEN_BY_A_WALK = 1.2
+"""How much more surprising a torque over time is that a walk of the reading takes a part of."""
+
+FLOOR_OF_TORQUE = 15.0
+"""Surprise that the disturbance has at least where a wandering torque takes everything."""
+
+STEADY_AT_THE_INPUT = (CONSTANT, SLOW_GAIN)
+"""What has so few shapes that a torque which wanders does not pass for it."""
+
+Shapes: TypeAlias = Mapping[str, Sequence[tuple[InjectionPoint, Sequence[FloatArray]]]]
+
+BLOCK_OF: Mapping[str, Block] = MappingProxyType(
+    {
+        "command": "input",
+        CONSTANT: "input",
+        GAIN: "input",
+        SLOW_GAIN: "input",
+        "limits over position": "input",
+        "limits over time": "input",
+        "lags": "linear",
+        SPRING: "linear",
+        "motion at motor and load": "drive",
+        FRICTION: "drive",
+        "position at the motor": "drive",
+        "position at the load": "drive",
+        "torque over time": "disturbance",
+        "reading": "sensor",
+        "position at the encoder": "sensor",
+    }
+)
+
+
+def shapes_for_any_cause(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> Shapes:
+    """For every function of BLOCK_OF the doors it enters at, with its shapes (samples, n) a record."""
+    plain = shapes_of_blocks(found)
+    door, moving = plain["drive"]
+    turned = shapes_after_reversals(found, scale.rate)
+    remembering = [np.concatenate(both, axis=1) for both in zip(moving, turned, strict=True)]
+    places = hats([m.w for m in found], MANY_HATS)
+    return {
+        "command": [plain["input"]],
+        CONSTANT: [("command", [np.ones((len(m.w), 1)) for m in found])],
+        GAIN: [("command", shapes_of_the_gain(found))],
+        SLOW_GAIN: [("command", [_drifting(m.limited) for m in found])],
+        "limits over position": [("command", _while_limited(found, hats([m.w for m in found])))],
+        "limits over time": [("command", _while_limited(found, knots_in_time([len(m.w) for m in found])))],
+        "lags": [("command", [lagged(m.limited, MANY_LAGS) for m in found])],
+        SPRING: [("gear_torque", shapes_of_springs(found, chain, scale))],
+        "motion at motor and load": [(door, remembering), ("load_torque", remembering)],
+        FRICTION: [
+            ("motor_torque", shapes_of_friction(motions_of_the_motor(found, chain, scale), scale.rate)),
+            ("load_torque", shapes_of_friction(found, scale.rate)),
+        ],
+        "position at the motor": [("motor_torque", places)],
+        "position at the load": [("load_torque", places)],
+        "torque over time": [plain["disturbance"]],
+        "reading": [plain["sensor"]],
+        "position at the encoder": [("output", places)],
+    }
+
+
+def _drifting(limited: FloatArray) -> FloatArray:
+    """Limited command (samples,) times time and its square, from -1 to 1: (samples, 2)."""
+    time = np.linspace(-1, 1, len(limited))
+    return limited[:, None] * np.stack([time, time**2], axis=1)
+
+
+def _while_limited(found: Sequence[Motion], shapes: Sequence[FloatArray]) -> list[FloatArray]:
+    """`shapes` (samples, n), a record each, of the sign of the limit where a command is beyond one."""
+    beyond = [np.sign(m.command - m.limited)[:, None] for m in found]
+    return [sign * columns for sign, columns in zip(beyond, shapes, strict=True)]
+
+
+def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[str, list[FloatArray]]:
+    """What the encoder shows (samples, n), a record each, of every function that has a door and shapes."""
+    shown = {}
+    for name, entries in shapes.items():
+        present = [(door, own) for door, own in entries if has_door(chain, door) and own[0].shape[1]]
+        parts = [responses_of(found, chain, door, own) for door, own in present]
+        if parts:
+            shown[name] = [np.concatenate(records, axis=1) for records in zip(*parts, strict=True)]
+    return shown
+
+
+def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
+    """How surprising, in nats, what the best function of every block takes of the residuals of `fit` is.
+
+    `inputs` are the commands (samples,), a record each. Zero for a block that has no door. Where a torque
+    that wanders is likelier than a reading that does, and leaves nothing, it is the disturbance, unless a
+    steady change of the command takes more: rates that add up pass for such a torque.
+    """
+    moved = motions(fit, inputs)
+    chain = fit.hypothesis.chain(fit.values)
+    shown = _shown(chain, moved, shapes_for_any_cause(moved, chain, fit.hypothesis.scale))
+    walk, torque = wandering_background(fit), wind(fit)
+    by_walk = _surprises(shown, fit, walk)
+    found = _best_of_blocks(by_walk)
+    if torque is None or torque.log_likelihood < walk.log_likelihood + TORQUE_AHEAD:
+        return found
+    beside_torque = _best_of_blocks(_surprises(shown, fit, torque.whitener))
+    if max(beside_torque.values()) >= ALL_TAKEN:
+        return found
+    steady = max(by_walk.get(name, 0.0) for name in STEADY_AT_THE_INPUT)
+    return {
+        **beside_torque,
+        "input": max(beside_torque["input"], steady),
+        "disturbance": max(HIDDEN_BY_A_WALK * found["disturbance"], FLOOR_OF_TORQUE),
+    }
+
+
+def _surprises(shown: Mapping[str, Sequence[FloatArray]], fit: Fit, noise: Whitener) -> dict[str, float]:
+    """Of every function in nats, beside `noise`."""
+    functions = free_functions(shown, fit.residuals, fit.jacobians, noise)
+    return {f.block: chi_squared_surprise(2 * f.gain, f.shapes) for f in functions}
+
+
+def _best_of_blocks(surprises: Mapping[str, float]) -> dict[str, float]:
+    found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
+    for name, surprise in surprises.items():
+        found[BLOCK_OF[name]] = max(found[BLOCK_OF[name]], surprise)
+    return found
+
+
+def with_floor(surprises: Mapping[str, float], scattered: bool) -> dict[str, float]:
+    """`block_surprises` with the least that the sensor has.
+
+    `scattered` says that what is left of the best explanation is in the scatter of single samples.
+    """
+    floor = FLOOR_OF_SCATTER if scattered else FLOOR
+    return {**surprises, "sensor": max(surprises["sensor"], floor)}

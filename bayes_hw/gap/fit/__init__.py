@@ -1,0 +1,1 @@
+"""Parameters of one hypothesis, estimated jointly with the base and the noise."""

@@ -1,0 +1,1 @@
+"""What the encoder adds: noise models and their likelihoods."""

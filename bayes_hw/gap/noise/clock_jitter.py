@@ -1,0 +1,139 @@
+"""timing_jitter (clock): samples taken off their instants by epsilon ~ N(0, tau^2).
+
+The error is white, of a variance that changes with the motion: the mean square of y(t + epsilon) - y(t) is
+tau^2 y'^2 + tau^4 (3/4 y''^2 + y' y''') to fourth order, the derivatives those of a cubic spline: differences
+of samples lose the speed of vibrations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.noise.misfit import Misfit
+from bayes_hw.gap.noise.noise_kernel import jitter_filter, untimely_variance
+from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
+from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.whitener import LOG_2PI, fit_autoregression, no_glitches
+from bayes_hw.gap.simulate.columns import square_sums
+
+CLOCK_SD = "timing_jitter.clock_sd"
+
+LEAST_OF_SPEED = 0.3
+"""Of what the speed alone makes of an untimely sample: where the expansion gives less, it ends."""
+
+
+@dataclass(frozen=True)
+class JitterWhitener:
+    """First-order noise and white noise of changing variance."""
+
+    coefficient: float
+    innovation_variance: float
+    extra: tuple[FloatArray, ...]
+    log_likelihood: float
+    parameter_count: int = 3
+
+    @property
+    def correlation(self) -> float:
+        return self.coefficient
+
+    @property
+    def sigma(self) -> float:
+        return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
+
+    def relative_spread(self, record: int) -> FloatArray:
+        """Standard deviation (samples,) of every sample over that of one at rest."""
+        return np.sqrt(1 + self.extra[record] / self.sigma**2)
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        white = np.empty_like(columns)
+        jitter_filter(
+            np.ascontiguousarray(columns),
+            self.coefficient,
+            self.innovation_variance,
+            self.extra[record],
+            white,
+        )
+        return white
+
+
+@dataclass(frozen=True)
+class Untimely:
+    """The motion that untimely samples show: squares of the `speeds` (samples,) and the factors `bends` of
+    tau^4, a record each."""
+
+    speeds: tuple[FloatArray, ...]
+    bends: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, fit: Misfit) -> Untimely:
+        """Of the motion that `fit` simulates."""
+        rate = fit.scale.rate
+        splines = [CubicSpline(np.arange(len(s)) / rate, s) for s in fit.simulated]
+        speeds, turns = ([spline(spline.x, order) for spline in splines] for order in (1, 2))
+        bends = (
+            0.75 * a**2 + v * rate**2 * np.diff(v, 2, prepend=v[0], append=v[-1])
+            for v, a in zip(speeds, turns, strict=True)
+        )
+        return cls(tuple(v**2 for v in speeds), tuple(bends))
+
+    @property
+    def power(self) -> float:
+        """Mean square of the speed."""
+        return float(np.mean(np.concatenate(self.speeds)))
+
+    def variances(self, square: float) -> tuple[FloatArray, ...]:
+        """Of the error (samples,), a record each, for tau^2 = `square` in s^2."""
+        return tuple(
+            untimely_variance(square, speed, bend, LEAST_OF_SPEED)
+            for speed, bend in zip(self.speeds, self.bends, strict=True)
+        )
+
+
+def clock_jitter(fit: Misfit) -> StochasticFit | None:
+    """First-order noise and samples off their instants, None without motion."""
+    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
+    untimely = Untimely.of(fit)
+    if untimely.power == 0:
+        return None
+    correlation = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
+
+    def at(p: FloatArray) -> JitterWhitener:
+        coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
+        variance = np.exp(2 * p[1])
+        extra = untimely.variances(float(np.exp(2 * p[2])))
+        total = 0.0
+        for e, r in zip(fit.residuals, extra, strict=True):
+            white = np.empty((len(e), 1))
+            log_determinant = jitter_filter(e[:, None], coefficient, variance, r, white)
+            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(square_sums(white)[0]))
+        return JitterWhitener(float(coefficient), float(variance), extra, total)
+
+    first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
+    best = None
+    for share in (0.3, 0.8):
+        start = np.array([first, 0.5 * np.log(1 - share), 0.5 * np.log(share / untimely.power)])
+        start[1:] += np.log(noise.innovation_sigma)
+        found = minimize(  # type: ignore[call-overload]
+            lambda p: -at(p).log_likelihood,
+            start,
+            method="Nelder-Mead",
+            options={"maxiter": 120, "fatol": 0.1},
+        )
+        if best is None or found.fun < best.fun:
+            best = found
+    assert best is not None
+    whitener = at(best.x)
+    spread = float(np.exp(best.x[2]))
+    samples = sum(len(e) for e in fit.residuals)
+    return StochasticFit(
+        "timing_jitter",
+        "clock",
+        whitener,
+        whitener.log_likelihood,
+        {CLOCK_SD: (spread, spread / np.sqrt(0.5 * samples), "s")},
+    )

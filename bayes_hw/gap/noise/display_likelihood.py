@@ -1,0 +1,102 @@
+"""The exact likelihood of records whose encoder repeats samples or rounds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.noise.display_kernel import held_log_likelihood, rounded_log_likelihood
+from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
+from bayes_hw.gap.noise.stochastic import RoundedDisplay, StochasticFit
+from bayes_hw.gap.noise.whitener import Autoregression, Whitener
+
+
+class DisplayLikelihood(Protocol):
+    """Log-likelihood of the measured records with `count` noise parameters in unbounded coordinates."""
+
+    @property
+    def start(self) -> FloatArray: ...
+
+    @property
+    def spreads(self) -> FloatArray: ...
+
+    def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+        """(n,) for outputs (samples, n), one array a record, and noise coordinates (n, count)."""
+        ...
+
+    def sigma(self, noise: FloatArray) -> FloatArray:
+        """The stationary noise (n,) before the display, output units."""
+        ...
+
+
+@dataclass(frozen=True)
+class HeldLikelihood:
+    """Repeated samples under first-order noise: logit of the repeats' share, log noise, its correlation."""
+
+    measured: Sequence[FloatArray]
+    start: FloatArray
+    spreads: FloatArray
+
+    def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+        hold, sigma, correlation = self._values(noise)
+        total = np.zeros(len(noise))
+        for y, s in zip(self.measured, simulated, strict=True):
+            held_log_likelihood(y, np.ascontiguousarray(s), hold, correlation, sigma, total)
+        return total
+
+    def sigma(self, noise: FloatArray) -> FloatArray:
+        _, innovation, correlation = self._values(noise)
+        return np.asarray(innovation / np.sqrt(1 - correlation**2))
+
+    def _values(self, noise: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        correlation = LARGEST_NOISE_CORRELATION * np.tanh(noise[:, 2])
+        return 1 / (1 + np.exp(-noise[:, 0])), np.exp(noise[:, 1]), np.asarray(correlation)
+
+
+@dataclass(frozen=True)
+class RoundedLikelihood:
+    """Rounding to a lattice of known step under white noise: the logarithm of the noise.
+
+    A probability of a lattice point over the step is comparable with the densities of other explanations.
+    """
+
+    measured: Sequence[FloatArray]
+    step: float
+    start: FloatArray
+    spreads: FloatArray
+
+    def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+        total, sigma = np.zeros(len(noise)), self.sigma(noise)
+        for y, s in zip(self.measured, simulated, strict=True):
+            rounded_log_likelihood(y, np.ascontiguousarray(s), self.step, sigma, total)
+            total -= len(y) * np.log(self.step)
+        return total
+
+    def sigma(self, noise: FloatArray) -> FloatArray:
+        return np.exp(noise[:, 0])
+
+
+def display_likelihood(
+    found: StochasticFit | None, whitener: Whitener, measured: Sequence[FloatArray]
+) -> DisplayLikelihood | None:
+    """The exact likelihood of `measured` (samples,), a record each, under a display that `found` describes
+    and `whitener` approximates; None where there is no display."""
+    if found is None or found.display is None:
+        return None
+    samples = sum(len(y) for y in measured)
+    if isinstance(found.display, RoundedDisplay):
+        display = found.display
+        return RoundedLikelihood(
+            measured, display.step, np.array([np.log(display.sigma)]), np.array([3 / np.sqrt(samples)])
+        )
+    hold, error, _ = found.parameters["timing_jitter.repeated_share"]
+    assert isinstance(whitener, Autoregression)
+    correlation = float(np.clip(whitener.coefficients[0], 0.0, 0.95)) / LARGEST_NOISE_CORRELATION
+    sigma = whitener.sigma * np.sqrt(1 - (correlation * LARGEST_NOISE_CORRELATION) ** 2)
+    start = np.array([np.log(hold / (1 - hold)), np.log(sigma), np.arctanh(min(correlation, 0.99))])
+    spreads = np.array([error / (hold * (1 - hold)), 1 / np.sqrt(2 * samples), 1 / np.sqrt(samples)])
+    return HeldLikelihood(measured, start, spreads)

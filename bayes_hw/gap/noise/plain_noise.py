@@ -1,0 +1,50 @@
+"""Plain residuals whose samples are not independent: fewer of them count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.noise.misfit import Misfit
+from bayes_hw.gap.noise.whitener import LOG_2PI
+
+LARGEST_CORRELATION = 0.998
+
+
+@dataclass(frozen=True)
+class CorrelatedPlain:
+    """Residuals as they are, each worth 1 / tau of an independent Gaussian sample of deviation sigma.
+
+    tau = (1 + phi) / (1 - phi) of first-order noise phi (Sokal, doi 10.1007/978-1-4899-0319-8_6). Where a
+    simulator is a little wrong at high frequency, coloured noise close to a random walk would weigh the steps
+    of the residual and leave its level to itself; least squares of the level are then the better estimate,
+    and this is their uncertainty.
+    """
+
+    coefficients: FloatArray
+    sigma: float
+    log_likelihood: float
+    parameter_count: int = 2
+
+    @classmethod
+    def of(cls, correlation: float, fit: Misfit) -> CorrelatedPlain:
+        """That of a plain fit's residuals with first autocorrelation `correlation`."""
+        coefficients = np.array([np.clip(correlation, 0.0, LARGEST_CORRELATION)])
+        samples = sum(len(e) for e in fit.residuals)
+        found = cls(coefficients, fit.rmse, 0.0)
+        each = np.log(fit.rmse) + 0.5 * (LOG_2PI + 1)
+        return cls(coefficients, fit.rmse, -samples / found.tau * each)
+
+    @property
+    def correlation(self) -> float:
+        return float(self.coefficients[0])
+
+    @property
+    def tau(self) -> float:
+        """Samples that count as one."""
+        return (1 + self.correlation) / (1 - self.correlation)
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
+        return columns / (self.sigma * np.sqrt(self.tau))

@@ -1,0 +1,134 @@
+"""What turns residuals into white ones of unit variance, one class a kind of noise.
+
+A whitener is linear in the residual, so the same operator serves the residual and the derivatives of the
+simulated output; `log_likelihood` is that of the residuals it was fitted to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.noise.noise_kernel import bridged_over, innovations
+from bayes_hw.gap.simulate.columns import blank, count_true, scaled, square_sums
+from bayes_hw.identify.noise import estimate_noise
+
+LOG_2PI = float(np.log(2 * np.pi))
+
+
+class Whitener(Protocol):
+    """Columns in, whitened columns out, a record at a time."""
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        """`columns` (samples, n) of one record, white and of unit variance."""
+        ...
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the residuals that the whitener was fitted to."""
+        ...
+
+    @property
+    def parameter_count(self) -> int:
+        """Free parameters of the noise."""
+        ...
+
+    @property
+    def sigma(self) -> float:
+        """Marginal standard deviation of the stationary noise, output units."""
+        ...
+
+    @property
+    def correlation(self) -> float:
+        """Of neighbouring samples of the encoder's own noise, where that is of first order; else 0."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plain:
+    """White noise of a given sigma: the plain residuals that a first fit starts on.
+
+    Samples in `masked` (a mask a record, or no mask at all) do not count.
+    """
+
+    sigma: float
+    log_likelihood: float = float("nan")
+    parameter_count: int = 1
+    masked: tuple[BoolArray, ...] = ()
+    correlation: float = 0.0
+
+    def widened(self, sigma: float) -> Plain:
+        """The same with `sigma` where that is larger."""
+        return replace(self, sigma=max(sigma, self.sigma))
+
+    def without(self, masks: Sequence[BoolArray]) -> Plain:
+        """The same with the samples in `masks`, a mask a record, not counted either."""
+        own = self.masked or tuple(np.zeros_like(mask) for mask in masks)
+        return replace(self, masked=tuple(one | other for one, other in zip(own, masks, strict=True)))
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        white: FloatArray = scaled(columns, 1 / self.sigma)
+        if self.masked:
+            blank(white, self.masked[record])
+        return white
+
+
+@dataclass(frozen=True)
+class Autoregression:
+    """Stationary autoregressive noise; samples in `glitches` (a mask a record) are bridged."""
+
+    coefficients: FloatArray
+    innovation_sigma: float
+    sigma: float
+    log_likelihood: float
+    glitches: Sequence[BoolArray]
+    parameter_count: int = 2
+
+    @property
+    def correlation(self) -> float:
+        return float(self.coefficients[0]) if len(self.coefficients) == 1 else 0.0
+
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        glitches = self.glitches[record]
+        bridged = bridge(columns, glitches)
+        white: FloatArray = innovations(bridged, self.coefficients, self.innovation_sigma, self.sigma)
+        blank(white, glitches)
+        return white
+
+
+def no_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
+    """A mask (samples,) a record with nothing in it."""
+    return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
+
+
+def bridge(columns: FloatArray, gaps: BoolArray) -> FloatArray:
+    """`columns` (samples, n) with the samples in `gaps` interpolated from their neighbours."""
+    return np.asarray(bridged_over(columns, gaps)) if count_true(gaps) else columns
+
+
+def bridged_records(records: Sequence[FloatArray], gaps: Sequence[BoolArray]) -> list[FloatArray]:
+    """Every record (samples,) with the samples in its gaps interpolated."""
+    return [bridge(e[:, None], mask)[:, 0] for e, mask in zip(records, gaps, strict=True)]
+
+
+def fit_autoregression(
+    residuals: Sequence[FloatArray], glitches: Sequence[BoolArray], order: int
+) -> Autoregression:
+    """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted."""
+    bridged = bridged_records(residuals, glitches)
+    estimate = estimate_noise(bridged, order)
+    model = Autoregression(
+        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches, order + 1
+    )
+    total = 0.0
+    for record, e in enumerate(residuals):
+        squares = square_sums(model.whiten(e[:, None], record))[0]
+        readings = len(e) - count_true(glitches[record])
+        total -= 0.5 * float(squares) + readings * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
+    return Autoregression(
+        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches, order + 1
+    )

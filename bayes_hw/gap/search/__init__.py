@@ -1,0 +1,1 @@
+"""How candidate explanations are found: screens, scans and searches over pairs."""

@@ -1,0 +1,310 @@
+"""Figures of a diagnosis: the gap on the record held out, where it lies, which effect, how far it shrinks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure as Canvas
+from matplotlib.ticker import LogLocator
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.criticism.residual_map import ResidualMap
+from bayes_hw.gap.noise.spectra import Spectrum
+from bayes_hw.record import Record
+from bayes_hw.report.page.document import Figure
+from bayes_hw.report.page.drawing import (
+    drawable,
+    drawing_settings,
+    envelope,
+    finished,
+    new_canvas,
+    outline,
+    plain_log_ticks,
+    with_unit,
+)
+from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, MUTED, NOMINAL, VERMILLION
+from bayes_hw.report.page.rounding import format_number, format_percent
+from bayes_hw.report.page.typography import squared_unit, typeset_unit
+
+BEFORE = VERMILLION
+AFTER = MODEL
+OTHER_BAR = "#b9c3cc"
+LOUDEST = LinearSegmentedColormap.from_list("gap", ["#ffffff", "#BFE0F5", MODEL, "#1b1b3a"])
+LEAST_DECIBELS = 20.0
+"""The colour scale of a map reaches at least this far, so that a map of noise looks like one."""
+
+
+def gap_on_record(
+    record: Record,
+    before: FloatArray,
+    after: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    noise_sigma: float,
+    stretch: tuple[float, float] | None = None,
+) -> Figure:
+    """Record, predictions and errors of both over time; of `stretch` (start, end) in s only, where given.
+
+    `before`, `after`, `low`, `high` have shape (samples,), output units as `noise_sigma`.
+    """
+    part = "" if stretch is None else f", {stretch[0]:.4g} to {stretch[1]:.4g} s"
+    with drawing_settings():
+        return finished(
+            gap_canvas(record, before, after, low, high, noise_sigma, stretch),
+            f"The record held out, “{record.name}”{part}: measured output and its prediction by the "
+            "re-estimated model (before) and by the same with the answer's effects (after). Below, record "
+            "minus prediction with the 94 % band of the measured output and the noise floor.",
+            "Output and prediction errors over time, before and after the effects are added.",
+        )
+
+
+def gap_canvas(
+    record: Record,
+    before: FloatArray,
+    after: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    noise_sigma: float,
+    stretch: tuple[float, float] | None = None,
+) -> Canvas:
+    """The drawing of `gap_on_record`."""
+    time = record.t - record.t[0]
+    kept = slice(None) if stretch is None else slice(*np.searchsorted(time, stretch))
+    t, y = time[kept], record.y[kept]
+    b, a, lower, upper = before[kept], after[kept], low[kept], high[kept]
+    with drawing_settings():
+        canvas = new_canvas(4.2)
+        whole, *errors = canvas.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0), sharex=True)
+        whole.plot(*outline(t, y), color=DATA, linewidth=1.6, label="record")
+        whole.plot(*outline(t, b), color=BEFORE, linewidth=0.9, label="before")
+        whole.plot(*outline(t, a), color=AFTER, linewidth=0.9, label="after")
+        whole.set_ylabel(with_unit("output", record.units.output))
+        reach = 1.05 * max(float(np.abs(y - b).max()), float(np.abs(y - a).max()))
+        for axes, mean, colour, name in zip(
+            errors, (b, a), (BEFORE, AFTER), ("before", "after"), strict=True
+        ):
+            if name == "after":
+                band = envelope(t, lower - a, upper - a)
+                axes.fill_between(*band, color=BAND_NOISE, linewidth=0, label="94 % band")
+            axes.plot(*outline(t, y - mean), color=colour, linewidth=0.7)
+            for side in (-1, 1):
+                label = "noise floor, ± one sd" if (name, side) == ("after", 1) else None
+                axes.axhline(side * noise_sigma, color=INK, linewidth=0.9, linestyle="--", label=label)
+            axes.set_ylim(-reach, reach)
+            axes.set_ylabel("error\n" + with_unit(name, record.units.output))
+        error = errors[1]
+        error.set_xlabel(with_unit("time from first sample", record.units.time))
+        error.set_xlim(t[0], t[-1])
+        canvas.align_ylabels()
+        handles, labels = whole.get_legend_handles_labels()
+        more, words = error.get_legend_handles_labels()
+        canvas.legend(handles + more, labels + words, loc="outside upper center", ncols=5, columnspacing=1.1)
+    return canvas
+
+
+def block_shares(share: Mapping[str, float], named: str) -> Figure:
+    """Probability of every block that the cause enters there; the block `named` stands out."""
+    return _bars(
+        {name: 100 * value for name, value in share.items()},
+        {named},
+        "probability (%)",
+        "Where by block: probability that the cause enters there, two causes counted half each. An effect "
+        "of the catalogue counts where it acts; where the answer is other, blocks are held against each "
+        "other by how surprising what free functions take of the residual there is, beside a random walk. "
+        f"Verdict: {named}.",
+        f"Bars of {len(share)} blocks; the verdict is {named}.",
+        100.0,
+    )
+
+
+def label_probabilities(probability: Mapping[str, float], answer: Sequence[str]) -> Figure:
+    """Marginal probability that each label is present, none and other among them."""
+    ordered = dict(sorted(((n, 100 * p) for n, p in probability.items()), key=lambda item: -item[1]))
+    return _bars(
+        ordered,
+        set(answer) or {"none"},
+        "probability (%)",
+        "Which: tempered probability that each effect is present. The bars need not add up to 100 %: two "
+        "effects can be present at once. Blue: the answer.",
+        f"Bars of {len(ordered)} labels; the answer is {', '.join(answer) or 'none'}.",
+        100.0,
+    )
+
+
+def _bars(
+    values: Mapping[str, float], blue: set[str], quantity: str, caption: str, alt: str, limit: float
+) -> Figure:
+    with drawing_settings():
+        canvas = new_canvas(0.65 + 0.2 * len(values))
+        axes = canvas.subplots()
+        _draw_bars(axes, values, blue, lambda percent: format_percent(percent / 100, 1))
+        axes.set_xlim(0, 1.12 * limit)
+        axes.set_xlabel(quantity)
+        return finished(canvas, caption, alt)
+
+
+def _draw_bars(
+    axes: Axes,
+    values: Mapping[str, float],
+    blue: set[str],
+    label: Callable[[float], str] = lambda value: format_number(value, 2),
+) -> None:
+    at = np.arange(len(values))
+    colours = [MODEL if name in blue else OTHER_BAR for name in values]
+    axes.barh(at, list(values.values()), height=0.68, color=colours)
+    for row, value in enumerate(values.values()):
+        axes.annotate(
+            label(value),
+            (value, row),
+            (3, 0),
+            textcoords="offset points",
+            va="center",
+            size=8,
+        )
+    axes.set_yticks(at, [drawable(name) for name in values])
+    axes.invert_yaxis()
+    axes.grid(False, axis="y")
+
+
+def residual_spectrum(
+    base: Spectrum,
+    after: Spectrum | None,
+    floor: FloatArray,
+    band_hz: tuple[float, float],
+    unit: str,
+    after_name: str,
+) -> Figure:
+    """Residual spectra of the base model and of `after`, `floor` of the noise at the base's frequencies."""
+    low, high = band_hz
+    with drawing_settings():
+        canvas = new_canvas(2.7)
+        axes = canvas.subplots()
+        axes.axvspan(low, max(high, 1.02 * low), color=NOMINAL, alpha=0.18, linewidth=0, label="named band")
+        axes.loglog(base.frequencies, base.power, color=BEFORE, linewidth=1.0, label="before")
+        if after is not None:
+            axes.loglog(after.frequencies, after.power, color=AFTER, linewidth=1.0, label="after")
+        axes.loglog(base.frequencies, floor, color=INK, linestyle="--", linewidth=1.0, label="noise")
+        axes.set_xlim(base.frequencies[0], base.frequencies[-1])
+        axes.set_xlabel("frequency (Hz)")
+        axes.set_ylabel(with_unit("power a sample", squared_unit(unit)))
+        plain_log_ticks(axes, "x")
+        plain_log_ticks(axes, "y")
+        canvas.legend(loc="outside upper center", ncols=4)
+        second = "" if after is None else f", and with {after_name}"
+        return finished(
+            canvas,
+            f"Where by band: spectrum of the training residuals of the re-estimated model{second}, with "
+            f"that of the noise. Shaded: {low:.3g} to {high:.3g} Hz, the shortest band that holds most of "
+            "the excess.",
+            "Residual spectra before and after, with the noise and the named band.",
+        )
+
+
+def time_frequency(shown: ResidualMap, record_name: str) -> Figure:
+    """The base residual's power over the noise's, by time and frequency."""
+    top = max(LEAST_DECIBELS, float(np.quantile(shown.decibels, 0.995)))
+    f = shown.frequencies
+    edges = np.concatenate([[f[0] / np.sqrt(2)], np.sqrt(f[1:] * f[:-1]), [f[-1] + 0.5 * (f[-1] - f[-2])]])
+    step = shown.times[1] - shown.times[0] if len(shown.times) > 1 else 2 * shown.times[0]
+    starts = np.append(shown.times - step / 2, shown.times[-1] + step / 2)
+    with drawing_settings():
+        canvas = new_canvas(2.8)
+        axes = canvas.subplots()
+        mesh = axes.pcolormesh(
+            starts, edges, shown.decibels, cmap=LOUDEST, vmin=0.0, vmax=top, rasterized=True
+        )
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        plain_log_ticks(axes, "y")
+        axes.grid(False)
+        axes.set(xlabel="time from first sample (s)", ylabel="frequency (Hz)")
+        bar = canvas.colorbar(mesh, ax=axes, label="dB over the noise", pad=0.02)
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        return finished(
+            canvas,
+            f"Where in time and frequency: residual of the re-estimated model on the training record "
+            f"“{record_name}”, in dB over the noise. Blank: no more than the noise. One window of pure noise "
+            "reaches 6 dB one time in fifty.",
+            "Map of the residual's power over the noise by time and frequency.",
+        )
+
+
+def regimes_and_coherences(
+    regimes: Mapping[str, float], coherences: Mapping[str, float], named: str
+) -> Figure:
+    """Mean square over the noise in every regime; coherence of the residual with functions of u."""
+    with drawing_settings():
+        canvas = new_canvas(0.75 + 0.24 * max(len(regimes), len(coherences)))
+        left, right = canvas.subplots(1, 2, width_ratios=(1.25, 1.0))
+        _draw_bars(left, regimes, {named})
+        left.axvline(1.0, color=INK, linestyle="--", linewidth=1.0)
+        left.set_xlim(0, 1.15 * max([*regimes.values(), 1.0]))
+        left.set_xlabel("mean square / that of the noise")
+        _draw_bars(right, {typeset_unit(name): share for name, share in coherences.items()}, set())
+        right.set_xlim(0, 1.15 * max([*coherences.values(), 0.1]))
+        right.set_xlabel("mean squared coherence")
+        return finished(
+            canvas,
+            "Where by regime: mean square of the residual over the noise's in the samples of every regime "
+            "(dashed: as large as the noise; blue: the regime named), and mean squared coherence of the "
+            "residual with functions of the command and of motion.",
+            f"Bars of {len(regimes)} regimes and {len(coherences)} coherences.",
+        )
+
+
+def time_segments(segments: Sequence[float]) -> Figure:
+    """Rms of the residual in equal parts of the records, in units of the noise."""
+    edges = np.linspace(0, 100, len(segments) + 1)
+    with drawing_settings():
+        canvas = new_canvas(1.7)
+        axes = canvas.subplots()
+        axes.stairs(segments, edges, fill=True, color=OTHER_BAR)
+        axes.stairs(segments, edges, color=BEFORE, linewidth=1.2)
+        axes.axhline(1.0, color=INK, linestyle="--", linewidth=1.0)
+        axes.set(xlim=(0, 100), xlabel="part of the record (%)", ylabel="rms / noise")
+        axes.set_ylim(0, 1.1 * max([*segments, 1.0]))
+        return finished(
+            canvas,
+            f"Where in time: rms of the residual in {len(segments)} equal parts of the training records, in "
+            "units of the noise (dashed).",
+            "Rms of the residual over the course of the records.",
+        )
+
+
+def error_before_and_after(train: Closure, holdout: Closure, unit: str) -> Figure:
+    """Root mean square errors of both kinds of record, with the noise floor."""
+    rows = (("training records", train), ("held-out records", holdout))
+    with drawing_settings():
+        canvas = new_canvas(1.75)
+        axes = canvas.subplots()
+        for row, (_, gap) in enumerate(rows):
+            axes.barh(row - 0.19, gap.rmse_before, 0.34, color=BEFORE, label="before" if row == 0 else None)
+            axes.barh(row + 0.19, gap.rmse_after, 0.34, color=AFTER, label="after" if row == 0 else None)
+            axes.vlines(
+                gap.noise_floor,
+                row - 0.45,
+                row + 0.45,
+                color=INK,
+                linestyle="--",
+                linewidth=1.3,
+                label="noise floor" if row == 0 else "",
+            )
+        axes.set_yticks(range(2), [name for name, _ in rows])
+        axes.invert_yaxis()
+        axes.grid(False, axis="y")
+        axes.set_xlabel(with_unit("root mean square error", unit))
+        axes.spines["left"].set_color(MUTED)
+        canvas.legend(loc="outside upper center", ncols=3)
+        closed = (
+            f"{format_percent(train.closed)} of training and {format_percent(holdout.closed)} of held-out"
+        )
+        return finished(
+            canvas,
+            "How far: root mean square error before and after the answer's effects are added, with the noise "
+            "floor that no simulator can go below.",
+            f"Bars of errors before and after: {closed} reducible error is closed.",
+        )

@@ -1,0 +1,57 @@
+"""Posterior draws of an explanation: moments of its Laplace approximation, with time to sample or without."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, command, hypothesis, white
+from fitted import AXIS, simulated_with
+
+from bayes_hw.gap.effects.catalogue import TransportDelay
+from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.explanation import Explanation
+from bayes_hw.gap.fit.fit import fit
+from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.simulate.parallel import Each
+
+INPUTS = [command(600, 1)]
+
+
+@pytest.fixture(scope="module")
+def explanation() -> Explanation:
+    measured = [y + white(600, SIGMA, 1) for y in simulated_with(TransportDelay(), (1.2,), INPUTS)]
+    found = hypothesis(AXIS, INPUTS, TransportDelay())
+    done = fit(found, measured, found.prior_means, Plain(SIGMA, 0.0))
+    return Explanation(done, None, 0.0)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 4.0])
+def test_draws_stand_about_the_fit(explanation: Explanation, seconds: float) -> None:
+    """Means within half a standard deviation; spreads to a third where the record and not the prior tells."""
+    drawn = posterior_draws(explanation, np.random.default_rng(2), seconds)
+    coordinates, values = drawn.coordinates, drawn.values
+    done = explanation.fit
+    errors = np.sqrt(np.diag(np.linalg.inv(done.precision())))
+    assert len(coordinates) == len(values) >= 500
+    assert (np.abs(coordinates.mean(axis=0) - done.coordinates) < 0.5 * errors).all()
+    told = errors < 0.5 * done.hypothesis.prior_sds
+    assert told.sum() >= 6
+    assert coordinates.std(axis=0)[told] == pytest.approx(errors[told], rel=0.35)
+    np.testing.assert_allclose(done.hypothesis.to_values(coordinates[7]), values[7])
+
+
+def test_same_seed_same_draws(explanation: Explanation) -> None:
+    one, two, other = (
+        posterior_draws(explanation, np.random.default_rng(s), 20.0).coordinates for s in (3, 3, 4)
+    )
+    np.testing.assert_array_equal(one, two)
+    assert not np.array_equal(one, other)
+
+
+def test_draws_do_not_depend_on_how_many_threads_share_them(explanation: Explanation) -> None:
+    """Not even where there are more threads than points."""
+    one, many = (
+        posterior_draws(explanation, np.random.default_rng(3), 20.0, each=Each(jobs)).coordinates
+        for jobs in (1, 40)
+    )
+    np.testing.assert_array_equal(one, many)

@@ -1,0 +1,78 @@
+"""Slow noise of rounded records: it is found again, and the search tells it from rounding alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from drive_axis import SIGMA, coloured, white
+from fitted import SAMPLES, base, of_records, with_residuals
+from test_slow_noise import gusts, seen
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.explanation import with_coloured_noise
+from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.rounded_noise import walk_and_rounding, wind_and_rounding
+from bayes_hw.gap.noise.slow_noise import random_walk, wind
+from bayes_hw.gap.noise.stochastic import ROUNDING, StochasticFit
+from bayes_hw.gap.search.stochastic_search import StochasticSearch
+from bayes_hw.gap.simulate.parallel import Each
+
+STEP = 4 * SIGMA
+
+
+def walking(step: float = 0.3 * SIGMA) -> list[FloatArray]:
+    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
+    return [w + coloured(SAMPLES, SIGMA, 0.0, i) for i, w in enumerate(steps)]
+
+
+def rounded(residuals: list[FloatArray]) -> Fit:
+    found = base(len(residuals[0]), len(residuals))
+    simulated = found.simulate(found.builder.axis.nominal)
+    return of_records(
+        [STEP * np.round((s + e) / STEP) for s, e in zip(simulated, residuals, strict=True)], found
+    )
+
+
+@pytest.mark.parametrize(
+    ("slow", "both", "alone"),
+    [
+        (walking(), walk_and_rounding, random_walk),
+        (seen(gusts(0.2, 0.8, 3.0)), wind_and_rounding, wind),
+    ],
+    ids=["walk", "wind"],
+)
+def test_the_slow_noise_is_that_before_rounding(
+    slow: list[FloatArray],
+    both: Callable[..., StochasticFit | None],
+    alone: Callable[..., StochasticFit | None],
+) -> None:
+    """Its size to 15 %, and the step."""
+    clean, found = alone(with_residuals(slow)), both(rounded(slow))
+    assert clean is not None and found is not None
+    assert found.labels == (clean.label, ROUNDING)
+    size = "sensor_drift.step_sd" if clean.label == "sensor_drift" else "wind.sd"
+    assert found.parameters[size][0] == pytest.approx(clean.parameters[size][0], rel=0.15)
+    assert found.size == pytest.approx(clean.size, rel=0.05)
+    assert found.parameters["encoder_quantization.step"][0] == pytest.approx(STEP, rel=1e-4)
+    assert both(with_residuals(slow)) is None
+
+
+@pytest.mark.parametrize(
+    ("residuals", "labels"),
+    [
+        (walking(), ("encoder_quantization", "sensor_drift")),
+        ([coloured(SAMPLES, SIGMA, 0.0, i) for i in range(2)], ("encoder_quantization",)),
+    ],
+    ids=["walking", "still"],
+)
+def test_the_search_tells_slow_noise_from_rounding_alone(
+    residuals: list[FloatArray], labels: tuple[str, ...]
+) -> None:
+    fit = rounded(residuals)
+    start = with_coloured_noise(fit, fit.measured, 0)
+    search = StochasticSearch(fit.measured, frozenset({ROUNDING, "wind", "sensor_drift"}), SIGMA, Each(1))
+    alone = search.beside(start, [], [])
+    best = max([*alone, *search.two_at_once(start, alone)], key=lambda e: e.log_evidence)
+    assert best.labels == labels and best.rounded
