@@ -10,6 +10,7 @@ import numpy as np
 from scipy import signal, stats
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint.known_model import with_known
 from bayes_hw.identify.four_steps import identify
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
@@ -162,7 +163,7 @@ def identify_with_progress(
     start: StartCondition,
     progress: Progress,
 ) -> Identification:
-    """The four-step estimate, its stages shown as one task."""
+    """The four-step estimate, its stages shown as one task, with the known inputs of the records."""
     with progress.task("four-step identification", 1000) as task:
         stages: list[str] = []
 
@@ -173,7 +174,7 @@ def identify_with_progress(
 
         found = identify(records, name=name, free_start=start == "free", report=report)
         task.reach(1000)
-    return found
+    return with_known(found, records)
 
 
 def response_band(posterior: Posterior, identification: Identification | None) -> ResponseBand:

@@ -16,7 +16,7 @@ import numpy as np
 
 from bayes_hw import __version__
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
 from bayes_hw.commands.speech import rounded, say, say_page, warn
@@ -249,8 +249,9 @@ def predict_command(parsed: argparse.Namespace) -> None:
 def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
     """Predict from the corrected model of a diagnosis."""
     model = HammersteinWiener.from_dict(corrected)
+    add_known_inputs(parsed, model)
     (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
-    mean, low, high = predict_corrected(corrected, record.u)
+    mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
     write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})

@@ -45,7 +45,9 @@ def _size(label: str, posterior: JointPosterior, found: JointAnswer) -> str:
     output = units.get("dead_zone.half_width", "")
     if label == "friction" and "friction.displacement" in draws:
         step = 2 * float(draws["friction.displacement"].mean())
-        side = "load" if any("load" in name for name in posterior.fit.names) else "motor"
+        side = (
+            "load" if any("load" in n for n in posterior.fit.names if n.startswith("friction")) else "motor"
+        )
         return f"at the {side}; a slow reversal lags by about {step:.3g} {output} until the loop winds up; "
     if label == "backlash" and "backlash.half_gap" in draws:
         return f"{2 * float(draws['backlash.half_gap'].mean()):.3g} {output} are lost at every reversal; "

@@ -29,6 +29,8 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
+from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
+from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.identify.holes import with_holes, without_holes
@@ -85,6 +87,10 @@ def diagnose_records(
     if not records:
         raise InputError(f"{name}: no record to train on; give at least one")
     check_records(name, records[0].sample_rate_hz, records, holdout)
+    for column in columns_of(records):
+        for record in holdout:
+            if column not in record.known:
+                raise InputError(f"{record.name}: no known input {column!r}, which the training records have")
     whole = sum(len(record) for record in records)
     if whole > MOST_SAMPLES:
         records = [record.split(MOST_SAMPLES / whole)[0] for record in records]
@@ -140,7 +146,7 @@ def _finished(
     rng: np.random.Generator,
     begin: float,
 ) -> JointDiagnosis:
-    fit, base, units = posterior.fit, found.base, train[0].units
+    fit, base, units = posterior.fit, found.bare, train[0].units
     sigma = encoder_sigma(found, decision, fit)
     samples = fit.point.samples
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
@@ -148,14 +154,16 @@ def _finished(
         fit.response.values(posterior.coordinates[i])
         for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
-    gaps = []
-    for records in (train, holdout):
+
+    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:
         y = [r.y_or_nan for r in records]
-        before, after = _predictions(base, base.values, records), _predictions(fit, fit.values, records)
-        gaps.append(_closure(y, before, after, sigma, noise_error, rng))
-    first = base.response.simulate(base.values, holdout[0].u).y
-    last = fit.response.simulate(fit.values, holdout[0].u).y
-    drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
+        before, after = _predictions(one, one.values, records), _predictions(other, other.values, records)
+        return _closure(y, before, after, sigma, noise_error, rng)
+
+    gaps = [closure_on(records, base, fit) for records in (train, holdout)]
+    first = _predictions(base, base.values, holdout[:1])[0]
+    last = _predictions(fit, fit.values, holdout[:1])[0]
+    drawn = np.array([_predictions(fit, values, holdout[:1])[0] for values in some])
     half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
@@ -180,6 +188,7 @@ def _finished(
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
         (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
+        known=known_verdict(found, posterior, train, holdout, closure_on),
     )
     corrected = corrected_model(name, train, posterior, sigma)
     return JointDiagnosis(
@@ -189,7 +198,7 @@ def _finished(
 
 
 def _predictions(fit: JointFit, values: JointValues, records: Sequence[Record]) -> list[FloatArray]:
-    return [fit.response.simulate(values, record.u).y for record in records]
+    return [fit.response.simulate(values, record.u, record.known).y for record in records]
 
 
 def _middle_spread(drawn: FloatArray) -> FloatArray:
@@ -257,8 +266,11 @@ def _location(train: Sequence[Record], found: JointAnswer, decision: JointDecisi
     block: str = "none"
     if decision.answer:
         block = str(LABEL_BLOCKS[named[0]]) if named else max(share, key=lambda b: share[b])
-    base = found.base
-    errors = [with_holes(r.y - base.response.simulate(base.values, r.u).y, r.measured) for r in train]
+    elif followed := [one for one in found.known if one.accepted]:
+        block = BLOCKS[followed[0].way]
+    base = found.bare
+    predicted = _predictions(base, base.values, train)
+    errors = [with_holes(r.y - y, r.measured) for r, y in zip(train, predicted, strict=True)]
     residuals = [without_holes(e) for e in errors]
     rate = train[0].sample_rate_hz
     spectra = [welch(e, rate, nperseg=min(512, len(e)))[1] for e in residuals]
@@ -285,7 +297,7 @@ def _regimes(
     base: JointFit, train: Sequence[Record], residuals: Sequence[FloatArray], sigma: float
 ) -> dict[str, float]:
     values, e = base.values, np.concatenate(list(residuals))
-    runs = [base.response.simulate(values, record.u) for record in train]
+    runs = [base.response.simulate(values, record.u, record.known) for record in train]
     speed = np.concatenate([np.gradient(run.w) for run in runs])
     v = np.concatenate([run.v for run in runs])
     usual = float(np.sqrt(np.mean(speed**2)))
@@ -336,6 +348,11 @@ def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
 
 def summary(diagnosis: JointDiagnosis) -> str:
     """One or two sentences: what the axis lacks and how sure that is."""
+    follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
+    return f"{follows} {_summary_of_answer(diagnosis)}".strip()
+
+
+def _summary_of_answer(diagnosis: JointDiagnosis) -> str:
     verdict = diagnosis.verdict
     gap = verdict.gap_holdout
     if not verdict.answer:

@@ -55,7 +55,7 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
     """Signal ports of the torques present, and other forms of their law."""
     found = []
     for i, effect in enumerate(fit.values.effects):
-        if effect.ports is None:
+        if effect.ports is None or effect.form.column:
             continue
         if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
             found.append(fit.with_signal(i))
@@ -97,7 +97,7 @@ def pruned(fit: JointFit) -> JointFit:
     while True:
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
-            trials += [fit.without_effect(i) for i in range(len(fit.labels))]
+            trials += [fit.without_effect(i) for i in fit.numbers]
         trials += [fit.without_section(i) for i in range(fit.structure.sections)]
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:

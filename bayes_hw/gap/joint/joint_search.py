@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.joint_moves import (
     pruned,
     regrown,
 )
+from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.readings import Readings, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.identify.experiment import white_noise_level
@@ -40,7 +41,7 @@ MOST_EFFECTS, MOST_STEPS = 3, 10
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
     label, the best score over the base's that every label reached alone, faults of the readings, and what is
-    left."""
+    left. `known` says of every known input what was found; those accepted are part of `base`."""
 
     fit: JointFit
     base: JointFit
@@ -48,18 +49,31 @@ class JointAnswer:
     rivals: Mapping[str, float]
     readings: Readings
     remainder: Remainder
+    known: tuple[KnownInput, ...] = ()
+
+    @property
+    def bare(self) -> JointFit:
+        """The best cascade without effects and without known inputs."""
+        return next((one.without for one in self.known if one.without is not None), self.base)
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step."""
     told = say or _silent
     base, readings = _begun(records, told)
+    base, known = with_known_inputs(base)
+    for one in known:
+        told(f"known input {one.column} as a {one.way}: {one.nats:.0f} nats")
+    if any(one.accepted for one in known) and not readings.nats:
+        readings = read_faults(base)
+        if readings.nats:
+            base = weighted(base, readings.weights)
     fit, base, readings, rivals = _grown(base, readings, told)
     if fit.labels:
         fit = pruned(delayed(pruned(fit)))
         told(f"pruned: {described(fit)}")
     fit, nats = verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), known)
 
 
 def described(fit: JointFit) -> str:
@@ -126,7 +140,7 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for i, label in enumerate(fit.labels):
+        for i, label in zip(fit.numbers, fit.labels, strict=True):
             without = regrown(fit.without_effect(i))
             if len(fit.labels) == 1:
                 without = highest([without, base])
