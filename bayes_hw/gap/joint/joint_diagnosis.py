@@ -23,6 +23,7 @@ from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
@@ -42,9 +43,6 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded: the errors are not independent."""
-
-RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
-"""Labels whose effect no simulation follows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +71,12 @@ def diagnose_records(
     name: str = "records",
     notes: Sequence[str] = (),
     progress: Progress | None = None,
+    lead: int = 0,
 ) -> JointDiagnosis:
     """Diagnose `records` without any model; the outputs of `holdout` only score the finished prediction.
+
+    The first `lead` samples of every record held out are simulated and not scored: those of a record whose
+    end alone is held out. The diagnosis then holds the ends.
 
     Raises InputError where there is no record, one at another rate or one too short.
     """
@@ -98,7 +100,7 @@ def diagnose_records(
         wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
         posterior = laplace(fit, records[0].units, rng, wide)
         return _finished(
-            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
+            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead
         )
 
 
@@ -137,6 +139,7 @@ def _finished(
     notes: tuple[str, ...],
     rng: np.random.Generator,
     begin: float,
+    lead: int,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.base, train[0].units
     sigma = encoder_sigma(found, decision, fit)
@@ -146,13 +149,15 @@ def _finished(
         posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
     gaps = []
-    for records in (train, holdout):
-        y = [r.y for r in records]
-        before, after = _predictions(base, base.values, records), _predictions(fit, fit.values, records)
+    for records, unscored in ((train, 0), (holdout, lead)):
+        y = [r.y[unscored:] for r in records]
+        before, after = (
+            [p[unscored:] for p in _predictions(one, one.values, records)] for one in (base, fit)
+        )
         gaps.append(_closure(y, before, after, sigma, noise_error, rng))
-    first = base.response.simulate(base.values, holdout[0].u).y
-    last = fit.response.simulate(fit.values, holdout[0].u).y
-    drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
+    first = base.response.simulate(base.values, holdout[0].u).y[lead:]
+    last = fit.response.simulate(fit.values, holdout[0].u).y[lead:]
+    drawn = np.array([fit.response.simulate(values, holdout[0].u).y[lead:] for values in some])
     half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
@@ -179,6 +184,8 @@ def _finished(
         (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
     )
     corrected = corrected_model(name, train, posterior, sigma)
+    if lead:
+        holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
         name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
         corrected,
@@ -329,19 +336,5 @@ def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
 
 
 def summary(diagnosis: JointDiagnosis) -> str:
-    """One or two sentences: what the axis lacks and how sure that is."""
-    verdict = diagnosis.verdict
-    gap = verdict.gap_holdout
-    if not verdict.answer:
-        return (
-            "No structural gap: a cascade inferred from the records and its noise explain them "
-            f"({100 * verdict.probability['none']:.3g} % sure)."
-        )
-    if verdict.answer == (OTHER,):
-        sure = 100 * verdict.probability[OTHER]
-        return f"Something is missing that no entry of the catalogue explains ({sure:.3g} % sure)."
-    parts = [f"{label} ({100 * verdict.probability[label]:.3g} % sure)" for label in verdict.answer]
-    said = f"From the records alone: {' and '.join(parts)}. "
-    if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
-        return said + "It is random, so that no simulation follows it: the band holds it."
-    return said + f"With it {100 * max(gap.closed, 0):.3g} % of the reducible error held out is gone."
+    """What the axis does, what its model lacks and how sure that is."""
+    return sentence(diagnosis)
