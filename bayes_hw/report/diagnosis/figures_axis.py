@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.gap.joint.axis_sight import ErrorOver, Sight, StepOfVelocity
+from bayes_hw.arrays import FloatArray
+from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.report.diagnosis.axis_sight import ErrorOver, Sight, StepOfVelocity
 from bayes_hw.record import Record, Units
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
@@ -19,6 +21,9 @@ from bayes_hw.report.page.drawing import (
     with_unit,
 )
 from bayes_hw.report.page.palette import BAND_PARAMETERS, DATA, INK, MODEL, MUTED, VERMILLION
+
+SHOWN = 0.3
+"""Coherence above which a measured response is drawn."""
 
 
 def command_and_angle(records: Sequence[Record], limits: Sequence[float]) -> Figure:
@@ -55,13 +60,22 @@ def response_figure(sight: Sight, units: Units) -> Figure:
         magnitude, coherence = canvas.subplots(2, 1, height_ratios=(2.6, 1), sharex=True)
         band = {"color": BAND_PARAMETERS, "alpha": 0.5, "linewidth": 0}
         f = sight.frequency_hz
-        magnitude.fill_between(f, _db(sight.low), _db(sight.high), label="model, 94 %", **band)
-        magnitude.plot(f, _db(sight.model), color=MODEL, label="model")
+        magnitude.fill_between(f, _db(sight.low), _db(sight.high), label="G, 94 %", **band)
+        magnitude.plot(f, _db(sight.model), color=MODEL, label="G")
+        if sight.alike is not None:
+            m = sight.alike
+            magnitude.plot(
+                m.frequency_hz,
+                _seen_db(m, sight.gain),
+                color=VERMILLION,
+                linewidth=0.9,
+                label="with the effect",
+            )
         if sight.measured is not None:
             m = sight.measured
-            seen = m.coherence > 0.3
-            measured = np.where(seen, m.magnitude * m.rate_factor / abs(sight.gain), np.nan)
-            magnitude.plot(m.frequency_hz, _db(measured), ".", color=DATA, markersize=3, label="measured")
+            magnitude.plot(
+                m.frequency_hz, _seen_db(m, sight.gain), ".", color=DATA, markersize=3, label="measured"
+            )
             coherence.plot(m.frequency_hz, m.coherence, color=INK, linewidth=0.9)
         low, high = magnitude.get_ylim()
         magnitude.set_ylim(max(low, -60.0), min(high, 60.0))
@@ -78,13 +92,14 @@ def response_figure(sight: Sight, units: Units) -> Figure:
         coherence.set(ylabel="coherence", ylim=(0, 1.05))
         coherence.set_xlabel(with_unit("frequency", "Hz"))
         canvas.align_ylabels()
-        canvas.legend(loc="outside upper right", ncols=3)
+        canvas.legend(loc="outside upper right", ncols=4)
         return finished(
             canvas,
             f"Response of the velocity to the limited command, over its steady value of {sight.gain:.3g} "
             f"{units.velocity_gain or '1'}: measured where the coherence (below: the share of the motion "
-            "that the command explains linearly) exceeds 0.3, and the model's. Where they part and the "
-            "coherence is low, nothing was measured.",
+            "that the command explains linearly) exceeds 0.3, the same estimate of what the model with its "
+            "effects simulates, and the linear block G alone. Points and the thin line should agree; where "
+            "the coherence is low, nothing was measured.",
             "Magnitude of the velocity response, measured and modelled, with coherence below.",
         )
 
@@ -133,6 +148,12 @@ def errors_figure(errors: Sequence[ErrorOver], unit: str) -> Figure:
         )
 
 
-def _db(magnitude: np.ndarray) -> np.ndarray:
+def _seen_db(response: FrequencyResponse, gain: float) -> FloatArray:
+    """Of the velocity over `gain`, (frequencies,), where the command explains it."""
+    magnitude = response.magnitude * response.rate_factor / abs(gain)
+    return _db(np.where(response.coherence > SHOWN, magnitude, np.nan))
+
+
+def _db(magnitude: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(20 * np.log10(magnitude))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.advice import advice_on
-from bayes_hw.gap.joint.axis_sight import axis_sight, errors_over, velocity_step
+from bayes_hw.report.diagnosis.axis_sight import axis_sight, errors_over, velocity_step
 from bayes_hw.gap.joint.finding import words_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.infer.residual_tests import ResidualReport

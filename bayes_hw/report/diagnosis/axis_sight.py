@@ -28,11 +28,12 @@ TRUSTED = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """`measured` over frequency (None where records are too short), the model's velocity response `model`
-    (frequencies,) at `frequency_hz` with its interval `low`, `high`, all over the velocity gain; modes in
-    Hz; a remark or ""."""
+    """`measured` over frequency (None where records are too short), `alike` the same estimate of what the
+    model with its effects simulates; the response of G alone, `model` (frequencies,) at `frequency_hz` with
+    its interval `low`, `high`; of the velocity, over the velocity gain `gain`. Modes in Hz; a remark or ""."""
 
     measured: FrequencyResponse | None
+    alike: FrequencyResponse | None
     gain: float
     frequency_hz: FloatArray
     model: FloatArray
@@ -48,6 +49,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     rate, values, structure = fit.response.scale.rate_hz, fit.values, fit.structure
     runs = [fit.response.simulate(values, r.u) for r in records]
     measured = frequency_response([r.y for r in records], [run.v for run in runs], rate)
+    alike = frequency_response([run.y for run in runs], [run.v for run in runs], rate)
     gain = velocity_gain(fit)
     f = np.geomspace(rate / 2000, 0.499 * rate, 300)
     z = np.exp(2j * np.pi * f / rate)
@@ -59,7 +61,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
         float(np.median(d)) for n, d in posterior.base.items()
         if n.startswith("mode") and n.endswith("frequency_hz")
     )  # fmt: skip
-    return Sight(measured, gain, f, model, low, high, modes, _remark(f, model, measured))
+    return Sight(measured, alike, gain, f, model, low, high, modes, _remark(f, model, measured))
 
 
 def velocity_gain(fit: JointFit) -> float:
@@ -81,14 +83,14 @@ def _remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None
         return ""
     return (
         f"From {excited:.3g} Hz, the highest frequency that the records show, to half the sample rate "
-        f"the model rises by {rise:.0f} dB. Nothing was measured there: do not close a loop on it; put a low pass."
+        f"the model rises by {rise:.0f} dB. Nothing was measured there: close no loop on it, put a low pass."
     )
 
 
 @dataclass(frozen=True, eq=False)
 class StepOfVelocity:
-    """Velocity (samples,), output units/s, after a step of the command from rest, with its interval; `without`
-    is the same without the effects."""
+    """Velocity (samples,), output units/s, after a step of the command from rest, with its interval;
+    `without` is the same without the effects."""
 
     t: FloatArray
     command: float
@@ -125,7 +127,7 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
 
 @dataclass(frozen=True, eq=False)
 class ErrorOver:
-    """Mean error in cells of something, before and after the effects, its standard error; all (cells,)."""
+    """Mean error (cells,) in cells, before and after the effects, and its standard error."""
 
     name: str
     unit: str
