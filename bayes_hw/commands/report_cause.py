@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.analysis import Beginning
+from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, rounded, say, say_page
 from bayes_hw.csv_output import write_csv
@@ -75,6 +76,7 @@ def report_cause(
         notes=(chosen.said,) if chosen.said else (),
         progress=progress,
         lead=chosen.lead,
+        drive=drive_of(parsed),
     )
     if not diagnosis.verdict.answer:
         return False

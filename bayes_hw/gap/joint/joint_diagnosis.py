@@ -21,7 +21,7 @@ from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH, Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.joint.advice import advice_on, experiment_for
+from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
@@ -61,6 +61,7 @@ class JointDiagnosis:
     low: FloatArray
     high: FloatArray
     corrected: dict[str, object]
+    advice: tuple[str, ...] = ()
 
 
 def diagnose_records(
@@ -72,11 +73,13 @@ def diagnose_records(
     notes: Sequence[str] = (),
     progress: Progress | None = None,
     lead: int = 0,
+    drive: Drive | None = None,
 ) -> JointDiagnosis:
     """Diagnose `records` without any model; the outputs of `holdout` only score the finished prediction.
 
     The first `lead` samples of every record held out are simulated and not scored: those of a record whose
-    end alone is held out. The diagnosis then holds the ends.
+    end alone is held out. The diagnosis then holds the ends. What is known of the `drive` states torques in
+    N m.
 
     Raises InputError where there is no record, one at another rate or one too short.
     """
@@ -100,8 +103,9 @@ def diagnose_records(
         wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
         posterior = laplace(fit, records[0].units, rng, wide)
         return _finished(
-            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead
-        )
+            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
+            drive,
+        )  # fmt: skip
 
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
@@ -140,6 +144,7 @@ def _finished(
     rng: np.random.Generator,
     begin: float,
     lead: int,
+    drive: Drive | None,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.base, train[0].units
     sigma = encoder_sigma(found, decision, fit)
@@ -170,6 +175,7 @@ def _finished(
         if key.split(".")[0] in decision.answer:
             unit = {"step": units.output, "size": units.output, "sd": "s"}.get(key.split(".")[1], "")
             parameters[key] = Estimate.log_normal(value, 0.1, unit)
+    advice = tuple(advice_on(decision.answer, posterior, found, drive))
     verdict = Verdict(
         decision.answer,
         decision.probability,
@@ -181,14 +187,14 @@ def _finished(
         estimates,
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
-        (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
+        (*notes, *_notes(found, decision), *advice),
     )
     corrected = corrected_model(name, train, posterior, sigma)
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
         name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
-        corrected,
+        corrected, advice,
     )  # fmt: skip
 
 

@@ -8,8 +8,11 @@ at the encoder.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_paths import drive_response, port_response
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
 from bayes_hw.identify.cascade import Structure
@@ -25,12 +28,29 @@ MOST_SPREAD = 3.0
 def acceleration_of_unit(
     structure: Structure, values: JointValues, effect: Effect, rate_hz: float
 ) -> float | None:
-    """Acceleration, output units/s^2, that one unit of the effect's law gives the axis.
+    """Acceleration, output units/s^2, that one unit of the effect's law gives the whole axis.
 
     None where G has no integrator or the band does not look like one inertia.
     """
     if not structure.integrator:
         return None
+    low, middle, high = np.quantile(_inverse_inertia(structure, values, effect, rate_hz), [0.25, 0.5, 0.75])
+    return float(middle) if np.isfinite(high) and high < MOST_SPREAD * low else None
+
+
+def acceleration_draws(
+    structure: Structure, drawn: Sequence[JointValues], number: int, rate_hz: float
+) -> FloatArray:
+    """The same of effect `number` of every draw, (draws,), however its band looks."""
+    return np.array(
+        [float(np.median(_inverse_inertia(structure, v, v.effects[number], rate_hz))) for v in drawn]
+    )
+
+
+def _inverse_inertia(
+    structure: Structure, values: JointValues, effect: Effect, rate_hz: float
+) -> FloatArray:
+    """|P s^2 / (1 - T)| at the frequencies of BAND."""
     c = values.cascade
     frequencies = [
         rate_hz * float(np.angle(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)))) / (2 * np.pi)
@@ -42,6 +62,4 @@ def acceleration_of_unit(
     z = np.exp(2j * np.pi * f / rate_hz)
     closed = drive_response(structure, values, z) * (z - 1) / c.integrator_residue
     path = port_response(values, effect, z) * 2 * (z - 1) ** 2 / (z + 1) * rate_hz**2
-    inverse = np.abs(path / (1 - closed))
-    low, middle, high = np.quantile(inverse, [0.25, 0.5, 0.75])
-    return float(middle) if np.isfinite(high) and high < MOST_SPREAD * low else None
+    return np.abs(path / (1 - closed))

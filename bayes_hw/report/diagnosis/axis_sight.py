@@ -30,7 +30,9 @@ TRUSTED = 0.8
 class Sight:
     """`measured` over frequency (None where records are too short), `alike` the same estimate of what the
     model with its effects simulates; the response of G alone, `model` (frequencies,) at `frequency_hz` with
-    its interval `low`, `high`; of the velocity, over the velocity gain `gain`. Modes in Hz; a remark or ""."""
+    its interval `low`, `high`; of the velocity, over the velocity gain `gain`.
+    `modes` in Hz; a `remark` or "".
+    """
 
     measured: FrequencyResponse | None
     alike: FrequencyResponse | None

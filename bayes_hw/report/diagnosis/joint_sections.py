@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.advice import advice_on
-from bayes_hw.report.diagnosis.axis_sight import axis_sight, errors_over, velocity_step
 from bayes_hw.gap.joint.finding import words_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.report.diagnosis.axis_sight import axis_sight, errors_over, velocity_step
 from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
 from bayes_hw.report.diagnosis.figures_axis import (
     command_and_angle,
@@ -39,7 +38,7 @@ def evidence_section(diagnosis: JointDiagnosis, prediction: Figure | None) -> Se
 def advice_section(diagnosis: JointDiagnosis) -> Section:
     """What can be done on the axis, and the experiment that confirms."""
     verdict = diagnosis.verdict
-    said = advice_on(verdict.answer, diagnosis.posterior, diagnosis.found)
+    said = diagnosis.advice
     blocks: list[Block] = []
     if said:
         blocks.append(Bullets(tuple(typeset(one) for one in said)))
@@ -181,7 +180,7 @@ def plain_numbers(model: HammersteinWiener) -> dict[str, float]:
 
 def notes_section(diagnosis: JointDiagnosis) -> Section:
     """How it was found and what was not checked."""
-    said = [typeset(note) for note in diagnosis.verdict.notes]
+    said = [typeset(n) for n in diagnosis.verdict.notes if n not in diagnosis.advice]
     limits = [
         "Effects outside the catalogue can be seen, not named.",
         "A description is named, not what brings it about on the axis.",

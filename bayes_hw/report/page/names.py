@@ -38,6 +38,7 @@ _EFFECTS = {
     "amount": "whole drift",
     "step": "step of the reading",
     "size": "size",
+    "torque": "torque, as acceleration of the whole axis",
     "displacement": "angle given way under the torque",
     "presliding": "angle of presliding",
     "smoothing_speed": "speed within which it turns over",
