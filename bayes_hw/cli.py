@@ -33,6 +33,7 @@ from bayes_hw.commands.options import (
     RECORD_HELP,
     add_command,
     add_common,
+    add_drive,
     add_noise,
     add_output,
     add_record_options,
@@ -189,6 +190,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_start(sub)
     add_noise(sub)
     add_sampling(sub)
+    add_drive(sub)
     add_common(sub)
 
     for module in MODULES:

@@ -16,9 +16,11 @@ import numpy as np
 
 from bayes_hw import __version__
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
+from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
+from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.executor import ResultFolder, make_executor
@@ -84,11 +86,18 @@ def report_command(parsed: argparse.Namespace) -> None:
     records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
+    title = parsed.title or out.resolve().name or records[0].name
+    rng = np.random.default_rng(parsed.seed)
+    beginning = begin_analysis(
+        title, records, holdout, rng, model=model, start=given.start, noise=parsed.noise, progress=progress
+    )
+    if suspicions(beginning) and report_cause(parsed, title, given, beginning, progress):
+        return
     analysis = analyse(
-        parsed.title or out.resolve().name or records[0].name,
+        title,
         records,
         holdout,
-        np.random.default_rng(parsed.seed),
+        rng,
         model=model,
         start=given.start,
         noise=parsed.noise,
@@ -97,6 +106,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         progress=progress,
         checkpoint_folder=parsed.checkpoint,
         resume=parsed.resume,
+        beginning=beginning,
     )
     with progress.stage("report"):
         write_analysis(out, analysis)
@@ -118,7 +128,7 @@ def report_command(parsed: argparse.Namespace) -> None:
 def write_analysis(out: Path, analysis: Analysis) -> None:
     """The files of identify, sample and predict in one folder, all or none."""
     names = band_file_names([prediction.record.name for prediction in analysis.predictions])
-    with staged(out) as place:
+    with staged(out, instead_of=CORRECTED_FILES) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits, analysis.records)
         analysis.inference.posterior.write(place, analysis.records)

@@ -44,7 +44,8 @@ class Posterior:
 
     `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
-    read back from file, which keeps `converged` and `problems`.
+    read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
+    the residuals failed: a model that they refute.
     """
 
     axis: AxisParameters
@@ -56,6 +57,7 @@ class Posterior:
     problems: tuple[str, ...]
     seconds: float
     convergence: Convergence | None = None
+    failed_tests: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -151,6 +153,7 @@ class Posterior:
             },
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "interval": "94 % highest-density interval",
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
@@ -258,6 +261,7 @@ class Posterior:
                 bool(state["converged"]),
                 tuple(str(problem) for problem in state["problems"]),
                 float(state["seconds"]),
+                failed_tests=tuple(str(test) for test in state.get("failed_tests", [])),
             )
         except (OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError):
             raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
@@ -284,6 +288,7 @@ class Posterior:
             "point_estimate": [float(value) for value in self.point_estimate],
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "seconds": self.seconds,
         }
         return {"bayes_hw": json.dumps(state)}
