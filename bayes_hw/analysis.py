@@ -18,6 +18,7 @@ from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
 from bayes_hw.infer.inference import Estimate, Inference, StartCondition, discard_checkpoint, estimated, infer
+from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -84,7 +85,7 @@ class Analysis:
     `predictions` are those of the held-out records, or, where there are none, of the last training record
     (`held_out` False). `coverages` are pairs of record name and coverage. `autocorrelations`
     (parameters, lags) are averaged over the ensembles. `truth` holds true parameter values where they are
-    known.
+    known; `check` how often the intervals held on simulated axes like this one, where that was run.
     """
 
     title: str
@@ -100,6 +101,7 @@ class Analysis:
     spectrum: ResidualSpectrum
     autocorrelations: FloatArray
     truth: dict[str, float]
+    check: OwnCheck | None = None
 
 
 def analyse(

@@ -21,6 +21,7 @@ from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -104,6 +105,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
+    long = noise == "normal" and are_long(records)
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -119,21 +121,35 @@ def infer(
                 repr(rng.bit_generator.state),
             ),
         )
-    with one_blas_thread():
-        sampling = sample(
-            lambda: LogPosterior(axis, origin.noise_parameters, records),
-            origin.coordinates,
-            origin.covariance,
-            sampler_rng,
-            settings=settings,
-            others=origin.others,
-            straightening=Straightening.of(axis.parameters, records),
-            jobs=jobs,
-            progress=progress,
-            checkpoint=checkpoint,
-            resume=resume,
-        )
     target = LogPosterior(axis, origin.noise_parameters, records)
+    reweighting = None
+    with one_blas_thread():
+        if long:
+            sampling, reweighting = sample_long(
+                target,
+                origin,
+                sampler_rng,
+                settings=settings,
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume,
+            )
+        if reweighting is None or not reweighting.holds:
+            sampling = sample(
+                lambda: LogPosterior(axis, origin.noise_parameters, records),
+                origin.coordinates,
+                origin.covariance,
+                sampler_rng,
+                settings=settings,
+                others=origin.others,
+                straightening=Straightening.of(axis.parameters, records),
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume and not long,
+            )
+            reweighting = None
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
@@ -144,6 +160,7 @@ def infer(
         problems=sampling.convergence.problems,
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
+        reweighting=reweighting,
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)
@@ -175,7 +192,8 @@ def estimated(
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
-        origin = starting_point(axis, records, rng, noise)
+        expanded = noise == "normal" and are_long(records)
+        origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))
 
 
