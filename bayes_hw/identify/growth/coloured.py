@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.sensitivity_kernel import whiten
-from bayes_hw.identify.noise import autoregression_from_partial, estimate_noise
+from bayes_hw.identify.noise import MAX_ORDER, autoregression_from_partial, estimate_noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,10 @@ class Whitener:
         return cls(coefficients, scales)
 
     @classmethod
-    def of_residuals(cls, residuals: Sequence[FloatArray]) -> Whitener:
-        """Of the autoregression that Burg's method and the Bayesian information criterion find."""
-        return cls.of_partial(np.clip(estimate_noise(residuals).partial, -0.99999, 0.99999))
+    def of_residuals(cls, residuals: Sequence[FloatArray], most: int = MAX_ORDER) -> Whitener:
+        """Of the autoregression of order up to `most` that Burg's method and the Bayesian information
+        criterion find."""
+        return cls.of_partial(np.clip(estimate_noise(residuals, most=most).partial, -0.99999, 0.99999))
 
     @property
     def order(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.noise import MAX_ORDER
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
 STEPS_BETWEEN_NOISE = 3
@@ -35,13 +36,17 @@ class Response(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood."""
+    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood.
+
+    The noise is estimated with orders up to `most_noise`.
+    """
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
     whitener: Whitener
     log_likelihood: float
     converged: bool = False
+    most_noise: int = MAX_ORDER
 
     @property
     def samples(self) -> int:
@@ -53,11 +58,17 @@ class Point:
         return float(np.sqrt(sum(float(e @ e) for e in self.residuals) / self.samples))
 
 
-def evaluate(response: Response, coordinates: FloatArray, whitener: Whitener | None = None) -> Point:
+def evaluate(
+    response: Response,
+    coordinates: FloatArray,
+    whitener: Whitener | None = None,
+    most_noise: int = MAX_ORDER,
+) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
-    whitener = whitener or Whitener.of_residuals(residuals)
-    return Point(coordinates, residuals, whitener, whitener.log_likelihood(residuals))
+    whitener = whitener or Whitener.of_residuals(residuals, most_noise)
+    likelihood = whitener.log_likelihood(residuals)
+    return Point(coordinates, residuals, whitener, likelihood, most_noise=most_noise)
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:
@@ -90,18 +101,15 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
             point = _with_fresh_noise(point)
             if point.log_likelihood - reference < CONVERGED_NATS:
-                return _ended(point, True)
+                return replace(point, converged=True)
             reference = point.log_likelihood
-    return _ended(_with_fresh_noise(point), accepted < steps)
-
-
-def _ended(point: Point, converged: bool) -> Point:
-    return Point(point.coordinates, point.residuals, point.whitener, point.log_likelihood, converged)
+    return replace(_with_fresh_noise(point), converged=accepted < steps)
 
 
 def _with_fresh_noise(point: Point) -> Point:
-    whitener = Whitener.of_residuals(point.residuals)
-    return Point(point.coordinates, point.residuals, whitener, whitener.log_likelihood(point.residuals))
+    whitener = Whitener.of_residuals(point.residuals, point.most_noise)
+    likelihood = whitener.log_likelihood(point.residuals)
+    return replace(point, whitener=whitener, log_likelihood=likelihood, converged=False)
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -127,7 +135,9 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
                 reached = point.whitener.log_likelihood(residuals)
                 gained = reached > point.log_likelihood
         if gained:
-            moved = Point(coordinates, residuals, point.whitener, reached)
+            moved = replace(
+                point, coordinates=coordinates, residuals=residuals, log_likelihood=reached, converged=False
+            )
             return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
