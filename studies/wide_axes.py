@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.infer.recovery import KnownAxis, TrueNoise, recover
+from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -23,7 +25,7 @@ from bayes_hw.plant.kinds import KINDS, Spread
 from bayes_hw.record import Record
 
 RATES_HZ = (10.0, 500.0)
-SAMPLES = (2000, 6000)
+SAMPLES = (2000, 5000)
 """Of all records of an axis together."""
 
 RECORDS = 2
@@ -47,6 +49,10 @@ NOISE_SHARE = (0.003, 0.05)
 """Half width and noise as shares of the spread of the output."""
 
 HIGHEST_MODE_HZ = 12.0
+DAMPING = (0.01, 0.12)
+FORGETTING = 0.25
+"""Part of a record within which a mode decays by 1 / e; one that rings on is told from none nowhere."""
+
 SLEWS = ("slews_and_tracking",)
 OPERATION = ("raster_scan", "steps_and_triangles", "telegraph", "acceptance_run")
 
@@ -126,12 +132,20 @@ def effect_free_axis(seed: int, index: int) -> DrawnAxis:
 def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
     """One replicate of the axis that `task` names, see `axis_of_task`, with its facts; plain data.
 
-    `max_order` bounds the search and `free` is what is sampled.
+    `max_order` bounds the search, `free` is what is sampled, for at most `max_steps`. `refused` says why
+    where the records gave no posterior.
     """
     drawn = axis_of_task(task)
     sampler_rng = np.random.default_rng([task["seed"], task["index"], 1])
-    found = recover(drawn.known, sampler_rng, max_order=task["max_order"], free=task["free"])
-    return found | {"facts": drawn.facts, "index": task["index"]}
+    settings = SamplerSettings(max_steps=task["max_steps"])
+    same = {"facts": drawn.facts, "index": task["index"]}
+    try:
+        found = recover(
+            drawn.known, sampler_rng, max_order=task["max_order"], free=task["free"], settings=settings
+        )
+    except InputError as error:
+        return same | {"refused": str(error)}
+    return same | found
 
 
 def axis_of_task(task: Mapping[str, Any]) -> DrawnAxis:
@@ -195,7 +209,8 @@ def _linear_block(
     lags with or without a zero, and a fraction of a sample of delay."""
     order = int(rng.integers(ORDERS[0], ORDERS[1] + 1))
     count = int(rng.integers(0, min(MOST_MODES, (order - 1) // 2) + 1))
-    modes = _modes(rng, count, (max(0.3, 10 / record_s), min(0.35 * rate, HIGHEST_MODE_HZ)))
+    band = (max(0.3, 10 / record_s), min(0.35 * rate, HIGHEST_MODE_HZ))
+    modes = _modes(rng, count, band, FORGETTING * record_s)
     poles, zeros = [np.array([1.0 + 0j])], [np.zeros(0, dtype=np.complex128)]
     for mode in modes:
         aside = float(np.exp(rng.uniform(0.08, 0.4) * rng.choice([-1, 1])))
@@ -232,14 +247,20 @@ def _linear_block(
     return LinearBlock(all_zeros, all_poles, float(gain), delay), modes
 
 
-def _modes(rng: np.random.Generator, count: int, band_hz: tuple[float, float]) -> tuple[Mode, ...]:
+def _modes(
+    rng: np.random.Generator, count: int, band_hz: tuple[float, float], longest_decay_s: float
+) -> tuple[Mode, ...]:
     """Light modes at least 30 % apart; fewer than `count` where the band has no room."""
     frequencies: list[float] = []
     for _ in range(50):
         candidate = log_uniform(rng, *band_hz)
         if len(frequencies) < count and all(abs(np.log(candidate / f)) > 0.26 for f in frequencies):
             frequencies.append(candidate)
-    return tuple(Mode(f, log_uniform(rng, 0.01, 0.12)) for f in sorted(frequencies))
+    least = [max(DAMPING[0], 1 / (2 * np.pi * f * longest_decay_s)) for f in sorted(frequencies)]
+    return tuple(
+        Mode(f, log_uniform(rng, low, max(DAMPING[1], 1.5 * low)))
+        for f, low in zip(sorted(frequencies), least, strict=True)
+    )
 
 
 def _pair(mode: Mode, rate: float) -> ComplexArray:

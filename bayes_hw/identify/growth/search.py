@@ -32,8 +32,8 @@ ROUNDS = ((4, 3), (10, 2))
 """Successive halving: steps given to every candidate, and how many go on."""
 
 LAST_STEPS = 60
-ABSORBED = 0.9
-"""Share of the root mean square residual below which a plain descent shows that the noise hid a misfit."""
+ABSORBED = 3.0
+"""Residuals so many times as large as their innovations may hide a misfit."""
 
 LEAST_ORDER, PATIENCE = 6, 2
 """The growth ends at an order of at least the first when the criterion has not improved for more orders than
@@ -195,13 +195,14 @@ def extended(current: Grown, candidate: Candidate) -> Grown:
 
 
 def absorbed(item: Grown) -> bool:
-    """Whether the noise model has taken up what a cascade of this order could explain.
+    """Whether the noise model may have taken up what a cascade could explain.
 
-    An autoregression whitens a large slow misfit away, and the likelihood hardly sees it any more: then a
-    descent on the residuals as they are leaves far less of them.
+    An autoregression whitens a large slow misfit away, and the likelihood hardly sees it any more: its
+    residuals are then far larger than its innovations.
     """
-    plain = item.under_noise(0).descended()
-    return plain.point.rms < ABSORBED * item.point.rms
+    point = item.point
+    innovations = np.sqrt(point.whitener.sum_of_squares(point.residuals) / point.samples)
+    return bool(point.rms > ABSORBED * innovations)
 
 
 def _keep(pool: dict[int, Grown], found: Grown) -> None:
