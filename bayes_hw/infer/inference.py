@@ -20,6 +20,7 @@ from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
+from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
@@ -150,10 +151,11 @@ def infer(
                 resume=resume and not long,
             )
             reweighting = None
+    values = target.values(sampling.chain)
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
-        values=target.values(sampling.chain),
+        values=values,
         log_probability=sampling.log_probability,
         point_estimate=target.values(origin.coordinates),
         converged=sampling.convergence.converged,
@@ -161,6 +163,7 @@ def infer(
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
         reweighting=reweighting,
+        trade=trade_of(axis, values, records),
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)

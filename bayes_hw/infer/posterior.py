@@ -18,6 +18,7 @@ from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
+from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
 from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary, summarize
@@ -47,7 +48,8 @@ class Posterior:
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
     read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
     the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
-    in for that of all samples, where it did.
+    in for that of all samples, where it did; `trade` what trades places with the dead zone. Neither is read
+    back.
     """
 
     axis: AxisParameters
@@ -61,6 +63,7 @@ class Posterior:
     convergence: Convergence | None = None
     failed_tests: tuple[str, ...] = ()
     reweighting: Reweighting | None = None
+    trade: Trade | None = None
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -166,7 +169,9 @@ class Posterior:
             "steps": self.values.shape[1],
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
-        } | ({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()})
+            **({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()}),
+            **({} if self.trade is None else {"dead_zone_trade": self.trade.to_dict()}),
+        }
 
     def to_arviz(self, records: Sequence[Record] = ()) -> DataTree:
         """An ArviZ tree: posterior, prior, sample_stats, observed and constant data.

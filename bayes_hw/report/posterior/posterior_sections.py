@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
@@ -23,6 +24,7 @@ from bayes_hw.report.page.rounding import (
     format_percent,
     format_value,
 )
+from bayes_hw.report.page.typography import typeset
 from bayes_hw.report.posterior.figures_posterior import (
     CORNER_LIMIT,
     Marginal,
@@ -44,7 +46,10 @@ def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
     sections = [
         _parameter_section(analysis),
         *(() if analysis.check is None else (_check_section(analysis.check),)),
-        Section("Correlations", (_corner(posterior, summaries),)),
+        Section(
+            "Correlations",
+            (_corner(posterior, summaries), *(trade_blocks(posterior.trade) if posterior.trade else ())),
+        ),
         _convergence_section(analysis, summaries),
     ]
     return tuple(sections)
@@ -155,9 +160,9 @@ def _check_section(check: OwnCheck) -> Section:
         "Do the intervals hold?",
         (
             Paragraph(
-                f"{check.replicates} axes were drawn from this posterior and simulated under the commands of "
-                "these records, each with its own noise; each was then identified and sampled anew from its "
-                f"records alone, and {check.converged} of the samplings converged. An interval of 94 % "
+                f"{check.replicates} axes were drawn from this posterior and simulated under the commands "
+                "of these records, each with its own noise; each was then identified and sampled anew from "
+                f"its records alone, and {check.converged} of the samplings converged. An interval of 94 % "
                 "should hold the value that was simulated with in 94 % of them. A resonance that was not "
                 "found again counts as not held."
             ),
@@ -167,6 +172,26 @@ def _check_section(check: OwnCheck) -> Section:
                 "How often the 94 % intervals held (intervals of the share: Clopper and Pearson).",
                 (1, 2),
             ),
+        ),
+    )
+
+
+def trade_blocks(trade: Trade) -> tuple[Paragraph, Table]:
+    """What trades places with the dead zone, in words and numbers."""
+    return (
+        Paragraph(typeset(trade.sentence[:1].upper() + trade.sentence[1:] + ".")),
+        Table(
+            ("known", "standard deviation of the half width", "share of its variance"),
+            (
+                ("nothing", format_number(trade.sd, 2, trade.unit), ""),
+                *(
+                    (group, format_number(sd, 2, trade.unit), format_percent(trade.share(group)))
+                    for group, sd in trade.sd_known.items()
+                ),
+            ),
+            "What would be left of the dead zone's uncertainty were other parameters known, from the "
+            "covariance of the draws in coordinates. Shares overlap where groups are correlated.",
+            (1, 2),
         ),
     )
 

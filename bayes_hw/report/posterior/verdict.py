@@ -38,6 +38,9 @@ def verdict(analysis: Analysis) -> str:
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
+    feedback = analysis.inference.residuals.feedback
+    if feedback.closed_loop:
+        sentences.append(_capitalized(feedback.sentence) + ".")
     sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
     if posterior.conditional_on:
         sentences.append(conditional_sentence(posterior))
