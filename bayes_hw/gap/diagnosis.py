@@ -50,10 +50,10 @@ from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.exact_maximum import with_exact_maxima
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
-from bayes_hw.gap.fit.fit.exact_maximum import with_exact_maxima
-from bayes_hw.gap.fit.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.search.attribute import Attribution, Attributor
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain import ChainBuilder

@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
-from bayes_hw.gap.fit.fit.interval import PROBABILITY
+from bayes_hw.gap.fit.interval import PROBABILITY
 from bayes_hw.model.priors import LogNormal
 
 SCHEMA = "bayes-hw/verdict/1"

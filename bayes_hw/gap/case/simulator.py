@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case.case.force import Force
+from bayes_hw.gap.case.force import Force
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Units
 

@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.fit.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.columns import hats_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint

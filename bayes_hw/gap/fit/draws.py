@@ -12,6 +12,7 @@ from emcee import EnsembleSampler
 from emcee.moves import DEMove
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.hypothesis import Hypothesis, held_within_prior

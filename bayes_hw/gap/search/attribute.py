@@ -15,6 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.leftover import leaves_structure
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on

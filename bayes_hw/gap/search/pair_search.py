@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.fit.candidate import Candidate

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.fit.candidate import Candidate

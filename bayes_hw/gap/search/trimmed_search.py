@@ -13,6 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
 from bayes_hw.gap.fit.fit.candidate import Candidate

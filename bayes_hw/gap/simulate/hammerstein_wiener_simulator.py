@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.case.case.force import Force
+from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.chain_batch import simulate_chains

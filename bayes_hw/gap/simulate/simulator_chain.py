@@ -11,7 +11,7 @@ from scipy.signal import fftconvolve
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case.case.force import Force
+from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import Simulator
 from bayes_hw.gap.simulate import settings as S  # noqa: N812

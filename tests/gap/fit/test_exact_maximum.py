@@ -13,6 +13,7 @@ from scipy.stats import norm
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.exact_maximum import DisplayDensity, at_exact_maximum, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation, with_stochastic
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.display_kernel import held_log_likelihood, rounded_log_likelihood
