@@ -14,7 +14,6 @@ from emcee.moves import DEMove
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.hypothesis import Hypothesis, held_within_prior
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.infer.importance import acceptance_from_weights

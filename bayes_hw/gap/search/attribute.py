@@ -19,7 +19,6 @@ from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
-from bayes_hw.gap.fit.fit.candidate import Candidate
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
 from bayes_hw.gap.noise.glitches import Glitches

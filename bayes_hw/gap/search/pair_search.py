@@ -13,7 +13,6 @@ from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_perio
 from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, fit
-from bayes_hw.gap.fit.fit.candidate import Candidate
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.search.joint_screen import promising_pairs

@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from bayes_hw.gap.fit.fit.exact_maximum import DisplayDensity, at_exact_maximum, exact_likelihood
 from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, of_records
 from scipy.stats import norm

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bayes_hw.gap.fit.fit.candidate import Candidate
 from drive_axis import SIGMA, command, hypothesis
 from fitted import AXIS, noisy, of_records
 

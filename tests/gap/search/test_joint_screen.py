@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bayes_hw.gap.fit.fit.candidate import Candidate
 from drive_axis import SIGMA, command, hypothesis
 from fitted import AXIS, noisy
 
