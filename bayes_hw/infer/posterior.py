@@ -72,7 +72,8 @@ class Posterior:
     @property
     def conditional_on(self) -> tuple[str, ...]:
         """In words, what the same records estimated and these intervals take as known; empty for none."""
-        return ("the zeros and the other poles of G",) if self.axis.free == "dominant" else ()
+        held = ["the zeros and the other poles of G"] if self.axis.free == "dominant" else []
+        return (*held, *(f"the shape of the response to {one.column}" for one in self.axis.model.known))
 
     @property
     def noise_order(self) -> int:

@@ -49,6 +49,10 @@ DEAD_ZONE_SCALE = 3.0
 WEIGHT_SD = 1.0
 """Prior standard deviation of a residue, in units of the largest nominal one."""
 
+GAIN_SPREAD, DELAY_SHARE = 1.0, 0.1
+"""Prior standard deviations of a known input: of its gain over itself, of its delay in periods of its typical
+frequency."""
+
 LARGEST_DAMPING = 0.999
 NEGLIGIBLE = 1e-10
 """Leading numerator coefficients this small beside the largest are rounding errors."""
@@ -61,7 +65,8 @@ class AxisParameters:
     the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
     gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
     impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
-    With `start_positions` the initial state of every record is free as well.
+    With `start_positions` the initial state of every record is free as well, and of every known input of the
+    model gain and delay, the shape of its response held.
     """
 
     def __init__(
@@ -92,7 +97,7 @@ class AxisParameters:
         self._other_pair_names = [f"pole_pair{i + 1}" for i in range(len(others))]
         self._pair_names = [*self._mode_names, *self._other_pair_names]
         self._free_real = [i for i in range(len(self._real_poles)) if i != self._integrator]
-        structure = [*self._static_parameters(), *self._linear_parameters()]
+        structure = [*self._static_parameters(), *self._linear_parameters(), *self._known_parameters()]
         self._n_structure = len(structure)
         self._states = InitialStates.of_poles(self._real_poles, self._pair_poles, self._integrator)
         starts: list[Parameter] = []
@@ -250,7 +255,27 @@ class AxisParameters:
             dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
             linear=linear,
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
+            known=tuple(
+                one.with_strength(float(values[row]), float(values[row + 1]) * rate)
+                for one, row in zip(self.model.known, self.known_rows, strict=True)
+            ),
         )
+
+    @property
+    def known_rows(self) -> list[int]:
+        """Where the gain of every known input of the model stands; its delay in s stands behind it."""
+        return [self._row[f"known.{one.column}.gain"] for one in self.model.known]
+
+    def _known_parameters(self) -> list[Parameter]:
+        rate, unit = self.model.sample_rate_hz, self.model.units.output
+        found = []
+        for one in self.model.known:
+            per_unit = f"{unit}/({one.unit})" if one.unit else ""
+            delay, spread = one.delay_samples / rate, DELAY_SHARE / (one.cycles * rate)
+            name = f"known.{one.column}"
+            found.append(_weight(f"{name}.gain", per_unit, one.gain, GAIN_SPREAD * abs(one.gain)))
+            found.append(Parameter(f"{name}.delay_s", "s", delay, Normal(delay, spread), Identity()))
+        return found
 
     def _rows_starting(self, prefix: str) -> list[int]:
         return [row for name, row in self._row.items() if name.startswith(prefix)]

@@ -7,7 +7,7 @@ any effect of the catalogue is looked for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from bayes_hw.model.known_input import READING, TORQUE
 from bayes_hw.record import Record
 
 LABEL = "known:"
-BLOCKS = {TORQUE: "disturbance", READING: "sensor"}
+BLOCKS: Mapping[str, str] = {TORQUE: "disturbance", READING: "sensor"}
 
 LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0)
 EARLIEST_S, LATEST_S = 1.0, 10.0
