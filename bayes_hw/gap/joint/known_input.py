@@ -97,14 +97,18 @@ def with_column(fit: JointFit, column: str) -> JointFit:
 
 
 def with_known_inputs(fit: JointFit) -> tuple[JointFit, tuple[KnownInput, ...]]:
-    """The fit with the columns that are worth it, the strongest first, and what was found of every one."""
+    """The fit with the columns that are worth it, the strongest first, and what was found of every one.
+
+    One that makes the noise more likely but the simulated error larger is none that the gap follows: noise
+    close to a random walk weighs the steps of the error, and leaves its level to itself.
+    """
     waiting = columns_of(fit.response.records)
     found: list[KnownInput] = []
     while waiting:
         trials = {column: with_column(fit, column) for column in waiting}
         best = max(waiting, key=lambda column: trials[column].score)
         nats = trials[best].score - fit.score
-        if nats < ASKED_NATS:
+        if nats < ASKED_NATS or trials[best].point.rms > fit.point.rms:
             for column in waiting:
                 way = trials[column].values.effects[trials[column].known_count - 1].form.name
                 found.append(KnownInput(column, way, trials[column].score - fit.score, False))
