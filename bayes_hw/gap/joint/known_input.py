@@ -106,14 +106,14 @@ def with_known_inputs(fit: JointFit) -> tuple[JointFit, tuple[KnownInput, ...]]:
     found: list[KnownInput] = []
     while waiting:
         trials = {column: with_column(fit, column) for column in waiting}
-        best = max(waiting, key=lambda column: trials[column].score)
-        nats = trials[best].score - fit.score
-        if nats < ASKED_NATS or trials[best].point.rms > fit.point.rms:
+        sound = [column for column in waiting if trials[column].point.rms <= fit.point.rms]
+        best = max(sound, key=lambda column: trials[column].score, default=None)
+        if best is None or trials[best].score - fit.score < ASKED_NATS:
             for column in waiting:
                 way = trials[column].values.effects[trials[column].known_count - 1].form.name
                 found.append(KnownInput(column, way, trials[column].score - fit.score, False))
             return fit, tuple(found)
         way = trials[best].values.effects[trials[best].known_count - 1].form.name
-        found.append(KnownInput(best, way, nats, True, fit))
+        found.append(KnownInput(best, way, trials[best].score - fit.score, True, fit))
         fit, waiting = trials[best], tuple(column for column in waiting if column != best)
     return fit, tuple(found)

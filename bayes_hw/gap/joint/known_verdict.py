@@ -48,7 +48,7 @@ def known_verdict(
     return {
         one.column: _followed(one, after[one.column], posterior, train, holdout, close_on)
         if one.accepted
-        else {"follows": False, "probability": doubtful(min(one.nats, ASKED_NATS)), "nats": one.nats}
+        else {"follows": False, "probability": doubtful(one.nats), "nats": one.nats}
         for one in found.known
     }
 
