@@ -11,7 +11,7 @@ from bayes_hw.time_grid import fit_grid
 @pytest.mark.parametrize("seed", range(4))
 def test_every_stamp_finds_its_place(seed: int) -> None:
     """100 logs of 60 to 130 samples, uniform jitter of 0.3 of a step, one to three samples missing now and
-    then; a line from the first sixteen stamps alone loses its way in one of a hundred."""
+    then; a line from the first sixteen stamps alone loses its way in one of two hundred."""
     rng = np.random.default_rng(seed)
     for _ in range(100):
         k = np.arange(int(rng.integers(60, 130)))

@@ -71,7 +71,8 @@ def _known_column(
     count_of_ordinates = length // 2 + 1
     cross = np.zeros(count_of_ordinates, dtype=np.complex128)
     of_error, of_column = np.zeros(count_of_ordinates), np.zeros(count_of_ordinates)
-    frequency, segments = np.fft.rfftfreq(length, 1 / rate), 0
+    frequency: FloatArray = np.arange(count_of_ordinates) * rate / length
+    segments = 0
     for record, error in zip(records, errors, strict=True):
         if len(record) <= length:
             continue

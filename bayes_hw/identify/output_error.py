@@ -73,13 +73,11 @@ def simulated_outputs(
 
 
 def with_known(axis: AxisParameters, values: FloatArray, record: Record, w: FloatArray) -> FloatArray:
-    """y (walkers, samples) with the known inputs of the model: responses linear in gain and delay about those
-    of the model. Raises InputError where the record lacks one."""
+    """y (walkers, samples) with the known inputs of the model, of w (walkers, samples) without them. Raises
+    InputError where the record lacks one."""
     reading = np.zeros_like(w)
-    for one, row in zip(axis.model.known, axis.known_rows, strict=True):
-        shown, by_delay = one.response(record.known, len(record))
-        later = values[row + 1] * axis.model.sample_rate_hz - one.delay_samples
-        added = np.outer(values[row], shown) + np.outer(values[row] * later, by_delay)
+    for one, rows in zip(axis.model.known, axis.known_rows, strict=True):
+        added = values[rows].T @ one.signals(record.known, len(record))
         if one.way == TORQUE:
             w = w + added
         else:

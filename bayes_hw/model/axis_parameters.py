@@ -49,10 +49,6 @@ DEAD_ZONE_SCALE = 3.0
 WEIGHT_SD = 1.0
 """Prior standard deviation of a residue, in units of the largest nominal one."""
 
-GAIN_SPREAD, DELAY_SHARE = 1.0, 0.1
-"""Prior standard deviations of a known input: of its gain over itself, of its delay in periods of its typical
-frequency."""
-
 LARGEST_DAMPING = 0.999
 NEGLIGIBLE = 1e-10
 """Leading numerator coefficients this small beside the largest are rounding errors."""
@@ -65,8 +61,8 @@ class AxisParameters:
     the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
     gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
     impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
-    With `start_positions` the initial state of every record is free as well, and of every known input of the
-    model gain and delay, the shape of its response held.
+    With `start_positions` the initial state of every record is free as well. Of every known input of the
+    model the weights of its response are free, in which that is linear; its poles are held.
     """
 
     def __init__(
@@ -256,25 +252,38 @@ class AxisParameters:
             linear=linear,
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
             known=tuple(
-                one.with_strength(float(values[row]), float(values[row + 1]) * rate)
-                for one, row in zip(self.model.known, self.known_rows, strict=True)
+                one.with_coefficients(values[rows])
+                for one, rows in zip(self.model.known, self.known_rows, strict=True)
             ),
         )
 
-    @property
-    def known_rows(self) -> list[int]:
-        """Where the gain of every known input of the model stands; its delay in s stands behind it."""
-        return [self._row[f"known.{one.column}.gain"] for one in self.model.known]
-
-    def _known_parameters(self) -> list[Parameter]:
-        rate, unit = self.model.sample_rate_hz, self.model.units.output
+    @cached_property
+    def known_rows(self) -> list[slice]:
+        """Where the coefficients of every known input of the model stand."""
         found = []
         for one in self.model.known:
-            per_unit = f"{unit}/({one.unit})" if one.unit else ""
-            delay, spread = one.delay_samples / rate, DELAY_SHARE / (one.cycles * rate)
-            name = f"known.{one.column}"
-            found.append(_weight(f"{name}.gain", per_unit, one.gain, GAIN_SPREAD * abs(one.gain)))
-            found.append(Parameter(f"{name}.delay_s", "s", delay, Normal(delay, spread), Identity()))
+            first = self._row[f"known.{one.column}.weight1"]
+            found.append(slice(first, first + len(one.coefficients)))
+        return found
+
+    def known_strengths(self, values: FloatArray) -> dict[str, tuple[FloatArray, str]]:
+        """Gain and lag of every known input for every column of `values` (parameters, walkers), by name, with
+        their units."""
+        found = {}
+        for one, rows in zip(self.model.known, self.known_rows, strict=True):
+            gain, lag = one.strength(values[rows])
+            per_unit = f"{self.model.units.output}/({one.unit})" if one.unit else ""
+            found[f"known.{one.column}.gain"] = gain, per_unit
+            found[f"known.{one.column}.lag_s"] = lag / self.model.sample_rate_hz, "s"
+        return found
+
+    def _known_parameters(self) -> list[Parameter]:
+        found = []
+        for one in self.model.known:
+            spreads = WEIGHT_SD * np.max(np.abs(one.coefficients) * one.sizes) / one.sizes
+            for i, (value, spread) in enumerate(zip(one.coefficients, spreads, strict=True), start=1):
+                name = f"known.{one.column}.weight{i}"
+                found.append(_weight(name, "", float(value), float(spread)))
         return found
 
     def _rows_starting(self, prefix: str) -> list[int]:
