@@ -77,6 +77,8 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
+    if model is not None:
+        add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, parsed.holdout, model)
     records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
@@ -169,6 +171,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, model=model)
     records = given.records
     say_whether_resumed(parsed)
@@ -211,6 +214,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
         _predict_corrected(parsed, out, corrected)
         return
     posterior = Posterior.read(parsed.posterior)
+    add_known_inputs(parsed, posterior.axis.model)
     given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))

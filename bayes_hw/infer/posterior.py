@@ -80,7 +80,8 @@ class Posterior:
     @property
     def conditional_on(self) -> tuple[str, ...]:
         """In words, what the same records estimated and these intervals take as known; empty for none."""
-        return ("the zeros and the other poles of G",) if self.axis.free == "dominant" else ()
+        held = ["the zeros and the other poles of G"] if self.axis.free == "dominant" else []
+        return (*held, *(f"the poles of the response to {one.column}" for one in self.axis.model.known))
 
     @property
     def noise_order(self) -> int:
@@ -117,6 +118,8 @@ class Posterior:
         found: dict[str, Summary] = {}
         if "gain" not in self.names:
             found["gain"] = summarize(self.axis.gain(flat[:, :n_axis].T).reshape(shape), "")
+        for name, (draws, unit) in self.axis.known_strengths(flat[:, :n_axis].T).items():
+            found[name] = summarize(draws.reshape(shape), unit)
         velocity = self.axis.velocity_gain(flat[:, :n_axis].T)
         if "velocity_gain" not in self.names and np.all(np.isfinite(velocity)):
             found["velocity_gain"] = summarize(velocity.reshape(shape), self.axis.model.units.velocity_gain)
@@ -135,6 +138,8 @@ class Posterior:
         if "gain" not in names:
             names.insert(names.index("dead_zone.half_width") + 1, "gain")
         found = self.summaries | self.derived
+        at = names.index("noise.sigma")
+        names[at:at] = [name for name in self.derived if name.startswith("known.")]
         return {name: found[name] for name in names}
 
     def draws(self, count: int, rng: np.random.Generator) -> FloatArray:

@@ -62,7 +62,8 @@ class AxisParameters:
     the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
     gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
     impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
-    With `start_positions` the initial state of every record is free as well.
+    With `start_positions` the initial state of every record is free as well. Of every known input of the
+    model the weights of its response are free, in which that is linear; its poles are held.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class AxisParameters:
         self._other_pair_names = [f"pole_pair{i + 1}" for i in range(len(others))]
         self._pair_names = [*self._mode_names, *self._other_pair_names]
         self._free_real = [i for i in range(len(self._real_poles)) if i != self._integrator]
-        structure = [*self._static_parameters(), *self._linear_parameters()]
+        structure = [*self._static_parameters(), *self._linear_parameters(), *self._known_parameters()]
         self._n_structure = len(structure)
         self._states = InitialStates.of_poles(self._real_poles, self._pair_poles, self._integrator)
         starts: list[Parameter] = []
@@ -251,7 +252,40 @@ class AxisParameters:
             dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
             linear=linear,
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
+            known=tuple(
+                one.with_coefficients(values[rows])
+                for one, rows in zip(self.model.known, self.known_rows, strict=True)
+            ),
         )
+
+    @cached_property
+    def known_rows(self) -> list[slice]:
+        """Where the coefficients of every known input of the model stand."""
+        found = []
+        for one in self.model.known:
+            first = self._row[f"known.{one.column}.weight1"]
+            found.append(slice(first, first + len(one.coefficients)))
+        return found
+
+    def known_strengths(self, values: FloatArray) -> dict[str, tuple[FloatArray, str]]:
+        """Gain and lag of every known input for every column of `values` (parameters, walkers), by name, with
+        their units."""
+        found = {}
+        for one, rows in zip(self.model.known, self.known_rows, strict=True):
+            gain, lag = one.strength(values[rows])
+            per_unit = f"{self.model.units.output}/({one.unit})" if one.unit else ""
+            found[f"known.{one.column}.gain"] = gain, per_unit
+            found[f"known.{one.column}.lag_s"] = lag / self.model.sample_rate_hz, "s"
+        return found
+
+    def _known_parameters(self) -> list[Parameter]:
+        found = []
+        for one in self.model.known:
+            spreads = WEIGHT_SD * np.max(np.abs(one.coefficients) * one.sizes) / one.sizes
+            for i, (value, spread) in enumerate(zip(one.coefficients, spreads, strict=True), start=1):
+                name = f"known.{one.column}.weight{i}"
+                found.append(_weight(name, "", float(value), float(spread)))
+        return found
 
     def _rows_starting(self, prefix: str) -> list[int]:
         return [row for name, row in self._row.items() if name.startswith(prefix)]
