@@ -33,8 +33,8 @@ from bayes_hw.report.page.document import (
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.plain_text import listed
 from bayes_hw.report.page.rounding import format_estimate, format_interval, format_number
+from bayes_hw.report.page.trade_blocks import trade_blocks
 from bayes_hw.report.page.typography import MINUS, typeset
-from bayes_hw.report.posterior.posterior_sections import trade_blocks
 
 STATES: dict[str, State] = {
     "identified": "good",

@@ -8,7 +8,6 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
@@ -24,7 +23,7 @@ from bayes_hw.report.page.rounding import (
     format_percent,
     format_value,
 )
-from bayes_hw.report.page.typography import typeset
+from bayes_hw.report.page.trade_blocks import trade_blocks
 from bayes_hw.report.posterior.figures_posterior import (
     CORNER_LIMIT,
     Marginal,
@@ -172,26 +171,6 @@ def _check_section(check: OwnCheck) -> Section:
                 "How often the 94 % intervals held (intervals of the share: Clopper and Pearson).",
                 (1, 2),
             ),
-        ),
-    )
-
-
-def trade_blocks(trade: Trade) -> tuple[Paragraph, Table]:
-    """What trades places with the dead zone, in words and numbers."""
-    return (
-        Paragraph(typeset(trade.sentence[:1].upper() + trade.sentence[1:] + ".")),
-        Table(
-            ("known", "standard deviation of the half width", "share of its variance"),
-            (
-                ("nothing", format_number(trade.sd, 2, trade.unit), ""),
-                *(
-                    (group, format_number(sd, 2, trade.unit), format_percent(trade.share(group)))
-                    for group, sd in trade.sd_known.items()
-                ),
-            ),
-            "What would be left of the dead zone's uncertainty were other parameters known, from the "
-            "covariance of the draws in coordinates. Shares overlap where groups are correlated.",
-            (1, 2),
         ),
     )
 
