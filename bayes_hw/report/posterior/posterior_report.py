@@ -20,12 +20,12 @@ from bayes_hw.report.page.document import (
     ZoomableRecord,
 )
 from bayes_hw.report.page.rounding import format_duration, format_interval, format_percent
-from bayes_hw.report.page.verdict import badges, verdict
 from bayes_hw.report.posterior.estimate_sections import estimate_sections
 from bayes_hw.report.posterior.figures_prediction import Coverage as CoverageRow
 from bayes_hw.report.posterior.figures_prediction import PredictedRecord, predicted_overview, predicted_record
 from bayes_hw.report.posterior.figures_prediction import coverage as coverage_figure
 from bayes_hw.report.posterior.posterior_sections import posterior_sections
+from bayes_hw.report.posterior.verdict import badges, verdict
 
 ZOOM_SHARE = 0.1
 
