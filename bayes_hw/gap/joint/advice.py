@@ -237,14 +237,14 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             _nothing,
         ),
         "friction": Advice(
-            "feed that torque forward with the sign of the speed; first look at lubrication, bearing pre-load "
-            "and, at the load, the rail; keep integral action below its limit cycle",
+            "feed that torque forward with the sign of the speed; first look at lubrication, pre-load "
+            "of bearings and, at the load, the rail; keep integral action below its limit cycle",
             "slow triangles at three rates, through rest and in both directions: the lag after a reversal "
             "does not grow with the speed",
             _friction,
         ),
         "backlash": Advice(
-            "bias two pinions against each other, adjust the gear, or approach targets from one side; "
+            "bias two pinions against each other, adjust the gear, or come to targets from one side; "
             "close the loop on an encoder at the load",
             "slow reversals at two amplitudes: the lost angle stays the same",
             _backlash,

@@ -28,7 +28,7 @@ from bayes_hw.model.linear import Mode
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
-DRAWS_KEPT = 200
+DRAWS_KEPT = 600
 
 
 def corrected_model(

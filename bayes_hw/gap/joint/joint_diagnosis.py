@@ -189,7 +189,10 @@ def _finished(
         time.perf_counter() - begin,
         (*notes, *_notes(found, decision), *advice),
     )
-    corrected = corrected_model(name, train, posterior, sigma)
+    corrected = corrected_model(name, train, posterior, sigma) | {
+        "answer": list(decision.answer),
+        "probability": {label: decision.probability[label] for label in decision.answer},
+    }
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(

@@ -56,6 +56,13 @@ def _verdict(design: Design) -> str:
             "The posterior has NOT converged; no probability below is to be relied on: "
             f"{design.posterior.problems[0]}."
         )
+    if design.posterior.failed_tests:
+        sentences.append(
+            "The model does NOT hold: its own residuals refute it "
+            f"({design.posterior.failed_tests[0]}); no probability below is to be relied on."
+        )
+    if design.effects is not None:
+        sentences.append(f"This axis has {design.effects.words}; it is in every simulation in time.")
     requirements, share = settings.requirements, format_percent(settings.share)
     given = [loop for loop in design.loops if not _is_tuned_on_point(design, loop)]
     kept = [loop.controller.name for loop in given if loop.met(requirements) >= settings.share]
@@ -127,6 +134,7 @@ def _cycling(loop: LoopReport) -> float:
 def _badges(design: Design) -> tuple[Badge, ...]:
     requirements, posterior = design.settings.requirements, design.posterior
     badges = [
+        *_holds(design),
         Badge(
             "posterior converged" if posterior.converged else "posterior not converged",
             "good" if posterior.converged else "bad",
@@ -160,6 +168,24 @@ def _badges(design: Design) -> tuple[Badge, ...]:
             )
         )
     return tuple(badges)
+
+
+def _holds(design: Design) -> tuple[Badge, ...]:
+    """Whether the model itself holds, and what was added to it: the first card."""
+    failed, effects = design.posterior.failed_tests, design.effects
+    if failed:
+        return (Badge("the model does not hold", "bad", "; ".join(failed[:2])),)
+    if effects is None:
+        return ()
+    if not effects.answer:
+        return (Badge("nothing is missing", "good", "no effect was found beside the linear part"),)
+    state: State = "good" if effects.simulated and "other" not in effects.answer else "bad"
+    where = (
+        "in limit cycles and tracking; margins are those of the linear part"
+        if effects.simulated
+        else "it is random and in no simulation: margins hold, tracking does not count it"
+    )
+    return (Badge(effects.words, state, where),)
 
 
 def _method_section(design: Design) -> Section:
