@@ -30,7 +30,8 @@ CORRECTED, SAMPLED = "corrected.json", "posterior.nc"
 @dataclass(frozen=True, eq=False)
 class CorrectedAxis:
     """A posterior of the linear part with limits and dead zone, and the effects of every draw in the same
-    order; `answer` and `probability` as in the verdict."""
+    order; `answer`, `probability` and `next_experiment` as in the verdict; `motion` is what its records did.
+    """
 
     posterior: Posterior
     response: JointResponse
@@ -38,6 +39,8 @@ class CorrectedAxis:
     centre: FloatArray
     answer: tuple[str, ...]
     probability: Mapping[str, float]
+    motion: Mapping[str, Any]
+    next_experiment: str
 
     @classmethod
     def read(cls, folder: Path | str) -> CorrectedAxis | None:
@@ -86,7 +89,19 @@ class CorrectedAxis:
             seconds=0.0,
         )
         probability = {str(k): float(v) for k, v in dict(data.get("probability", {})).items()}
-        return cls(posterior, response, np.array(kept), centre, answer, probability)
+        largest = max(abs(nominal.saturation.lower), nominal.saturation.upper)
+        travel = response.scale.travel
+        plain = {"velocity": largest, "acceleration": largest, "stroke": [-travel / 2, travel / 2]}
+        return cls(
+            posterior,
+            response,
+            np.array(kept),
+            centre,
+            answer,
+            probability,
+            {**plain, **dict(data.get("motion", {}))},
+            str(data.get("next_experiment") or ""),
+        )
 
     @property
     def words(self) -> str:

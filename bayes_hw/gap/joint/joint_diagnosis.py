@@ -192,6 +192,12 @@ def _finished(
     corrected = corrected_model(name, train, posterior, sigma) | {
         "answer": list(decision.answer),
         "probability": {label: decision.probability[label] for label in decision.answer},
+        "motion": {
+            "velocity": max(float(np.abs(r.u).max()) for r in train),
+            "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
+            "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
+        },
+        "next_experiment": verdict.next_experiment,
     }
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)

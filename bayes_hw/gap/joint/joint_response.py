@@ -107,6 +107,11 @@ class JointResponse:
         return found
 
     @property
+    def effect_sizes(self) -> tuple[int, ...]:
+        """How many coordinates every effect has."""
+        return tuple(self._sizes)
+
+    @property
     def size(self) -> int:
         return self._n_base + sum(self._sizes)
 
@@ -316,9 +321,7 @@ class JointResponse:
         delayed[delay:] = u[: length - delay]
         work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
-        run = Simulated(
-            *(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2))
-        )
+        run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
             cascade.integrator_residue, np.ascontiguousarray(cascade.real),

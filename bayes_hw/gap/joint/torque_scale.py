@@ -47,9 +47,7 @@ def acceleration_draws(
     )
 
 
-def _inverse_inertia(
-    structure: Structure, values: JointValues, effect: Effect, rate_hz: float
-) -> FloatArray:
+def _inverse_inertia(structure: Structure, values: JointValues, effect: Effect, rate_hz: float) -> FloatArray:
     """|P s^2 / (1 - T)| at the frequencies of BAND."""
     c = values.cascade
     frequencies = [

@@ -63,7 +63,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
         float(np.median(d)) for n, d in posterior.base.items()
         if n.startswith("mode") and n.endswith("frequency_hz")
     )  # fmt: skip
-    return Sight(measured, alike, gain, f, model, low, high, modes, _remark(f, model, measured))
+    return Sight(measured, alike, gain, f, model, low, high, modes, rise_remark(f, model, measured))
 
 
 def velocity_gain(fit: JointFit) -> float:
@@ -76,7 +76,9 @@ def velocity_gain(fit: JointFit) -> float:
     return float(np.abs((drive_response(fit.structure, fit.values, z) * (z - 1))[0])) * rate
 
 
-def _remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+def rise_remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+    """Where a response of the velocity `model` (frequencies,) rises by RISE_DB beyond what was measured; ""
+    elsewhere."""
     excited = float(f[-1]) / 2
     if measured is not None and (measured.coherence > TRUSTED).any():
         excited = float(measured.frequency_hz[measured.coherence > TRUSTED][-1])

@@ -154,5 +154,5 @@ def _left(tests: ResidualReport) -> Badge:
     return Badge(
         "something is left",
         "bad" if not tests.white else "warn",
-        "; ".join(test.meaning for test in failed[:2]),
+        "; ".join(test.meaning.split(":")[0] for test in failed[:2]),
     )
