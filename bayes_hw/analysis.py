@@ -11,12 +11,15 @@ import numpy as np
 from scipy import signal, stats
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint.known_model import with_known
 from bayes_hw.identify.four_steps import identify
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
 from bayes_hw.infer.inference import Estimate, Inference, StartCondition, discard_checkpoint, estimated, infer
+from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -83,7 +86,7 @@ class Analysis:
     `predictions` are those of the held-out records, or, where there are none, of the last training record
     (`held_out` False). `coverages` are pairs of record name and coverage. `autocorrelations`
     (parameters, lags) are averaged over the ensembles. `truth` holds true parameter values where they are
-    known.
+    known; `check` how often the intervals held on simulated axes like this one, where that was run.
     """
 
     title: str
@@ -99,6 +102,7 @@ class Analysis:
     spectrum: ResidualSpectrum
     autocorrelations: FloatArray
     truth: dict[str, float]
+    check: OwnCheck | None = None
 
 
 def analyse(
@@ -193,7 +197,10 @@ def begin(
         model = identification.model
     check_rates(model, [*records, *holdout])
     if identification is not None and start == "rest":
-        errors = [record.y - model.simulate(record.u).y for record in records]
+        errors = [
+            with_holes(record.y - model.simulate(record.u, known=record.known).y, record.measured)
+            for record in records
+        ]
         found = estimate_noise(errors)
         residuals = examine_residuals(records, errors, found.autoregression)
         return Beginning(model, identification, None, len(found.partial), residuals, infer_rng, predict_rng)
@@ -214,7 +221,7 @@ def identify_with_progress(
     start: StartCondition,
     progress: Progress,
 ) -> Identification:
-    """The four-step estimate, its stages shown as one task."""
+    """The four-step estimate, its stages shown as one task, with the known inputs of the records."""
     with progress.task("four-step identification", 1000) as task:
         stages: list[str] = []
 
@@ -225,7 +232,7 @@ def identify_with_progress(
 
         found = identify(records, name=name, free_start=start == "free", report=report)
         task.reach(1000)
-    return found
+    return with_known(found, records)
 
 
 def response_band(posterior: Posterior, identification: Identification | None) -> ResponseBand:
@@ -251,12 +258,16 @@ def response_band(posterior: Posterior, identification: Identification | None) -
 
 
 def residual_spectrum(residuals: ResidualReport, sample_rate_hz: float) -> ResidualSpectrum:
-    """Welch's periodogram of the innovations and their order statistics."""
+    """Welch's periodogram of the innovations, zero where there are none, over the share of samples that have
+    one; and their order statistics."""
     joined = np.concatenate(residuals.innovations)
+    joined = joined[~np.isnan(joined)]
     length = min(256, min(len(part) for part in residuals.innovations))
-    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in residuals.innovations]
+    filled = [np.nan_to_num(part) for part in residuals.innovations]
+    share = len(joined) / sum(map(len, filled))
+    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in filled]
     frequency = spectra[0][0]
-    density = np.mean([density for _, density in spectra], axis=0)
+    density = np.mean([density for _, density in spectra], axis=0) / share
     ordered = np.sort(joined) / np.std(joined)
     levels = (np.arange(len(ordered)) + 0.5) / len(ordered)
     return ResidualSpectrum(

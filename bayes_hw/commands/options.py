@@ -148,6 +148,18 @@ def add_noise(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_check(parser: argparse.ArgumentParser) -> None:
+    """--check N."""
+    parser.add_argument(
+        "--check",
+        type=int,
+        default=0,
+        metavar="N",
+        help="simulate N times from the posterior under the same commands, identify and sample each anew, "
+        "and say how often the intervals held (default 0; goes on from OUT/check where interrupted)",
+    )
+
+
 def add_scheduler(parser: argparse.ArgumentParser) -> None:
     """--scheduler, for commands that run many tasks; hand it to `bayes_hw.executor.make_executor`."""
     parser.add_argument(

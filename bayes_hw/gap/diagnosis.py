@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,6 @@ from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.notes import notes_on
 from bayes_hw.gap.answer.shrink import (
     DRAWS_SIMULATED,
-    NORMAL_HALF_WIDTH,
     Closure,
     closure,
     hides_motion,
@@ -51,9 +50,10 @@ from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.exact_maximum import with_exact_maxima
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.display_likelihood import with_exact_maxima
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.search.attribute import Attribution, Attributor
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain import ChainBuilder
@@ -125,7 +125,7 @@ def diagnose(
         if not nominal > 0:
             attribution = without_small_seconds(attribution)
         best, scores = choose(attribution, nominal, calibration)
-        attribution = with_exact_maxima(attribution, best)
+        attribution = replace(attribution, explanations=with_exact_maxima(attribution.explanations, best))
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs, nominal)

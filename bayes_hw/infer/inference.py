@@ -16,10 +16,12 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -103,6 +105,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
+    long = noise == "normal" and are_long(records)
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -118,21 +121,35 @@ def infer(
                 repr(rng.bit_generator.state),
             ),
         )
-    with one_blas_thread():
-        sampling = sample(
-            lambda: LogPosterior(axis, origin.noise_parameters, records),
-            origin.coordinates,
-            origin.covariance,
-            sampler_rng,
-            settings=settings,
-            others=origin.others,
-            straightening=Straightening.of(axis.parameters, records),
-            jobs=jobs,
-            progress=progress,
-            checkpoint=checkpoint,
-            resume=resume,
-        )
     target = LogPosterior(axis, origin.noise_parameters, records)
+    reweighting = None
+    with one_blas_thread():
+        if long:
+            sampling, reweighting = sample_long(
+                target,
+                origin,
+                sampler_rng,
+                settings=settings,
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume,
+            )
+        if reweighting is None or not reweighting.holds:
+            sampling = sample(
+                lambda: LogPosterior(axis, origin.noise_parameters, records),
+                origin.coordinates,
+                origin.covariance,
+                sampler_rng,
+                settings=settings,
+                others=origin.others,
+                straightening=Straightening.of(axis.parameters, records),
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume and not long,
+            )
+            reweighting = None
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
@@ -143,6 +160,7 @@ def infer(
         problems=sampling.convergence.problems,
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
+        reweighting=reweighting,
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)
@@ -174,7 +192,8 @@ def estimated(
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
-        origin = starting_point(axis, records, rng, noise)
+        expanded = noise == "normal" and are_long(records)
+        origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))
 
 
@@ -185,7 +204,8 @@ def _tested(axis: AxisParameters, origin: StartingPoint, records: Sequence[Recor
 
 def _data_digest(record: Record) -> str:
     """SHA-256 of what the likelihood sees of a record."""
-    return hashlib.sha256(record.u.tobytes() + record.y.tobytes()).hexdigest()
+    holes = b"" if record.measured is None else record.measured.tobytes()
+    return hashlib.sha256(record.u.tobytes() + record.y.tobytes() + holes).hexdigest()
 
 
 def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:
@@ -203,7 +223,8 @@ def _residuals_at(
     n_axis = len(axis.parameters)
     outputs = simulated_outputs(axis, values[:n_axis, None], records)
     residuals: list[FloatArray] = [
-        record.y - output[0] for record, output in zip(records, outputs, strict=True)
+        with_holes(record.y - output[0], record.measured)
+        for record, output in zip(records, outputs, strict=True)
     ]
     autoregression = autoregression_from_partial(values[n_axis + 1 : n_axis + 1 + order, None])[:, 0]
     return examine_residuals(records, residuals, autoregression)

@@ -19,6 +19,7 @@ from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -45,7 +46,8 @@ class Posterior:
     `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
     read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
-    the residuals failed: a model that they refute.
+    the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
+    in for that of all samples, where it did.
     """
 
     axis: AxisParameters
@@ -58,6 +60,7 @@ class Posterior:
     seconds: float
     convergence: Convergence | None = None
     failed_tests: tuple[str, ...] = ()
+    reweighting: Reweighting | None = None
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -163,7 +166,7 @@ class Posterior:
             "steps": self.values.shape[1],
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
-        }
+        } | ({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()})
 
     def to_arviz(self, records: Sequence[Record] = ()) -> DataTree:
         """An ArviZ tree: posterior, prior, sample_stats, observed and constant data.

@@ -11,11 +11,13 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.fit.columns import column, misses, only_where, square_sums
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_equations
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.trimming import best_stretches
 from bayes_hw.gap.noise.whitener import Whitener
+from bayes_hw.gap.simulate.builder import SignalChain
+from bayes_hw.gap.simulate.columns import column, misses, only_where, square_sums
 
 MAX_ITERATIONS = 25
 GOOD_ENOUGH = 1e-5
@@ -47,6 +49,23 @@ class Fit:
     @property
     def values(self) -> FloatArray:
         return self.hypothesis.to_values(self.coordinates)
+
+    @property
+    def scale(self) -> AxisScale:
+        """Sizes of the axis and its records."""
+        return self.hypothesis.scale
+
+    def chain(self) -> SignalChain:
+        """The linear block at the estimate."""
+        return self.hypothesis.chain(self.values)
+
+    def motion(self) -> tuple[list[FloatArray], float]:
+        """w (samples,) of every record, and the half width of the dead zone: `Hypothesis.motion`."""
+        return self.hypothesis.motion(self.values)
+
+    def with_residuals(self, residuals: list[FloatArray]) -> Fit:
+        """The same with other residuals (samples,), a record each."""
+        return replace(self, residuals=residuals)
 
     @property
     def measured(self) -> list[FloatArray]:

@@ -60,7 +60,7 @@ class Sized:
         """The largest acceleration that the drive showed in the records, output units/s^2."""
         fit = self.posterior.fit
         rate = fit.response.scale.rate_hz
-        w = [fit.response.simulate(fit.values, record.u).w for record in fit.response.records]
+        w = [fit.response.simulate(fit.values, record.u, record.known).w for record in fit.response.records]
         return float(np.quantile(np.abs(np.concatenate([np.diff(x, 2) for x in w])), REACHED)) * rate**2
 
 
@@ -237,8 +237,8 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             _nothing,
         ),
         "friction": Advice(
-            "feed that torque forward with the sign of the speed; first look at lubrication, pre-load "
-            "of bearings and, at the load, the rail; keep integral action below its limit cycle",
+            "feed that torque forward with the sign of the speed; first see to lubrication, bearing pre-load "
+            "and, at the load, the rail; keep integral action below its limit cycle",
             "slow triangles at three rates, through rest and in both directions: the lag after a reversal "
             "does not grow with the speed",
             _friction,

@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.loop_kernel import loop_jointly
 
 @dataclass(frozen=True, eq=False)
 class EffectLoop:
-    """Draws of a cascade with effects, as `loop_kernel.loop_jointly` takes them."""
+    """Draws of a cascade with effects, as `loop_kernel.loop_jointly` takes them; known inputs are at rest."""
 
     response: JointResponse
     draws: tuple[JointValues, ...]
@@ -52,7 +52,7 @@ class EffectLoop:
 
     def _packed(self) -> list[FloatArray]:
         scale, structure = self.response.scale, self.response.structure
-        laws = [e.form for e in self.response.template if e.ports is not None]
+        laws = [e.form for e in self.response.template if e.ports is not None and not e.form.column]
         d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
         static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
         inputs[:, K.WARMING] = outputs[:, K.SETTLING_TIME] = 1.0
@@ -66,6 +66,8 @@ class EffectLoop:
             static[i] = values.cascade.lower, values.cascade.upper, values.cascade.half_width
             law = 0
             for effect in values.effects:
+                if effect.form.column:
+                    continue
                 rows = {"input": inputs[i], "output": outputs[i]}.get(effect.form.place)
                 target = thetas[i, law] if rows is None else rows
                 for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):

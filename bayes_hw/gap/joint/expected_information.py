@@ -42,7 +42,11 @@ class ExpectedInformation:
         """Angles (draws, samples) that draws of the axis answer with."""
         response = self.axis.response
         drawn = self.axis.coordinates[:OUTPUT_DRAWS]
-        return np.array([response.simulate(response.values(x), u).y for x in drawn])
+        return np.array([response.simulate(response.values(x), u, self._at_rest(u)).y for x in drawn])
+
+    def _at_rest(self, u: FloatArray) -> dict[str, FloatArray]:
+        """Known inputs that do not change."""
+        return {e.form.column: np.zeros(len(u)) for e in self.axis.response.template if e.form.column}
 
     def nats(self, u: FloatArray) -> float:
         """Half the fall of the log-determinant of the covariance of the effects' parameters, noise white."""
@@ -56,7 +60,9 @@ class ExpectedInformation:
 
     def _covariances(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         response, rate = self.axis.response, self.axis.response.scale.rate_hz
-        record = Record("trial", np.arange(len(u)) / rate, u, np.zeros(len(u)), rate, self.units)
+        record = Record(
+            "trial", np.arange(len(u)) / rate, u, np.zeros(len(u)), rate, self.units, known=self._at_rest(u)
+        )
         trial = replace(response, records=[record], weights=None)
         ((tangents, _),) = trial.linearise(self.axis.centre, 0)
         deviation, precision = self._scaled

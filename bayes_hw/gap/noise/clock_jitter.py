@@ -14,12 +14,12 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.columns import square_sums
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import jitter_filter, untimely_variance
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.stochastic import StochasticFit
 from bayes_hw.gap.noise.whitener import LOG_2PI, fit_autoregression, no_glitches
+from bayes_hw.gap.simulate.columns import square_sums
 
 CLOCK_SD = "timing_jitter.clock_sd"
 
@@ -70,9 +70,9 @@ class Untimely:
     bends: tuple[FloatArray, ...]
 
     @classmethod
-    def of(cls, fit: Fit) -> Untimely:
+    def of(cls, fit: Misfit) -> Untimely:
         """Of the motion that `fit` simulates."""
-        rate = fit.hypothesis.scale.rate
+        rate = fit.scale.rate
         splines = [CubicSpline(np.arange(len(s)) / rate, s) for s in fit.simulated]
         speeds, turns = ([spline(spline.x, order) for spline in splines] for order in (1, 2))
         bends = (
@@ -94,7 +94,7 @@ class Untimely:
         )
 
 
-def clock_jitter(fit: Fit) -> StochasticFit | None:
+def clock_jitter(fit: Misfit) -> StochasticFit | None:
     """First-order noise and samples off their instants, None without motion."""
     noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
     untimely = Untimely.of(fit)

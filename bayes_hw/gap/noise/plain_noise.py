@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.whitener import LOG_2PI
 
 LARGEST_CORRELATION = 0.998
@@ -29,7 +29,7 @@ class CorrelatedPlain:
     parameter_count: int = 2
 
     @classmethod
-    def of(cls, correlation: float, fit: Fit) -> CorrelatedPlain:
+    def of(cls, correlation: float, fit: Misfit) -> CorrelatedPlain:
         """That of a plain fit's residuals with first autocorrelation `correlation`."""
         coefficients = np.array([np.clip(correlation, 0.0, LARGEST_CORRELATION)])
         samples = sum(len(e) for e in fit.residuals)

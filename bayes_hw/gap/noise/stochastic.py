@@ -19,8 +19,8 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.glitches import Glitches
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import held_ages
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.whitener import Autoregression, Plain, Whitener, fit_autoregression, no_glitches
@@ -116,12 +116,12 @@ class StochasticFit:
         return replace(self, form=forms, parameters={**self.parameters, **parameters}, beside=label)
 
 
-def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
+def autoregression(fit: Misfit, order: int = NOISE_ORDER) -> Autoregression:
     """Autoregressive noise of the fit's residuals, nothing masked."""
     return fit_autoregression(fit.residuals, no_glitches(fit.residuals), order)
 
 
-def outliers(fit: Fit) -> StochasticFit | None:
+def outliers(fit: Misfit) -> StochasticFit | None:
     """Glitches in the residuals of `fit`: the likelihood of the mixture of both kinds of sample."""
     glitches = Glitches.of(fit.residuals)
     if glitches is None:
@@ -129,12 +129,10 @@ def outliers(fit: Fit) -> StochasticFit | None:
     noise = fit_autoregression(fit.residuals, glitches.masks, NOISE_ORDER)
     total = noise.log_likelihood + glitches.log_likelihood
     whitener = replace(noise, log_likelihood=total, parameter_count=Autoregression.parameter_count)
-    return StochasticFit(
-        "outliers", "", whitener, total, glitches.parameters(fit.hypothesis.scale.units.output)
-    )
+    return StochasticFit("outliers", "", whitener, total, glitches.parameters(fit.scale.units.output))
 
 
-def held_samples(fit: Fit) -> StochasticFit | None:
+def held_samples(fit: Misfit) -> StochasticFit | None:
     """Repeated samples: the age of every sample by a forward filter, their probability by its mean."""
     hold, coefficient = 0.3, 0.0
     sigma = 0.5 * fit.rmse
@@ -200,7 +198,7 @@ def rounding_step(step: float, unit: str) -> dict[str, tuple[float, float, str]]
     return {f"{ROUNDING}.step": (step, 1e-6 * step, unit)}
 
 
-def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
+def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white."""
     measured = fit.measured
     step = lattice_step(measured)
@@ -228,7 +226,7 @@ def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
         "",
         whitener,
         totals[best],
-        rounding_step(step, fit.hypothesis.scale.units.output),
+        rounding_step(step, fit.scale.units.output),
         display,
     )
 

@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.fit.columns import blank, count_true, scaled, square_sums
 from bayes_hw.gap.noise.noise_kernel import bridged_over, innovations
+from bayes_hw.gap.simulate.columns import blank, count_true, scaled, square_sums
 from bayes_hw.identify.noise import estimate_noise
 
 LOG_2PI = float(np.log(2 * np.pi))

@@ -49,7 +49,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     """Measured and modelled response of the velocity to the limited command, over the velocity gain."""
     fit = posterior.fit
     rate, values, structure = fit.response.scale.rate_hz, fit.values, fit.structure
-    runs = [fit.response.simulate(values, r.u) for r in records]
+    runs = [fit.response.simulate(values, r.u, r.known) for r in records]
     measured = frequency_response([r.y for r in records], [run.v for run in runs], rate)
     alike = frequency_response([run.y for run in runs], [run.v for run in runs], rate)
     gain = velocity_gain(fit)
@@ -113,11 +113,14 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     largest = max(float(np.abs(r.u).max()) for r in records)
     limits = [abs(x) for x in (fit.values.cascade.lower, fit.values.cascade.upper) if np.isfinite(x)]
     command = STEP_SHARE * min([*limits, largest])
+    columns = {e.form.column for e in fit.response.template if e.form.column}
     lead = max(round(0.05 * seconds * rate), 2)
     u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
 
+    at_rest = {column: np.zeros(len(u)) for column in columns}
+
     def velocity(one: FloatArray) -> FloatArray:
-        w = fit.response.simulate(fit.response.values(one), u).w
+        w = fit.response.simulate(fit.response.values(one), u, at_rest).w
         return np.diff(w, prepend=0.0) * rate
 
     drawn = np.array([velocity(x) for x in posterior.coordinates[:STEP_DRAWS]])
@@ -144,10 +147,11 @@ class ErrorOver:
 def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tuple[ErrorOver, ErrorOver]:
     """Over speed and over position."""
     rate, unit = fit.response.scale.rate_hz, records[0].units.output
-    runs = [fit.response.simulate(fit.values, r.u) for r in records]
-    plain = [base.response.simulate(base.values, r.u).y for r in records]
-    after = np.concatenate([r.y - run.y for r, run in zip(records, runs, strict=True)])
-    before = np.concatenate([r.y - y for r, y in zip(records, plain, strict=True)])
+    runs = [fit.response.simulate(fit.values, r.u, r.known) for r in records]
+    plain = [base.response.simulate(base.values, r.u, r.known).y for r in records]
+    held = [r.measured_samples for r in records]
+    after = np.concatenate([np.where(m, r.y - x.y, 0.0) for r, x, m in zip(records, runs, held, strict=True)])
+    before = np.concatenate([np.where(m, r.y - y, 0.0) for r, y, m in zip(records, plain, held, strict=True)])
     speed = np.concatenate([np.gradient(run.w) * rate for run in runs])
     position = np.concatenate([r.y + r.origin for r in records])
     return (

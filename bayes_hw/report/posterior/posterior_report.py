@@ -24,7 +24,6 @@ from bayes_hw.report.page.document import (
     ZoomableRecord,
 )
 from bayes_hw.report.page.rounding import format_duration, format_interval, format_percent
-from bayes_hw.report.page.verdict import LIMITS, badges, verdict
 from bayes_hw.report.posterior.estimate_sections import (
     estimate_sections,
     measured_response,
@@ -39,6 +38,7 @@ from bayes_hw.report.posterior.posterior_sections import (
     parameter_section,
     posterior_sections,
 )
+from bayes_hw.report.posterior.verdict import LIMITS, badges, verdict
 
 ZOOM_SHARE = 0.1
 
