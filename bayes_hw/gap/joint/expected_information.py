@@ -64,7 +64,7 @@ class ExpectedInformation:
             "trial", np.arange(len(u)) / rate, u, np.zeros(len(u)), rate, self.units, known=self._at_rest(u)
         )
         trial = replace(response, records=[record], weights=None)
-        ((tangents, _),) = trial.linearise(self.axis.centre, 0)
+        ((tangents, *_),) = trial.linearise(self.axis.centre, 0)
         deviation, precision = self._scaled
         sigma = float(self.axis.posterior.point_estimate[-1])
         rows = np.nan_to_num(tangents[:-1] * deviation[:, None] / sigma)

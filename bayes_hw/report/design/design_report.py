@@ -133,12 +133,12 @@ def _cycling(loop: LoopReport) -> float:
 
 def _badges(design: Design) -> tuple[Badge, ...]:
     requirements, posterior = design.settings.requirements, design.posterior
-    badges = [
-        *_holds(design),
+    drawn = f"{design.axis.count} draws for the margins, as many fresh ones for the checks"
+    sampled = [
         Badge(
             "posterior converged" if posterior.converged else "posterior not converged",
             "good" if posterior.converged else "bad",
-            f"{design.axis.count} draws for the margins, as many fresh ones for the checks",
+            drawn,
         ),
         Badge(
             "all of G free" if posterior.axis.free == "all" else "other roots of G held",
@@ -149,6 +149,9 @@ def _badges(design: Design) -> tuple[Badge, ...]:
             "with --free all",
         ),
     ]
+    if design.effects is not None:
+        sampled = [Badge("draws of the corrected model", "good", drawn)]
+    badges = [*_holds(design), *sampled]
     if posterior.prior_dominated:
         names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
         badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))

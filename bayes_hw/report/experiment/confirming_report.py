@@ -14,6 +14,9 @@ from bayes_hw.report.page.document import Badge, KeyValues, Paragraph, Report, S
 from bayes_hw.report.page.rounding import format_duration, format_interval, format_number, format_percent
 from bayes_hw.report.page.typography import typeset
 
+WORTH = 0.9
+"""Narrowing from which an experiment tells more than whether the effect is there."""
+
 
 def confirming_report(
     title: str,
@@ -26,7 +29,7 @@ def confirming_report(
     """What to play, why, and what it will tell; `narrowing` is the effects' standard deviations after over
     before."""
     first, units, limits = found[0], axis.posterior.axis.model.units, stage.limits
-    shrinks = f"to {format_percent(narrowing)} of what they are"
+    shrinks = f"to {format_percent(narrowing)} of their width"
     why = typeset(f" It is {axis.next_experiment}." if axis.next_experiment else "")
     reached = format_interval(float(first.outputs.min()), float(first.outputs.max()), units.output)
     base, largest = axis.posterior.summaries, float(np.abs(first.u).max())
@@ -35,7 +38,7 @@ def confirming_report(
         subtitle=f"For an axis with {axis.words}",
         verdict=(
             f"Play {first.label}, {format_duration(len(first.u) / stage.sample_rate_hz)} long: it shows "
-            f"whether the axis has {axis.words}, and narrows what is known of it {shrinks}."
+            f"whether the axis has {axis.words}, and narrows the intervals of its parameters {shrinks}."
         ),
         badges=(
             Badge(axis.words, "good" if axis.simulated else "warn", "what is to be confirmed"),
@@ -44,7 +47,11 @@ def confirming_report(
                 "good",
                 f"command up to {format_number(largest, 3, units.input)}, angle {reached}",
             ),
-            Badge(f"sd {shrinks}", "good" if narrowing < 0.9 else "warn", "of the effect's parameters"),
+            Badge(
+                f"intervals {shrinks}",
+                "good" if narrowing < WORTH else "warn",
+                "of the effect's parameters, expected",
+            ),
         ),
         key_figure=command(
             PlayedCommand(

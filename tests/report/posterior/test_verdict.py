@@ -54,6 +54,7 @@ def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=Tru
             blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks}
         ),
         predictions=(SimpleNamespace(fit_percent=94.5),),
+        check=None,
         held_out=True,
         fits=(SimpleNamespace(hammerstein_wiener=94.5, linear=linear),),
         coverages=(("validation_1", Coverage(0.94, 0.93, (0.9, 0.96), 200.0)),),
