@@ -6,12 +6,14 @@ members of the rounding box of the printed model). Each is simulated, identified
 alone, and every interval is held against the truth; its width against the Cramer-Rao bound. Axes of a
 simulator of their own at 20 Hz follow, and the check is made to fail: with the order capped at 8 and the
 other roots held. Last, ranks of the sampler alone with the structure known. Writes report.html, report.pdf,
-results.json; finished replicates stay in OUT/replicates, so that a run that was stopped goes on.
+results.json; finished replicates stay in OUT/replicates until all are made, so that a run that was stopped,
+or one with fewer --axes, goes on.
 """
 
 from __future__ import annotations
 
 import hashlib
+import shutil
 from dataclasses import replace
 from typing import Any
 
@@ -78,6 +80,8 @@ def main() -> None:
         {name: summary.to_dict() for name, summary in summaries.items()}
         | {"axes": recovered["wide"], "ranks": ranks.right.to_dict()}
     )
+    if study.quick or study.counts["axes"] >= AXES:
+        shutil.rmtree(study.out / "replicates")
     for name, summary in summaries.items():
         print(line_of(name, summary))
 

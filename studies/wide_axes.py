@@ -126,7 +126,9 @@ def effect_free_axis(seed: int, index: int) -> DrawnAxis:
         for r in case.train
     )
     known = KnownAxis(replace(model, noise_sigma=noise.sigma), noise, records)
-    return DrawnAxis(known, _facts(known) | {"source": "effect-free", "commands": str(case.truth["excitation"])})
+    return DrawnAxis(
+        known, _facts(known) | {"source": "effect-free", "commands": str(case.truth["excitation"])}
+    )
 
 
 def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -214,7 +216,9 @@ def _linear_block(
     poles, zeros = [np.array([1.0 + 0j])], [np.zeros(0, dtype=np.complex128)]
     for mode in modes:
         aside = float(np.exp(rng.uniform(0.08, 0.4) * rng.choice([-1, 1])))
-        zero = Mode(min(mode.frequency_hz * aside, 0.45 * rate), mode.damping_ratio * log_uniform(rng, 0.5, 2))
+        zero = Mode(
+            min(mode.frequency_hz * aside, 0.45 * rate), mode.damping_ratio * log_uniform(rng, 0.5, 2)
+        )
         poles.append(_pair(mode, rate))
         zeros.append(_pair(zero, rate))
     left = order - 1 - 2 * len(modes)

@@ -24,8 +24,8 @@ from bayes_hw.identify.linear_output_error import (
     Progress,
     forgets_within,
 )
-from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
 from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
+from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
@@ -126,9 +126,7 @@ def cascade_fit(item: Grown) -> CascadeFit:
     return CascadeFit(item.structure, item.values, item.point.residuals)
 
 
-def _small(
-    experiment: Experiment, structure: Structure, order: int, told: Callable[[int], None]
-) -> Grown:
+def _small(experiment: Experiment, structure: Structure, order: int, told: Callable[[int], None]) -> Grown:
     """A cascade of few poles at the delay that suits it."""
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
     pool = grow(start, order, told)
