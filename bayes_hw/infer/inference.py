@@ -25,6 +25,7 @@ from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
 from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
@@ -96,7 +97,7 @@ def infer(
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
     check_rates(model, records)
-    axis = axis_for(model, records, free, start)
+    axis = without_unseen_poles(axis_for(model, records, free, start), records)
     start_rng, sampler_rng = rng.spawn(2)
     with one_blas_thread(), progress.stage("least squares from several starts"):
         origin = starting_point(axis, records, start_rng, noise)

@@ -241,6 +241,12 @@ def _limits_section(analysis: Analysis) -> Section:
         "Order and delay of G are those chosen; slow poles that the evidence cannot exclude are kept in "
         "the model, and all roots are free.",
     ]
+    held = [name.replace("_pole", " pole ") for name in analysis.inference.posterior.axis.held_poles]
+    if held:
+        items.append(
+            f"Of {' and '.join(held)} of G the records say less than the prior does: the time constant stays "
+            "where the estimate has it, its weight is free."
+        )
     items += [
         f"Not estimated, but taken as known: {known}."
         for known in analysis.inference.posterior.conditional_on
