@@ -85,7 +85,7 @@ def plain(repeats: Repeats) -> dict[str, Any]:
         "repeats": repeats.repeats,
         "converged": repeats.converged,
         "held": {
-            name: {"held": one.inside, "of": one.replicates, "interval95": list(one.interval)}
+            name: {"hits": one.inside, "trials": one.replicates, "interval95": list(one.interval)}
             for name, one in {**repeats.held, "all": repeats.all_parameters}.items()
         },
         "median_width": dict(repeats.median_width),

@@ -168,7 +168,7 @@ def start_study(
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
-        {option: getattr(parsed, option) for option in usual},
+        {option: getattr(parsed, option.replace("-", "_")) for option in usual},
         usual,
     )
     if parsed.unless_done and study.is_done():

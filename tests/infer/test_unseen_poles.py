@@ -1,4 +1,4 @@
-"""A real pole whose place the records do not tell stays there with its weight free; one that they tell moves."""
+"""A real pole whose place the records do not tell stays there, its weight free; others move."""
 
 from __future__ import annotations
 

@@ -90,10 +90,10 @@ def test_kept_replicates_are_not_made_again(script: ModuleType, tmp_path: Path) 
     kept = ResultFolder(tmp_path / "replicates" / "wide", digest)
     for index in range(3):
         kept.save(index, json.dumps({"index": index}))
-    counts = {"axes": 3}
+    counts = script.COUNTS | {"axes": 3}
     study = study_module.Study(
         "05_calibration", SCRIPT, False, 1, 1, tmp_path, Progress(quiet=True), 0.0, counts=counts,
-        usual_counts={"axes": 200},
+        usual_counts=script.COUNTS,
     )  # fmt: skip
     assert script.recovered_set(study, "wide") == [{"index": index} for index in range(3)]
     assert study.command == "python studies/05_calibration.py --seed 1 --axes 3"
