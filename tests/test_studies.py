@@ -12,7 +12,6 @@ from manifest import is_kept
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
 ELSEWHERE = {
-    "05_calibration.py",
     "08_blind_check.py",
     "09_power.py",
     "10_leave_one_out.py",
@@ -22,6 +21,7 @@ ELSEWHERE = {
 
 SLOW = {
     "02_twin.py",
+    "05_calibration.py",
     "06_performance.py",
     "11_gain_identifiability.py",
     "12_next_experiment.py",

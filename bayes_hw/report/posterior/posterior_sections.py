@@ -13,6 +13,7 @@ from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.prior_notation import LEGEND, prior_notation
@@ -23,7 +24,6 @@ from bayes_hw.report.page.rounding import (
     format_percent,
     format_value,
 )
-from bayes_hw.report.page.trade_blocks import trade_blocks
 from bayes_hw.report.posterior.figures_posterior import (
     CORNER_LIMIT,
     Marginal,
