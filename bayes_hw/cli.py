@@ -34,6 +34,7 @@ from bayes_hw.commands.options import (
     add_check,
     add_command,
     add_common,
+    add_drive,
     add_noise,
     add_output,
     add_record_options,
@@ -184,6 +185,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_noise(sub)
     add_check(sub)
     add_sampling(sub)
+    add_drive(sub)
     add_common(sub)
 
     for module in MODULES:

@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
+from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
-from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.commands.corrected import warn_of_refuted
+from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
+from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
@@ -75,15 +78,24 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
+    if model is not None:
+        add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, parsed.holdout, model)
     records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
+    title = parsed.title or out.resolve().name or records[0].name
+    rng = np.random.default_rng(parsed.seed)
+    beginning = begin_analysis(
+        title, records, holdout, rng, model=model, start=given.start, noise=parsed.noise, progress=progress
+    )
+    if suspicions(beginning) and report_cause(parsed, title, given, beginning, progress):
+        return
     analysis = analyse(
-        parsed.title or out.resolve().name or records[0].name,
+        title,
         records,
         holdout,
-        np.random.default_rng(parsed.seed),
+        rng,
         model=model,
         start=given.start,
         noise=parsed.noise,
@@ -92,6 +104,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         progress=progress,
         checkpoint_folder=parsed.checkpoint,
         resume=parsed.resume,
+        beginning=beginning,
     )
     if parsed.check > 0:
         check = checked(parsed, out, analysis.inference.posterior, records, settings)
@@ -118,7 +131,7 @@ def report_command(parsed: argparse.Namespace) -> None:
 def write_analysis(out: Path, analysis: Analysis) -> None:
     """The files of identify, sample and predict in one folder, all or none."""
     names = band_file_names([prediction.record.name for prediction in analysis.predictions])
-    with staged(out) as place:
+    with staged(out, instead_of=CORRECTED_FILES) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits, analysis.records)
         analysis.inference.posterior.write(place, analysis.records)
@@ -159,6 +172,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, model=model)
     records = given.records
     say_whether_resumed(parsed)
@@ -201,6 +215,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
         _predict_corrected(parsed, out, corrected)
         return
     posterior = Posterior.read(parsed.posterior)
+    add_known_inputs(parsed, posterior.axis.model)
     given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
@@ -208,6 +223,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
+    warn_of_refuted(posterior)
     if record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
@@ -221,8 +237,9 @@ def predict_command(parsed: argparse.Namespace) -> None:
 def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
     """Predict from the corrected model of a diagnosis."""
     model = HammersteinWiener.from_dict(corrected)
+    add_known_inputs(parsed, model)
     (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
-    mean, low, high = predict_corrected(corrected, record.u)
+    mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
     write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})

@@ -26,10 +26,16 @@ def evaluate(identification: Identification, records: Sequence[Record]) -> tuple
     When the identification was made with free starts, the initial states of each record are estimated
     first, for both models alike, from the first START_SHARE of it.
     """
+    model = identification.model
     return tuple(
         RecordFit(
             record.name,
-            fit_percent(record.y_or_nan, simulated(identification.cascade, record)),
+            fit_percent(
+                record.y_or_nan,
+                model.simulate(record.u, known=record.known).y
+                if model.known
+                else simulated(identification.cascade, record),
+            ),
             fit_percent(record.y_or_nan, simulated(identification.baseline_cascade, record)),
         )
         for record in records

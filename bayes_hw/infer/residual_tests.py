@@ -57,6 +57,11 @@ class ResidualReport:
         return all(test.passed for test in self.tests if test.name != NORMALITY)
 
     @property
+    def failures(self) -> tuple[str, ...]:
+        """In words, what the tests of the model's structure say against it; empty where all passed."""
+        return tuple(f"{t.name}: {t.meaning}" for t in self.tests if not t.passed and t.name != NORMALITY)
+
+    @property
     def explained(self) -> bool:
         """Whether the model, not its noise, explains the records: white innovations alone do not say so."""
         return self.fit_percent >= LEAST_FIT_PERCENT

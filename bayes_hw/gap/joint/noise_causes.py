@@ -39,7 +39,8 @@ class SpeedNoise:
 def speeds(fit: JointFit) -> list[FloatArray]:
     """Simulated steps of the output, output units a sample, by central differences."""
     values = fit.values
-    return [np.gradient(fit.response.simulate(values, record.u).y) for record in fit.response.records]
+    records = fit.response.records
+    return [np.gradient(fit.response.simulate(values, r.u, r.known).y) for r in records]
 
 
 def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:

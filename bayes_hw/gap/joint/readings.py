@@ -33,7 +33,9 @@ def read_faults(fit: JointFit) -> Readings:
     records = fit.response.records
     values = fit.values
     residuals = [
-        without_holes(with_holes(record.y - fit.response.simulate(values, record.u).y, record.measured))
+        without_holes(
+            with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
+        )
         for record in records
     ]
     innovation = innovation_sigma(fit)
