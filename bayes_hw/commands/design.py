@@ -105,6 +105,7 @@ def run(parsed: argparse.Namespace) -> None:
             requirements=requirements,
             tuned=tuple(dict.fromkeys(parsed.tune)),
         ),
+        jobs=parsed.jobs,
         progress=progress,
     )
     write_design(out, found)
