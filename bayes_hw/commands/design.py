@@ -72,7 +72,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.design.design_report import design_report
     from bayes_hw.report.page.render import remove_pages, render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     if not 0.5 <= parsed.share < 1:
         raise InputError(f"--share {parsed.share:g}: must be at least 0.5 and below 1")
     if parsed.draws < 100:
@@ -114,7 +114,7 @@ def run(parsed: argparse.Namespace) -> None:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
     if not parsed.no_report:
         with progress.stage("report"):
-            origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+            origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
             page = design_report(found, origin)
             written = render(page, out)
     for line in headlines(found):
