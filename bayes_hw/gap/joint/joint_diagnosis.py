@@ -22,8 +22,9 @@ from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
-from bayes_hw.gap.joint.advice import advice_on, experiment_for
+from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
@@ -47,9 +48,6 @@ MOST_SAMPLES = 40_000
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded: the errors are not independent."""
 
-RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
-"""Labels whose effect no simulation follows."""
-
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
@@ -67,6 +65,7 @@ class JointDiagnosis:
     low: FloatArray
     high: FloatArray
     corrected: dict[str, object]
+    advice: tuple[str, ...] = ()
 
 
 def diagnose_records(
@@ -77,8 +76,14 @@ def diagnose_records(
     name: str = "records",
     notes: Sequence[str] = (),
     progress: Progress | None = None,
+    lead: int = 0,
+    drive: Drive | None = None,
 ) -> JointDiagnosis:
     """Diagnose `records` without any model; the outputs of `holdout` only score the finished prediction.
+
+    The first `lead` samples of every record held out are simulated and not scored: those of a record whose
+    end alone is held out. The diagnosis then holds the ends. What is known of the `drive` states torques in
+    N m.
 
     Raises InputError where there is no record, one at another rate or one too short.
     """
@@ -106,8 +111,9 @@ def diagnose_records(
         wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
         posterior = laplace(fit, records[0].units, rng, wide)
         return _finished(
-            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
-        )
+            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
+            drive,
+        )  # fmt: skip
 
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
@@ -145,6 +151,8 @@ def _finished(
     notes: tuple[str, ...],
     rng: np.random.Generator,
     begin: float,
+    lead: int,
+    drive: Drive | None,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
     sigma = encoder_sigma(found, decision, fit)
@@ -155,15 +163,17 @@ def _finished(
         for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
 
-    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:
-        y = [r.y_or_nan for r in records]
-        before, after = _predictions(one, one.values, records), _predictions(other, other.values, records)
+    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit, unscored: int = 0) -> Closure:
+        y = [r.y_or_nan[unscored:] for r in records]
+        before, after = (
+            [p[unscored:] for p in _predictions(each, each.values, records)] for each in (one, other)
+        )
         return _closure(y, before, after, sigma, noise_error, rng)
 
-    gaps = [closure_on(records, base, fit) for records in (train, holdout)]
-    first = _predictions(base, base.values, holdout[:1])[0]
-    last = _predictions(fit, fit.values, holdout[:1])[0]
-    drawn = np.array([_predictions(fit, values, holdout[:1])[0] for values in some])
+    gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit, lead)]
+    first = _predictions(base, base.values, holdout[:1])[0][lead:]
+    last = _predictions(fit, fit.values, holdout[:1])[0][lead:]
+    drawn = np.array([_predictions(fit, values, holdout[:1])[0][lead:] for values in some])
     half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
@@ -176,6 +186,7 @@ def _finished(
         if key.split(".")[0] in decision.answer:
             unit = {"step": units.output, "size": units.output, "sd": "s"}.get(key.split(".")[1], "")
             parameters[key] = Estimate.log_normal(value, 0.1, unit)
+    advice = tuple(advice_on(decision.answer, posterior, found, drive))
     verdict = Verdict(
         decision.answer,
         decision.probability,
@@ -187,13 +198,15 @@ def _finished(
         estimates,
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
-        (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
+        (*notes, *_notes(found, decision), *advice),
         known=known_verdict(found, posterior, train, holdout, closure_on),
     )
     corrected = corrected_model(name, train, posterior, sigma)
+    if lead:
+        holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
         name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
-        corrected,
+        corrected, advice,
     )  # fmt: skip
 
 
@@ -347,24 +360,6 @@ def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
 
 
 def summary(diagnosis: JointDiagnosis) -> str:
-    """One or two sentences: what the axis lacks and how sure that is."""
+    """What the axis does, what its model lacks and how sure that is."""
     follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
-    return f"{follows} {_summary_of_answer(diagnosis)}".strip()
-
-
-def _summary_of_answer(diagnosis: JointDiagnosis) -> str:
-    verdict = diagnosis.verdict
-    gap = verdict.gap_holdout
-    if not verdict.answer:
-        return (
-            "No structural gap: a cascade inferred from the records and its noise explain them "
-            f"({100 * verdict.probability['none']:.3g} % sure)."
-        )
-    if verdict.answer == (OTHER,):
-        sure = 100 * verdict.probability[OTHER]
-        return f"Something is missing that no entry of the catalogue explains ({sure:.3g} % sure)."
-    parts = [f"{label} ({100 * verdict.probability[label]:.3g} % sure)" for label in verdict.answer]
-    said = f"From the records alone: {' and '.join(parts)}. "
-    if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
-        return said + "It is random, so that no simulation follows it: the band holds it."
-    return said + f"With it {100 * max(gap.closed, 0):.3g} % of the reducible error held out is gone."
+    return f"{follows} {sentence(diagnosis)}".strip()

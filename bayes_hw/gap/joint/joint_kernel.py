@@ -31,7 +31,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
     direct, signal_real, signal_sections, forced, forced_by_lag, columns, c_static, c_inputs, c_outputs,
     c_residue, c_real, c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real,
-    c_signal_sections, work, v_out, w_out, y_out, slope_out, rows,
+    c_signal_sections, work, v_out, w_out, y_out, slope_out, tau_out, q_out, rows,
 ):  # fmt: skip
     """One record from rest at w = 0.
 
@@ -41,7 +41,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
     and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
     each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
-    Written: v, w, y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
+    Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
+    samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
@@ -260,6 +261,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 tau = q * by_q
                 by_w, g0, g1 = t0 * turned, w * turned, turned
             taus[j] = tau
+            tau_out[j, k], q_out[j, k] = tau, q
             if law == BRISTLE:
                 for c in range(columns):
                     d_z[c] = by_z * d_z[c] + by_q * d_q[c]

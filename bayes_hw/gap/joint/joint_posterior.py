@@ -10,6 +10,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.identified_model import dominant_modes
@@ -28,6 +29,10 @@ CHAOTIC = 1.7
 
 EXPLODED = 1e3
 """Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
+
+
+TORQUES = (K.COULOMB, K.STRIBECK, K.BRISTLE, K.RIPPLE)
+"""Laws whose largest value in motion is one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +79,7 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
+    effects |= torque_draws(fit, drawn)
     unit = {
         "saturation.lower": units.input,
         "saturation.upper": units.input,
@@ -211,6 +217,20 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     return found
 
 
+def torque_draws(fit: JointFit, drawn: FloatArray) -> dict[str, list[float]]:
+    """LABEL.torque of laws whose unit is a torque, output units/s^2 of the whole axis, for every draw."""
+    found: dict[str, list[float]] = {}
+    rate, structure = fit.response.scale.rate_hz, fit.structure
+    for number, effect in enumerate(fit.values.effects):
+        if effect.form.law not in TORQUES or effect.ports is None:
+            continue
+        if acceleration_of_unit(structure, fit.values, effect, rate) is None:
+            continue
+        values = [fit.response.values(x) for x in drawn]
+        found[f"{effect.form.label}.torque"] = acceleration_draws(structure, values, number, rate).tolist()
+    return found
+
+
 def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
     """Units of `effect_quantities`."""
     found: dict[str, str] = {}
@@ -223,6 +243,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
             "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,
             "acceleration": f"{units.output}/s^2",
+            "torque": f"{units.output}/s^2",
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",
         }  # fmt: skip
         if form.place == "output":

@@ -65,12 +65,15 @@ class JointValues:
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw."""
+    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw. `torques` and `signals`
+    (laws, samples) are what the laws of its torques give and look at."""
 
     v: FloatArray
     w: FloatArray
     y: FloatArray
     slope: FloatArray
+    torques: FloatArray
+    signals: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +353,7 @@ class JointResponse:
         delayed[delay:] = u[: length - delay]
         work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
-        run = Simulated(*(np.empty(length) for _ in range(4)))
+        run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
             cascade.integrator_residue, np.ascontiguousarray(cascade.real),
@@ -359,7 +362,7 @@ class JointResponse:
             thetas, port_real, port_sections, direct, signal_real, signal_sections, forced, forced_by_lag,
             columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real,
             c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
-            run.v, run.w, run.y, run.slope, rows,
+            run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
         )  # fmt: skip
         for row, gain, shown, by_lag in readings:
             run.y[:] += gain * shown
