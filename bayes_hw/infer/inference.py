@@ -106,7 +106,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
-    long = noise == "normal" and are_long(records)
+    long = noise == "normal" and are_long(records) and not model.known
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -195,7 +195,7 @@ def estimated(
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
-        expanded = noise == "normal" and are_long(records)
+        expanded = noise == "normal" and are_long(records) and not model.known
         origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))
 
