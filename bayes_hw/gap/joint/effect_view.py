@@ -24,6 +24,7 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
 from bayes_hw.gap.joint.readings import Readings
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
+from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.record import Record
 
 KNOTS = 13
@@ -72,12 +73,15 @@ class Seen:
 
     def runs(self, values: JointValues) -> list[Simulated]:
         """Simulations of every record."""
-        return [self.fit.response.simulate(values, record.u) for record in self.records]
+        return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
 
     def residuals(self) -> list[FloatArray]:
         """Measured less simulated output, unweighted."""
         runs = self.runs(self.fit.values)
-        return [record.y - run.y for record, run in zip(self.records, runs, strict=True)]
+        return [
+            without_holes(with_holes(record.y - run.y, record.measured))
+            for record, run in zip(self.records, runs, strict=True)
+        ]
 
     def number(self, label: str) -> int | None:
         """Which effect of the fit has this label."""

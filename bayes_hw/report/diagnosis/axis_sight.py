@@ -13,6 +13,7 @@ from bayes_hw.first_look.frequency_response import FrequencyResponse, frequency_
 from bayes_hw.gap.joint.effect_paths import drive_response, through_drive
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.record import Record
 
 CELLS = 20
@@ -49,7 +50,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     """Measured and modelled response of the velocity to the limited command, over the velocity gain."""
     fit = posterior.fit
     rate, values, structure = fit.response.scale.rate_hz, fit.values, fit.structure
-    runs = [fit.response.simulate(values, r.u) for r in records]
+    runs = [fit.response.simulate(values, r.u, r.known) for r in records]
     measured = frequency_response([r.y for r in records], [run.v for run in runs], rate)
     alike = frequency_response([run.y for run in runs], [run.v for run in runs], rate)
     gain = velocity_gain(fit)
@@ -115,8 +116,10 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     lead = max(round(0.05 * seconds * rate), 2)
     u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
 
+    at_rest = {e.form.column: np.zeros(len(u)) for e in fit.response.template if e.form.column}
+
     def velocity(one: FloatArray) -> FloatArray:
-        w = fit.response.simulate(fit.response.values(one), u).w
+        w = fit.response.simulate(fit.response.values(one), u, at_rest).w
         return np.diff(w, prepend=0.0) * rate
 
     drawn = np.array([velocity(x) for x in posterior.coordinates[:STEP_DRAWS]])
@@ -143,10 +146,10 @@ class ErrorOver:
 def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tuple[ErrorOver, ErrorOver]:
     """Over speed and over position."""
     rate, unit = fit.response.scale.rate_hz, records[0].units.output
-    runs = [fit.response.simulate(fit.values, r.u) for r in records]
-    plain = [base.response.simulate(base.values, r.u).y for r in records]
-    after = np.concatenate([r.y - run.y for r, run in zip(records, runs, strict=True)])
-    before = np.concatenate([r.y - y for r, y in zip(records, plain, strict=True)])
+    runs = [fit.response.simulate(fit.values, r.u, r.known) for r in records]
+    plain = [base.response.simulate(base.values, r.u, r.known).y for r in records]
+    after = np.concatenate([_errors(r, run.y) for r, run in zip(records, runs, strict=True)])
+    before = np.concatenate([_errors(r, y) for r, y in zip(records, plain, strict=True)])
     speed = np.concatenate([np.gradient(run.w) * rate for run in runs])
     position = np.concatenate([r.y + r.origin for r in records])
     return (
@@ -164,3 +167,8 @@ def _in_cells(name: str, unit: str, x: FloatArray, before: FloatArray, after: Fl
     error = np.array([float(after[cell].std()) / np.sqrt(len(cell)) for cell in cells])
     middle = np.array([float(x[cell].mean()) for cell in cells])
     return ErrorOver(name, unit, middle, mean_before, mean_after, error)
+
+
+def _errors(record: Record, simulated: FloatArray) -> FloatArray:
+    """Measured less simulated y, those of samples that were not measured between their neighbours."""
+    return without_holes(with_holes(record.y - simulated, record.measured))

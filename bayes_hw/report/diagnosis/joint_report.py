@@ -10,8 +10,9 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_view import EffectView, Seen, effect_view
-from bayes_hw.gap.joint.finding import MOST_SAID, sentence, words_of
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.gap.joint.finding import MOST_SAID, words_of
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record
@@ -48,7 +49,8 @@ class JointPage:
         fit, train = self.diagnosis.posterior.fit, self.diagnosis.train
         whitener = fit.point.whitener
         order = whitener.order
-        residuals = [r.y - fit.response.simulate(fit.values, r.u).y for r in train]
+        runs = [fit.response.simulate(fit.values, r.u, r.known) for r in train]
+        residuals = [with_holes(r.y - run.y, r.measured) for r, run in zip(train, runs, strict=True)]
         return examine_residuals(train, residuals, whitener.coefficients[order, :order])
 
     @cached_property
@@ -84,7 +86,7 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginni
     return Report(
         title=diagnosis.name,
         subtitle=_subtitle(diagnosis),
-        verdict=typeset(sentence(diagnosis)),
+        verdict=typeset(summary(diagnosis)),
         badges=_badges(page),
         key_figure=page.prediction if page.view is None else effect_figure(page.view),
         sections=(
