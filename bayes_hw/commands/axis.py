@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
+from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
@@ -222,6 +223,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
+    warn_of_refuted(posterior)
     if record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval

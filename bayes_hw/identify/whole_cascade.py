@@ -82,14 +82,14 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     while wanted:
         delay = wanted.pop()
         done.add(delay)
-        pool = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
-        found = chosen(pool)
+        grown = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
+        found = chosen(grown)
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
             found = with_longer_delay(found)
             wanted.append(found.structure.delay_samples)
-        tried += [*pool, found]
+        tried += [*grown, found]
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))

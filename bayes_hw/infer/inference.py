@@ -29,6 +29,7 @@ from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
 from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
@@ -194,8 +195,10 @@ def estimated(
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
+    expanded = noise == "normal" and are_long(records) and not model.known
+    if not expanded:
+        axis = without_unseen_poles(axis, records)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
-        expanded = noise == "normal" and are_long(records) and not model.known
         origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))
 

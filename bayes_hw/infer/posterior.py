@@ -169,6 +169,7 @@ class Posterior:
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
             "conditional_on": list(self.conditional_on),
+            "held_poles": list(self.axis.held_poles),
             "start": "rest" if self.axis.start_positions is None else "free",
             "ensembles": self.values.shape[0],
             "steps": self.values.shape[1],
@@ -251,6 +252,7 @@ class Posterior:
                 state["free"],
                 output_scale=state["output_scale"],
                 start_positions=None if start is None else np.array(start),
+                held_poles=tuple(str(name) for name in state.get("held_poles", ())),
             )
             estimate = NoiseEstimate(
                 state["noise_sigma"],
@@ -291,6 +293,7 @@ class Posterior:
             "names": list(self.names),
             "model": self.axis.model.to_dict(),
             "free": self.axis.free,
+            "held_poles": list(self.axis.held_poles),
             "output_scale": self.axis.output_scale,
             "start_positions": None if start is None else [float(value) for value in start],
             "noise_sigma": sigma.nominal,

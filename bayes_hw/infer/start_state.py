@@ -42,6 +42,7 @@ def with_start_state(
         axis.free,
         output_scale=axis.output_scale,
         start_positions=np.array([float(record.y[0])]),
+        held_poles=axis.held_poles,
     )
     rows = [row for row, name in enumerate(one.names) if name.startswith("start1.")]
     values = np.repeat(one.nominal[:, None], len(draws), axis=1)
@@ -86,9 +87,19 @@ def started_as(posterior: Posterior, start: Start) -> Posterior:
     axis = posterior.axis
     if start == "auto" or (start == "free") == (axis.start_positions is not None):
         return posterior
-    structure = len(AxisParameters(axis.model, axis.free, output_scale=axis.output_scale).parameters)
+    structure = len(
+        AxisParameters(
+            axis.model, axis.free, output_scale=axis.output_scale, held_poles=axis.held_poles
+        ).parameters
+    )
     positions = np.zeros(1) if start == "free" else None
-    other = AxisParameters(axis.model, axis.free, output_scale=axis.output_scale, start_positions=positions)
+    other = AxisParameters(
+        axis.model,
+        axis.free,
+        output_scale=axis.output_scale,
+        start_positions=positions,
+        held_poles=axis.held_poles,
+    )
     noise = posterior.values[..., len(axis.parameters) :]
     shape = (*noise.shape[:-1], len(other.parameters) - structure)
     states = np.broadcast_to(other.nominal[structure:], shape)

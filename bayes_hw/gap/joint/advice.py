@@ -244,7 +244,7 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             _friction,
         ),
         "backlash": Advice(
-            "bias two pinions against each other, adjust the gear, or approach targets from one side; "
+            "bias two pinions against each other, adjust the gear, or come to targets from one side; "
             "close the loop on an encoder at the load",
             "slow reversals at two amplitudes: the lost angle stays the same",
             _backlash,

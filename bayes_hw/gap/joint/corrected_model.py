@@ -32,7 +32,7 @@ from bayes_hw.model.linear import Mode
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
-DRAWS_KEPT = 200
+DRAWS_KEPT = 600
 SILENT = 1e-9
 """Share of the largest part of a known input's response below which a pole has no part in it."""
 

@@ -24,7 +24,6 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
 from bayes_hw.gap.joint.readings import Readings
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
-from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.record import Record
 
 KNOTS = 13
@@ -76,10 +75,10 @@ class Seen:
         return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
 
     def residuals(self) -> list[FloatArray]:
-        """Measured less simulated output, unweighted."""
+        """Measured less simulated output, unweighted, zero where nothing was measured."""
         runs = self.runs(self.fit.values)
         return [
-            without_holes(with_holes(record.y - run.y, record.measured))
+            np.where(record.measured_samples, record.y - run.y, 0.0)
             for record, run in zip(self.records, runs, strict=True)
         ]
 
@@ -219,7 +218,8 @@ def _without(seen: Seen, number: int) -> list[Simulated]:
     kept = tuple(e for i, e in enumerate(values.effects) if i != number)
     response = seen.fit.response
     plain = type(response)(response.structure, kept, response.records, response.scale)
-    return [plain.simulate(JointValues(values.cascade, kept), record.u) for record in seen.records]
+    shown = JointValues(values.cascade, kept)
+    return [plain.simulate(shown, record.u, record.known) for record in seen.records]
 
 
 def _reading_error(

@@ -10,6 +10,7 @@ from bayes_hw.identifiability.asymmetry import REFERENCE_LOG_SD
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict
 from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.provenance import Provenance
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.identifiability.identifiability_sections import (
     assumption_section,
     profile_section,
@@ -34,7 +35,6 @@ from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.plain_text import listed
 from bayes_hw.report.page.rounding import format_estimate, format_interval, format_number
 from bayes_hw.report.page.typography import MINUS, typeset
-from bayes_hw.report.posterior.posterior_sections import trade_blocks
 
 STATES: dict[str, State] = {
     "identified": "good",

@@ -8,12 +8,12 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.prior_notation import LEGEND, prior_notation
@@ -24,7 +24,6 @@ from bayes_hw.report.page.rounding import (
     format_percent,
     format_value,
 )
-from bayes_hw.report.page.typography import typeset
 from bayes_hw.report.posterior.figures_posterior import (
     CORNER_LIMIT,
     Marginal,
@@ -36,23 +35,30 @@ from bayes_hw.report.posterior.figures_posterior import (
 
 CORNER_DRAWS = 20_000
 MARGINAL_DRAWS = 40_000
+AXIS_NUMBERS = (
+    "saturation.lower",
+    "saturation.upper",
+    "dead_zone.half_width",
+    "gain",
+    "velocity_gain",
+    "noise.sigma",
+)
 PARAMETER_HEADER = ("parameter", "prior", "posterior mean ± sd", "94 % HDI")
 
 
 def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
-    """Parameters, correlations and convergence."""
+    """Correlations and convergence, for who doubts the sampling."""
     posterior = analysis.inference.posterior
     summaries = posterior.summaries
-    sections = [
-        _parameter_section(analysis),
+    return (
         *(() if analysis.check is None else (_check_section(analysis.check),)),
         Section(
             "Correlations",
             (_corner(posterior, summaries), *(trade_blocks(posterior.trade) if posterior.trade else ())),
+            folded=True,
         ),
         _convergence_section(analysis, summaries),
-    ]
-    return tuple(sections)
+    )
 
 
 def _flat(posterior: Posterior, count: int) -> FloatArray:
@@ -64,7 +70,41 @@ def _prior_density(prior: Prior):  # type: ignore[no-untyped-def]
     return lambda values: np.exp(prior.log_density(values))
 
 
-def _parameter_section(analysis: Analysis) -> Section:
+def numbers_section(analysis: Analysis) -> Section:
+    """The numbers of the axis; of a model that its residuals refute they are folded and marked."""
+    posterior, residuals = analysis.inference.posterior, analysis.inference.residuals
+    holds = residuals.white and residuals.explained
+    weak = posterior.prior_dominated
+    rows = tuple(
+        (
+            parameter_name(name).words + (" †" if name in weak else ""),
+            format_estimate(s.mean, s.sd, s.unit),
+            format_interval(*s.hdi94, s.unit),
+        )
+        for name, s in {**posterior.reported, **posterior.derived}.items()
+        if name in AXIS_NUMBERS or (name.startswith("mode") and name.endswith(("_hz", "_ratio")))
+    )
+    blocks: list[Callout | Table] = []
+    if not holds:
+        text = "; ".join(residuals.failures) or "it explains little of the records"
+        blocks.append(Callout("bad", "Of a model that does not hold", f"{text}. Rely on none of these."))
+    if posterior.conditional_on:
+        blocks.append(Callout("warn", "Conditional intervals", conditional_sentence(posterior)))
+    blocks.append(
+        Table(
+            ("parameter", "mean ± sd", "94 % interval"),
+            rows,
+            "The axis in numbers (94 %: highest-density interval). What else was sampled is folded below."
+            + _mark(posterior),
+            (1, 2),
+        )
+    )
+    title = "How sure are the numbers?" if holds else "Numbers of a model that does not hold"
+    return Section(title, tuple(blocks), folded=not holds)
+
+
+def parameter_section(analysis: Analysis) -> Section:
+    """Every sampled parameter with its prior."""
     posterior = analysis.inference.posterior
     derived = tuple(
         (
@@ -74,8 +114,9 @@ def _parameter_section(analysis: Analysis) -> Section:
             format_interval(*summary.hdi94, summary.unit),
         )
         for name, summary in posterior.derived.items()
+        if not name.startswith("noise.autoregression")
     )
-    blocks: list[Table | Callout | Figure] = [
+    blocks: list[Table | Figure] = [
         Table(
             PARAMETER_HEADER,
             (*_parameter_rows(posterior), *derived),
@@ -85,9 +126,7 @@ def _parameter_section(analysis: Analysis) -> Section:
         ),
         priors_and_posteriors(marginals(posterior, posterior.names, analysis.truth)),
     ]
-    if posterior.conditional_on:
-        blocks.append(Callout("warn", "Conditional intervals", conditional_sentence(posterior)))
-    return Section("Parameters", tuple(blocks))
+    return Section("Every sampled parameter, with its prior", tuple(blocks), folded=True)
 
 
 def conditional_sentence(posterior: Posterior) -> str:
@@ -176,26 +215,6 @@ def _check_section(check: OwnCheck) -> Section:
     )
 
 
-def trade_blocks(trade: Trade) -> tuple[Paragraph, Table]:
-    """What trades places with the dead zone, in words and numbers."""
-    return (
-        Paragraph(typeset(trade.sentence[:1].upper() + trade.sentence[1:] + ".")),
-        Table(
-            ("known", "standard deviation of the half width", "share of its variance"),
-            (
-                ("nothing", format_number(trade.sd, 2, trade.unit), ""),
-                *(
-                    (group, format_number(sd, 2, trade.unit), format_percent(trade.share(group)))
-                    for group, sd in trade.sd_known.items()
-                ),
-            ),
-            "What would be left of the dead zone's uncertainty were other parameters known, from the "
-            "covariance of the draws in coordinates. Shares overlap where groups are correlated.",
-            (1, 2),
-        ),
-    )
-
-
 def _corner(posterior: Posterior, summaries: dict[str, Summary]) -> Figure:
     chosen = list(range(min(CORNER_LIMIT, len(posterior.names))))
     return corner_plot(
@@ -258,7 +277,7 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         traces(posterior.values, names, [parameter.unit for parameter in posterior.parameters]),
         autocorrelation(analysis.autocorrelations, times, names),
     ]
-    return Section("Convergence", tuple(blocks))
+    return Section("Convergence", tuple(blocks), folded=posterior.converged)
 
 
 def expanded_sentence(judged: Reweighting) -> str:

@@ -65,7 +65,12 @@ def analysis(
         inference=SimpleNamespace(
             posterior=posterior,
             residuals=SimpleNamespace(
-                tests=(test,), white=passed, explained=True, fit_percent=90.0, feedback=feedback
+                tests=(test,),
+                white=passed,
+                explained=True,
+                fit_percent=90.0,
+                feedback=feedback,
+                failures=() if passed else (f"{test.name}: {test.meaning}",),
             ),
         ),
         identification=SimpleNamespace(
@@ -106,9 +111,15 @@ def test_faults_come_first_and_take_the_intervals_away():
     assert "±" not in text
 
 
+def test_a_refuted_model_says_so_on_the_first_card_and_quotes_no_number():
+    found = analysis(passed=False)
+    assert (badges(found)[0].label, badges(found)[0].state) == ("the model does not hold", "bad")
+    assert "does not hold" in verdict(found) and "±" not in verdict(found) and "Hz" not in verdict(found)
+
+
 def test_what_the_intervals_are_given_is_a_warning():
     found = badges(analysis(given=("mode 2 at 3.66 Hz",)))
-    assert found[0].state == "warn"
+    assert found[1].state == "warn"
     assert (found[2].label, found[2].state) == ("conditional", "warn")
     assert "mode 2 at 3.66 Hz" in found[2].detail
 

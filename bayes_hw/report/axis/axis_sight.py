@@ -13,7 +13,6 @@ from bayes_hw.first_look.frequency_response import FrequencyResponse, frequency_
 from bayes_hw.gap.joint.effect_paths import drive_response, through_drive
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import JointPosterior
-from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.record import Record
 
 CELLS = 20
@@ -58,14 +57,14 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     z = np.exp(2j * np.pi * f / rate)
     speed = np.abs(z - 1) * rate / abs(gain)
     model = speed * np.abs(drive_response(structure, values, z))
-    draws = [fit.response.values(c) for c in posterior.coordinates[:200]]
-    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in draws]) * speed
+    some = [fit.response.values(x) for x in posterior.coordinates[:200]]
+    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in some]) * speed
     low, high = np.quantile(drawn, [0.03, 0.97], axis=0)
     modes = tuple(
         float(np.median(d)) for n, d in posterior.base.items()
         if n.startswith("mode") and n.endswith("frequency_hz")
     )  # fmt: skip
-    return Sight(measured, alike, gain, f, model, low, high, modes, _remark(f, model, measured))
+    return Sight(measured, alike, gain, f, model, low, high, modes, rise_remark(f, model, measured))
 
 
 def velocity_gain(fit: JointFit) -> float:
@@ -78,7 +77,9 @@ def velocity_gain(fit: JointFit) -> float:
     return float(np.abs((drive_response(fit.structure, fit.values, z) * (z - 1))[0])) * rate
 
 
-def _remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+def rise_remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+    """Where a response of the velocity `model` (frequencies,) rises by RISE_DB beyond what was measured; ""
+    elsewhere."""
     excited = float(f[-1]) / 2
     if measured is not None and (measured.coherence > TRUSTED).any():
         excited = float(measured.frequency_hz[measured.coherence > TRUSTED][-1])
@@ -113,10 +114,11 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     largest = max(float(np.abs(r.u).max()) for r in records)
     limits = [abs(x) for x in (fit.values.cascade.lower, fit.values.cascade.upper) if np.isfinite(x)]
     command = STEP_SHARE * min([*limits, largest])
+    columns = {e.form.column for e in fit.response.template if e.form.column}
     lead = max(round(0.05 * seconds * rate), 2)
     u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
 
-    at_rest = {e.form.column: np.zeros(len(u)) for e in fit.response.template if e.form.column}
+    at_rest = {column: np.zeros(len(u)) for column in columns}
 
     def velocity(one: FloatArray) -> FloatArray:
         w = fit.response.simulate(fit.response.values(one), u, at_rest).w
@@ -148,8 +150,9 @@ def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tup
     rate, unit = fit.response.scale.rate_hz, records[0].units.output
     runs = [fit.response.simulate(fit.values, r.u, r.known) for r in records]
     plain = [base.response.simulate(base.values, r.u, r.known).y for r in records]
-    after = np.concatenate([_errors(r, run.y) for r, run in zip(records, runs, strict=True)])
-    before = np.concatenate([_errors(r, y) for r, y in zip(records, plain, strict=True)])
+    held = [r.measured_samples for r in records]
+    after = np.concatenate([np.where(m, r.y - x.y, 0.0) for r, x, m in zip(records, runs, held, strict=True)])
+    before = np.concatenate([np.where(m, r.y - y, 0.0) for r, y, m in zip(records, plain, held, strict=True)])
     speed = np.concatenate([np.gradient(run.w) * rate for run in runs])
     position = np.concatenate([r.y + r.origin for r in records])
     return (
@@ -167,8 +170,3 @@ def _in_cells(name: str, unit: str, x: FloatArray, before: FloatArray, after: Fl
     error = np.array([float(after[cell].std()) / np.sqrt(len(cell)) for cell in cells])
     middle = np.array([float(x[cell].mean()) for cell in cells])
     return ErrorOver(name, unit, middle, mean_before, mean_after, error)
-
-
-def _errors(record: Record, simulated: FloatArray) -> FloatArray:
-    """Measured less simulated y, those of samples that were not measured between their neighbours."""
-    return without_holes(with_holes(record.y - simulated, record.measured))
