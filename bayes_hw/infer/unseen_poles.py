@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.output_error import DIFFERENCE_STEP, prior_scale, simulated_outputs, whitened
 from bayes_hw.model.axis_parameters import AxisParameters
@@ -53,11 +54,14 @@ def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatA
     steps = DIFFERENCE_STEP * np.eye(len(centre))
     trials = np.concatenate([centre, centre + steps, centre - steps], axis=1)
     outputs = simulated_outputs(axis, as_values(axis.parameters, trials), records)
-    noise = estimate_noise([record.y - output[0] for record, output in zip(records, outputs, strict=True)])
+    noise = estimate_noise(
+        [with_holes(r.y - output[0], r.measured) for r, output in zip(records, outputs, strict=True)]
+    )
     _, prior_sd = prior_scale(axis)
     information = np.eye(len(centre))
-    for output in outputs:
+    for record, output in zip(records, outputs, strict=True):
         slopes = (output[1 : len(centre) + 1] - output[len(centre) + 1 :]) / (2 * DIFFERENCE_STEP)
-        rows = whitened(slopes, noise.autoregression) / noise.innovation_sigma * prior_sd[:, None]
+        rows = whitened(slopes, noise.autoregression, record.measured)
+        rows *= prior_sd[:, None] / noise.innovation_sigma
         information += rows @ rows.T
     return np.asarray(1 - np.diag(np.linalg.inv(information)))
