@@ -105,7 +105,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if best.structure.dead_zone:
         wider = with_slow_poles(best)
         best, kept = wider, wider.structure.order - best.structure.order
-    pool = pool_of(tried, best, kept)
+    pool = pool_of(tried, best, kept, factor)
     best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(

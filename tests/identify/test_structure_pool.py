@@ -37,6 +37,8 @@ def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() 
     content = pool.to_dict()
     assert content["pool"][0]["blocks"] == ["lower limit", "upper limit", "dead zone"]
     assert content["visited"] == 2
+    assert {member.delay_samples for member in pool.members} == {2}
+    assert {member.delay_samples for member in pool_of([small, large], small, 0, 10).members} == {20}
 
 
 def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() -> None:
