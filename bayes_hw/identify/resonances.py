@@ -1,14 +1,11 @@
-"""Which pole pairs of a cascade are resonances that count, and how many of them a pool of cascades has."""
+"""Which pole pairs of a cascade are resonances that count."""
 
 from __future__ import annotations
-
-from collections.abc import Iterable
 
 import numpy as np
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import linear_block
-from bayes_hw.identify.growth.search import Grown
 from bayes_hw.model.linear import Mode
 
 LIGHT_DAMPING = 0.3
@@ -45,26 +42,3 @@ def dominant_modes(
         if own[0] >= RESONANCE_SHARE * whole[0]:
             found.append(mode)
     return tuple(sorted(found, key=lambda mode: mode.frequency_hz))
-
-
-def with_resonances(items: Iterable[Grown]) -> Grown:
-    """The item of the smallest criterion among those that have as many resonances as the pool.
-
-    That is the number with the largest weight, weights exp(log-likelihood - parameters). The criterion asks
-    more of a resonance than of its evidence: with weak records it would drop one that is there.
-    """
-    pool = list(items)
-    logarithms = np.array([item.log_likelihood - item.parameters for item in pool])
-    weights = np.exp(logarithms - logarithms.max())
-    counts = np.array([_count(item) for item in pool])
-    likely = int(np.argmax(np.bincount(counts, weights)))
-    return min(
-        (item for item, count in zip(pool, counts, strict=True) if count >= likely),
-        key=lambda item: item.criterion,
-    )
-
-
-def _count(item: Grown) -> int:
-    records = item.response.records
-    longest = max(record.duration_s for record in records)
-    return len(dominant_modes(item.structure, item.values, records[0].sample_rate_hz, longest))

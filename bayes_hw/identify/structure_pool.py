@@ -72,8 +72,9 @@ class StructurePool:
         }
 
 
-def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int) -> StructurePool:
-    """The best fit of every structure among `tried`, and `chosen`, all fitted to the same samples."""
+def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int, factor: int = 1) -> StructurePool:
+    """The best fit of every structure among `tried`, and `chosen`, all fitted to the same samples, at a rate
+    lower by `factor`; their delays are given in samples of the records."""
     best: dict[tuple[Any, ...], tuple[Grown, int]] = {}
     for item, added in [*((item, 0) for item in tried), (chosen, slow_poles_added)]:
         s = item.structure
@@ -87,7 +88,7 @@ def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int) -> Str
     members = [
         Member(
             item.structure.order,
-            item.structure.delay_samples,
+            factor * item.structure.delay_samples,
             item.structure.integrator,
             blocks_of(item),
             added,

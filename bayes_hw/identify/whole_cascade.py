@@ -26,7 +26,6 @@ from bayes_hw.identify.linear_output_error import (
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
-from bayes_hw.identify.resonances import with_resonances
 from bayes_hw.identify.structure_pool import StructurePool, pool_of
 
 SMALL_ORDER = 4
@@ -94,7 +93,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = with_resonances(tried)
+    best = chosen(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:
@@ -106,7 +105,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if best.structure.dead_zone:
         wider = with_slow_poles(best)
         best, kept = wider, wider.structure.order - best.structure.order
-    pool = pool_of(tried, best, kept)
+    pool = pool_of(tried, best, kept, factor)
     best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(

@@ -116,10 +116,11 @@ def _groups(axis: AxisParameters, mean: FloatArray, records: Sequence[Record]) -
     fastest = np.exp(-1 / _shortest(records))
     slowest_hz = axis.model.sample_rate_hz / (2 * np.pi * _shortest(records))
     values = dict(zip(axis.names, mean, strict=True))
+    poles = axis.linear_batch(mean[:, None]).real_poles[:, 0]
     for row, name in enumerate(axis.names):
         owner = name.partition(".")[0]
         if owner.startswith("real_pole"):
-            group = SLOW if values[f"{owner}.value"] > fastest else FAST
+            group = SLOW if poles[int(owner.removeprefix("real_pole")) - 1] > fastest else FAST
         elif owner.startswith(("mode", "pole_pair")):
             group = SLOW if values[f"{owner}.frequency_hz"] < slowest_hz else PAIRS
         elif name == HALF_WIDTH or name.startswith("start"):

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayes_hw.identify import resonances
 from bayes_hw.identify.cascade import Structure
-from bayes_hw.identify.resonances import with_resonances
 from bayes_hw.identify.structure_pool import LISTED, pool_of
 
 BASE = Structure(2, integrator=True, real_poles=0, sections=2, lower=True, upper=True, dead_zone=True)
@@ -23,15 +21,10 @@ class Fit:
     structure: Structure
     log_likelihood: float
     parameters: int
-    resonances: int = 0
-
-    @property
-    def criterion(self) -> float:
-        return -2 * self.log_likelihood + 9.0 * self.parameters
 
 
-def fit(sections: int, log_likelihood: float, parameters: int, found: int = 0) -> Any:
-    return Fit(replace(BASE, sections=sections), log_likelihood, parameters, found)
+def fit(sections: int, log_likelihood: float, parameters: int) -> Any:
+    return Fit(replace(BASE, sections=sections), log_likelihood, parameters)
 
 
 def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() -> None:
@@ -44,6 +37,8 @@ def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() 
     content = pool.to_dict()
     assert content["pool"][0]["blocks"] == ["lower limit", "upper limit", "dead zone"]
     assert content["visited"] == 2
+    assert {member.delay_samples for member in pool.members} == {2}
+    assert {member.delay_samples for member in pool_of([small, large], small, 0, 10).members} == {20}
 
 
 def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() -> None:
@@ -52,12 +47,3 @@ def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() ->
     pool = pool_of(others, chosen, 2)
     assert len(pool.members) == LISTED + 1 and pool.chosen.weight < 1e-20
     assert "2 slow real poles" in pool.sentence and "cannot exclude" in pool.sentence
-
-
-def test_a_resonance_that_the_pool_has_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The criterion alone would take one resonance; the weights are for two."""
-    monkeypatch.setattr(resonances, "_count", lambda item: item.resonances)
-    one, two, more = fit(1, 100.0, 8, 1), fit(2, 110.0, 12, 2), fit(3, 111.0, 16, 2)
-    assert min([one, two, more], key=lambda item: item.criterion) is one
-    assert with_resonances([one, two, more]) is two
-    assert with_resonances([one, fit(2, 101.0, 12, 2)]) is one

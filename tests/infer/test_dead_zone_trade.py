@@ -63,3 +63,13 @@ def test_held_roots_say_nothing_and_a_fast_axis_says_so() -> None:
     fast = replace(MODEL, linear=LinearBlock(np.zeros(0), np.array([1.0, 0.3]), 0.03, 2), dominant_modes=())
     found = trade_of(AxisParameters(fast, "all"), spread_posterior(fast, "all", 0.001).values, [RECORD])
     assert found is not None and found.lag is None and "no slow pole" in found.sentence
+
+
+def test_the_weight_of_a_pole_that_is_held_counts_with_it() -> None:
+    """Its value is no parameter then; which group its weight is in follows from where it stands."""
+    axis, values = _draws(0.8)
+    slowest = [name for name in axis.names if name.endswith(".value")][-1].partition(".")[0]
+    held = AxisParameters(MODEL, "all", held_poles=(slowest,))
+    kept = [axis.names.index(name) for name in held.names]
+    found = trade_of(held, values[:, kept], [RECORD])
+    assert found is not None and found.share(SLOW) == pytest.approx(0.64, abs=0.05)
