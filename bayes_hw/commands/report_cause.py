@@ -59,7 +59,7 @@ def report_cause(
 ) -> bool:
     """Search for what the model lacks, and report it; False where nothing is found or records begin in
     motion, which the search cannot start from."""
-    begin = time.perf_counter()
+    begin = parsed.begin
     if given.start == "free":
         note("the plain model is doubted; what is missing is sought only of records that begin at rest")
         return False
@@ -86,7 +86,7 @@ def report_cause(
         records = [*given.records, *given.holdout]
         seconds = time.perf_counter() - begin
         page = joint_report(
-            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds), beginning
+            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds, begin), beginning
         )
         written = render(page, out)
     say_corrected(diagnosis)
