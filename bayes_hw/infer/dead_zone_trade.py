@@ -115,7 +115,10 @@ def _groups(axis: AxisParameters, mean: FloatArray, records: Sequence[Record]) -
     found: dict[str, list[int]] = {SLOW: [], FAST: [], PAIRS: [], STATIC: []}
     fastest = np.exp(-1 / _shortest(records))
     slowest_hz = axis.model.sample_rate_hz / (2 * np.pi * _shortest(records))
-    values = dict(zip(axis.names, mean, strict=True))
+    poles = axis.model.linear.poles
+    real = np.sort(poles[poles.imag == 0].real)
+    values = {f"real_pole{number}.value": float(pole) for number, pole in enumerate(real, start=1)}
+    values |= dict(zip(axis.names, mean, strict=True))
     for row, name in enumerate(axis.names):
         owner = name.partition(".")[0]
         if owner.startswith("real_pole"):
