@@ -6,15 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
+from scipy.special import ndtri
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate
 from bayes_hw.gap.joint.joint_decision import sure
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import JointPosterior, effect_quantities
+from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, KnownInput
+from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.model.known_input import READING, TORQUE
 from bayes_hw.record import Record
 
@@ -28,6 +30,10 @@ WAYS: Mapping[str, str] = {
 
 DIFFERENCE = 1e-6
 """Of a coordinate: the step of a difference quotient."""
+
+LEVELS = 2000
+SINGULAR = 1e-9
+"""Of the largest singular value of the scaled derivatives: directions below it change no response."""
 
 MOST_WITHOUT = 0.3
 """Probability of a column that falls short by little."""
@@ -59,8 +65,11 @@ def doubtful(nats: float) -> float:
 
 
 def _drawn(posterior: JointPosterior, column: str) -> tuple[FloatArray, FloatArray]:
-    """Draws (draws,) of gain and lag in s, linear about the estimate: the phase of a torque's path is far
-    from linear where its weights are poorly known one by one."""
+    """Values (n,) at even levels of the normal posteriors of gain and lag in s.
+
+    By the delta method on the whitened derivatives themselves: the weights of a torque's path are poorly
+    known one by one, so that single draws of them may lie where its phase is far from linear.
+    """
     fit, label = posterior.fit, LABEL + column
     centre = fit.point.coordinates
     steps = DIFFERENCE * np.maximum(np.abs(centre), 1e-3)
@@ -69,9 +78,16 @@ def _drawn(posterior: JointPosterior, column: str) -> tuple[FloatArray, FloatArr
         found = effect_quantities(fit, fit.response.values(x))
         return np.array([found[f"{label}.gain"], found[f"{label}.lag"]])
 
-    shifts = np.diag(steps)
-    slopes = np.array([(at(centre + s) - at(centre - s)) / 2 for s in shifts]) / steps[:, None]
-    gain, lag = (at(centre) + (posterior.coordinates - centre) @ slopes).T
+    slopes = np.array([(at(centre + s) - at(centre - s)) / 2 for s in np.diag(steps)]) / steps[:, None]
+    factor = triangular_factor(fit.response, fit.point)
+    size = len(centre)
+    norms = np.sqrt(np.sum(factor[:size, :size] ** 2, axis=0))
+    norms[norms == 0] = 1.0
+    reached = np.linalg.lstsq((factor[:size, :size] / norms).T, slopes / norms[:, None], rcond=SINGULAR)[0]
+    sigma = float(np.sqrt(np.sum(factor[:, size] ** 2) / fit.point.samples))
+    spreads = INFLATION * sigma * np.sqrt(np.sum(reached**2, axis=0))
+    levels = ndtri((np.arange(LEVELS) + 0.5) / LEVELS)
+    gain, lag = at(centre)[:, None] + spreads[:, None] * levels
     return gain, lag
 
 
