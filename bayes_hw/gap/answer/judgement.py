@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.criticism.leftover import GUSTS, LINE, Leftover
-from bayes_hw.gap.noise.stochastic import ROUNDING
+from bayes_hw.gap.noise.random_cause import ROUNDING
 
 NONE, OTHER = "none", "other"
 FUNCTION = "function"

@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.criticism.leftover import Leftover
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.fit import Fit, fit
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.plain_fit import plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
-from bayes_hw.gap.noise.stochastic import ROUNDING, autoregression
-from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.noise.random_cause import ROUNDING
+from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.search.attribute import Attribution
 
 SMALL_SHARE = 0.2
@@ -28,25 +26,6 @@ SMALL_SHARE = 0.2
 
 LARGEST_WANDER = 1.3
 """Growth of the plain error under coloured noise at which plain least squares is the better estimate."""
-
-NOISE_SHARE = 1 / 3
-"""Of what the base model leaves: the noise assumed to start with."""
-
-ROUNDS = 4
-
-
-def plain_fit(start: Fit, measured: Sequence[FloatArray]) -> Fit:
-    """Plain least squares from `start`, the noise taken to be what is left."""
-    current = start
-    for _ in range(ROUNDS):
-        current = fit(current.hypothesis, measured, current.coordinates, Plain(current.rmse))
-    return current
-
-
-def first_sigma(base: Hypothesis, measured: Sequence[FloatArray]) -> float:
-    """A noise to start with, output units, where none is given."""
-    rough = Plain(float(np.std(np.concatenate(list(measured)))))
-    return NOISE_SHARE * plain_fit(fit(base, measured, base.prior_means, rough), measured).rmse
 
 
 def plain_estimate(

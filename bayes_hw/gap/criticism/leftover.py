@@ -36,8 +36,8 @@ from bayes_hw.gap.criticism.weaker_noise import free_functions_under_weaker_nois
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.clock_jitter import JitterWhitener
 from bayes_hw.gap.noise.glitches import find_glitches
+from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
-from bayes_hw.gap.noise.stochastic import ROUNDING
 from bayes_hw.gap.noise.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -102,7 +102,7 @@ def leftovers(
         found.append(_step(_evened(residuals, fit.whitener), _hidden(residuals, fit.whitener)))
     chain = fit.hypothesis.chain(fit.values)
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
-    drifts = stochastic is not None and stochastic.size is not None
+    drifts = explanation.drifts
     more = shapes_that_only_tell(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     shown = responses_of_blocks(moved, chain, more)
     if drifts and isinstance(fit.whitener, StateNoise):
@@ -112,14 +112,14 @@ def leftovers(
     found += [(_named(f.block), chi_squared_surprise(2 * f.gain, f.shapes), f.size**2) for f in functions]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
-        if stochastic is None or "outliers" not in stochastic.labels:
+        if stochastic is None or not stochastic.isolates:
             found.append(_tails(white, sigma))
     if stated_sigma > 0 and explanation.display is None and not explanation.cannot_be_predicted:
         found.append(_unstated_noise(sigma, stated_sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
         found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
-        if stochastic.label == "wind":
+        if stochastic.cause.through_axis:
             found.append((STEADY, *steadiness(fit, moved)))
     return sorted(
         (
@@ -172,7 +172,7 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
         residuals = [
             y - display.show(s, r) for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
-    if stochastic is not None and "outliers" in stochastic.labels:
+    if stochastic is not None and stochastic.isolates:
         residuals = bridged_records(residuals, find_glitches(residuals))
     return list(residuals)
 

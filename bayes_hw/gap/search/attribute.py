@@ -220,7 +220,7 @@ class Attributor:
         """Whether slow noise explains everything, and yet an effect of a short period stands out of it."""
         best = best_of(self.found)
         noise = best.cause_of_noise
-        if noise is None or noise.size is None or self._unfinished:
+        if noise is None or not noise.drifts or self._unfinished:
             return False
         screen = Screen(best.fit, noise.whitener)
         return most_of_a_short_period(screen, self.effects, self.each) > 2 * SLIGHT
@@ -284,7 +284,7 @@ class Attributor:
         """Whether the best explanation leaves structure, or only base parameters far off make up for it, or
         the one leaves structure that would be chosen, since the best has not earned its place."""
         best = best_of(self.found)
-        if best.strained or self._leaves_structure(best):
+        if best.at_odds_with_prior or self._leaves_structure(best):
             return True
         chosen = self.chosen(self.found)
         return chosen is not best and self._leaves_structure(chosen)

@@ -12,10 +12,8 @@ from simulated_records import coloured_noise
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.answer.unknown_noise import (
-    first_sigma,
     of_the_gap,
     plain_estimate,
-    plain_fit,
     with_plain_estimates,
     without_small_seconds,
 )
@@ -26,6 +24,7 @@ from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.plain_fit import first_sigma, plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.noise.whitener import Plain
