@@ -31,8 +31,9 @@ from bayes_hw.gap.criticism.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.criticism.leftover import leftovers
 from bayes_hw.gap.fit.exact_maximum import with_exact_maxima
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
-from bayes_hw.gap.search.attribute import Attribution, Attributor
+from bayes_hw.gap.search.attribute import Attribution, attribute
 from bayes_hw.gap.search.question import Question, question
+from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
@@ -113,9 +114,10 @@ def _search(
     """All explanations, those that matter at the maximum of their exact likelihood."""
     nominal = asked.nominal_sigma
     chosen = partial(chosen_among, nominal_sigma=nominal, calibration=calibration)
-    found = Attributor(
+    search = Search(
         asked.base, asked.measured, asked.effects, frozenset(asked.labels), rng, jobs, progress.say, chosen
-    ).run()
+    )
+    found = attribute(search)
     if not asked.noise_is_known:
         found = without_small_seconds(found)
     best, _ = choose(found, nominal, calibration)
