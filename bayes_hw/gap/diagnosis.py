@@ -87,7 +87,7 @@ def diagnose(
         progress.say("how far")
         measured = measure(case, attribution, decision, calibration, rng, Each(jobs))
         where = locate(attribution, decision, asked.base.inputs, measured.sigma)
-        confusable = confusable_pairs(decision.answer, scores)
+        confusable = confusable_pairs(decision.answer, scores, calibration.confusable_evidence)
         left_out = compare_left_out(best_of_sets(attribution))
         verdict = Verdict(
             decision.answer,
@@ -119,7 +119,7 @@ def _search(
     )
     found = attribute(search)
     if not asked.noise_is_known:
-        found = without_small_seconds(found)
+        found = without_small_seconds(found, calibration.small_share)
     best, _ = choose(found, nominal, calibration)
     return replace(found, explanations=with_exact_maxima(found.explanations, best))
 

@@ -23,9 +23,6 @@ from bayes_hw.gap.simulate.chain import ChainBuilder
 
 MOST_LABELS = 2
 
-LARGEST_PENALTY = 200.0
-"""Of noise unlike the nominal, in log-evidence."""
-
 
 @dataclass(frozen=True)
 class Decision:
@@ -63,7 +60,7 @@ def score(explanation: Explanation, nominal_sigma: float, calibration: Calibrati
     if not nominal_sigma > 0:
         return explanation.log_evidence
     off = np.log(explanation.encoder_sigma / nominal_sigma) / calibration.sigma_log_sd
-    return float(explanation.log_evidence - min(0.5 * off**2, LARGEST_PENALTY))
+    return float(explanation.log_evidence - min(0.5 * off**2, calibration.largest_penalty))
 
 
 def claims_of(

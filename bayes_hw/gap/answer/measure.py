@@ -38,9 +38,6 @@ RIVAL_FITS = 3
 SECONDS_FOR_DRAWS = 20.0
 """Only a slow simulator takes them; it then makes do with fewer draws."""
 
-CHAOS_IN_NOISE = 0.1
-"""Share by which the noise may be off beside a chaotic response, some of whose motion passes for noise."""
-
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
@@ -84,11 +81,12 @@ def measure(
     draws = posterior.values
     sigma = final.encoder_sigma
     if decision.answer == (OTHER,):
-        sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma, repeated_floor(case.train))
+        floor = repeated_floor(case.train)
+        sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma, floor, calibration)
     error = _error_of_noise(final, sigma)
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
     if final.cannot_be_predicted:
-        error = float(np.hypot(error, CHAOS_IN_NOISE * sigma))
+        error = float(np.hypot(error, calibration.chaos_in_noise * sigma))
     gaps = []
     for commands, records in (
         ([record.u for record in case.train], case.train),

@@ -21,9 +21,6 @@ from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.search.attribute import Attribution
 
-SMALL_SHARE = 0.2
-"""Of the base model's root mean square error: 4 % of its square."""
-
 LARGEST_WANDER = 1.3
 """Growth of the plain error under coloured noise at which plain least squares is the better estimate."""
 
@@ -69,9 +66,9 @@ def with_plain_estimates(
     )
 
 
-def without_small_seconds(attribution: Attribution) -> Attribution:
-    """The attribution without pairs of which one label alone leaves a small share of the error."""
-    limit = SMALL_SHARE * attribution.base.fit.rmse
+def without_small_seconds(attribution: Attribution, share: float) -> Attribution:
+    """The attribution without pairs of which one label alone leaves less than a `share` of the error."""
+    limit = share * attribution.base.fit.rmse
     enough = {e.labels for e in attribution.explanations if len(e.labels) == 1 and e.fit.rmse < limit}
     kept = tuple(
         e

@@ -113,11 +113,11 @@ def test_a_second_effect_beside_one_that_leaves_little_is_dropped() -> None:
     alone, pair = explained(outputs, DeadZone()), explained(outputs, DeadZone(), CommandBias())
     nothing = explained(outputs)
     attribution = Attribution(nothing, (pair, alone, nothing), (0.0,), ())
-    kept = without_small_seconds(attribution).explanations
+    kept = without_small_seconds(attribution, 0.2).explanations
     assert [e.labels for e in kept] == [("dead_zone",), ()]
     bias = explained(outputs, CommandBias())
     attribution = Attribution(nothing, (pair, bias, nothing), (0.0,), ())
-    assert without_small_seconds(attribution).explanations == attribution.explanations
+    assert without_small_seconds(attribution, 0.2).explanations == attribution.explanations
 
 
 def test_leftovers_are_shares_of_the_gap() -> None:
