@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import reading_options, say_next
-from bayes_hw.commands.options import add_common, add_output, add_record_options, add_start
+from bayes_hw.commands.options import add_common, add_drive, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(default_out=default_out)
     add_record_options(parser)
     add_start(parser)
+    add_drive(parser)
     add_common(parser)
 
 
@@ -80,6 +82,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     out = Path(parsed.out)
+    drive_of(parsed)
     known = known_labels()
     if parsed.simulator is not None:
         known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
@@ -202,6 +205,13 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
     return any(record.sha256 in digests for record in train)
 
 
+def axis_name(records: Sequence[str]) -> str:
+    """What a page on records alone is called: the folder that holds them all, else the first record."""
+    folders = {Path(record).resolve().parent for record in records}
+    name = folders.pop().name if len(folders) == 1 else ""
+    return name or Path(records[0]).stem
+
+
 def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
     """Diagnose records without any model."""
     from bayes_hw.commands.records import records_of
@@ -217,7 +227,7 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout)
-    _joint(parsed, out, begin, given.records, given.holdout, given.records[0].name, ())
+    _joint(parsed, out, begin, given.records, given.holdout, axis_name(parsed.case), ())
 
 
 def _joint(
@@ -239,7 +249,9 @@ def _joint(
 
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
-    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress)
+    diagnosis = diagnose_records(
+        train, holdout, rng, name=name, notes=notes, progress=progress, drive=drive_of(parsed)
+    )
     write_results(diagnosis, out)
     remove_pages(out)
     if not parsed.no_report:
@@ -258,4 +270,7 @@ def _joint(
     holdout_path = parsed.holdout[0] if parsed.holdout else str(Path(parsed.case[0]) / "holdout.csv")
     again = reading_options(parsed)
     corrected = ["simulate", "--model", str(out / "corrected.json"), holdout_path, *again]
-    say_next(parsed, *corrected, "--out", "repaired.csv")
+    if diagnosis.verdict.answer:
+        say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
+    else:
+        say_next(parsed, *corrected, "--out", "repaired.csv")

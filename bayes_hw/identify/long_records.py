@@ -8,10 +8,9 @@ import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.cascade_roots import poles_of, with_poles
 from bayes_hw.identify.experiment import Experiment, moving_samples
 from bayes_hw.identify.growth.delay import at_delay
+from bayes_hw.identify.growth.rate_change import at_higher_rate
 from bayes_hw.identify.growth.search import Grown, likeliest
 from bayes_hw.record import Record
 
@@ -23,7 +22,7 @@ RATE_OVER_HIGHEST = 4.0
 
 COHERENT = 0.3
 SEGMENT = 2048
-SCAN_STEPS = 2
+SCAN_STEPS = 6
 
 
 def search_factor(experiment: Experiment) -> int:
@@ -65,50 +64,33 @@ def beginnings(experiment: Experiment) -> Experiment:
 def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     """The cascade found at a rate lower by `factor`, fitted to every sample of `experiment`.
 
-    Poles are taken to the higher rate as p^(1 / factor); residues follow by the descent, in which the output
-    is linear, and the delay by a scan about `factor` times that found.
+    Each component keeps its step response; the delay is sought again about `factor` times that found, on the
+    beginnings of the records, and refined on all of them.
     """
     if factor == 1 and found.point.samples == experiment.samples:
         return found
-    structure, values = _at_rate(found, factor, len(experiment.records))
-    start = Grown.at(structure, values, experiment.records).descended(SCAN_STEPS)
-    best, stride = start, max(1, factor // 2)
+    begun = beginnings(experiment).records
+    if factor > 1:
+        structure, values = at_higher_rate(found.structure, found.values, factor, len(begun))
+        part = with_best_delay(Grown.at(structure, values, begun).descended(), factor)
+    else:
+        part = Grown.at(found.structure, found.values, begun)
+    return Grown.at(part.structure, part.values, experiment.records).descended()
+
+
+def with_best_delay(start: Grown, reach: int) -> Grown:
+    """`start` at the likeliest delay, from strides of half the `reach` down to one sample."""
+    best, stride = start, max(1, reach // 2)
     while True:
         here = best.structure.delay_samples
         near = [at_delay(best, d).descended(SCAN_STEPS) for d in (here - stride, here + stride) if d >= 0]
         likely = likeliest([best, *near])
         if likely is not best:
-            best = likely
+            best = likely.descended()
         elif stride == 1:
-            return best.descended()
+            return best
         else:
             stride //= 2
-
-
-def _at_rate(found: Grown, factor: int, records: int) -> tuple[Structure, CascadeValues]:
-    old, values = found.structure, found.values
-    if factor == 1:
-        starts = np.zeros((records, old.order))
-        return old, replace(values, starts=starts)
-    poles = poles_of(values, integrator=False)
-    kept = poles[(poles.imag != 0) | (poles.real > 0)]
-    roots = kept.astype(complex) ** (1 / factor)
-    real = int(np.count_nonzero(roots.imag == 0))
-    structure = replace(
-        old,
-        delay_samples=old.delay_samples * factor,
-        real_poles=real % 2,
-        sections=(len(roots) - real % 2) // 2,
-    )
-    moved = with_poles(structure, roots)
-    return structure, replace(
-        moved,
-        lower=values.lower,
-        upper=values.upper,
-        half_width=values.half_width,
-        integrator_residue=values.integrator_residue / factor,
-        starts=np.zeros((records, structure.order)),
-    )
 
 
 def _beginning(record: Record, share: float) -> Record:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.infer.noise import (
     is_student_t,
@@ -16,7 +17,7 @@ from bayes_hw.infer.noise import (
     robust_precision,
 )
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.kernel import lagged_residual_sums
+from bayes_hw.model.kernel import NONE, lagged_residual_sums
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
 from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
@@ -27,7 +28,8 @@ class LogPosterior:
 
     Generative model: y = n(G f(u)) + e with e a stationary AR(p) process of normal or Student-t innovations,
     independent between records (see `bayes_hw.infer.noise`), and independent priors on the parameters'
-    values. The density is that of the unbounded coordinates, Jacobian included.
+    values. Samples that were not measured are not part of it. The density is that of the unbounded
+    coordinates, Jacobian included.
 
     `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial
     autocorrelations and, for Student-t innovations, their degrees of freedom. `non_finite` counts the
@@ -43,6 +45,9 @@ class LogPosterior:
         self.student_t = is_student_t(noise)
         self.non_finite = 0
         self._vector = ParameterVector(self.parameters)
+        self._holes = [
+            None if record.measured is None else Holes.of(record.measured, self.order) for record in records
+        ]
 
     @property
     def dimension(self) -> int:
@@ -89,6 +94,8 @@ class LogPosterior:
             if number == 0 or self.axis.start_positions is not None:
                 form = self.axis.modal_form(values[:n_axis], number)
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
+            holes = self._holes[number]
+            near = NONE if holes is None else holes.near
             if self.student_t:
                 degrees = values[-1]
                 robust = robust_residual_sums(
@@ -99,9 +106,10 @@ class LogPosterior:
                     autoregression_from_partial(partial),
                     robust_precision(sigma, partial, degrees),
                     before,
+                    near,
                 )
-                total += robust_log_likelihood(robust, len(record), sigma, partial, degrees)
+                total += robust_log_likelihood(robust, len(record), sigma, partial, degrees, holes)
                 continue
-            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before)
-            total += log_likelihood(sums, len(record), sigma, partial)
+            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near)
+            total += log_likelihood(sums, len(record), sigma, partial, holes)
         return total

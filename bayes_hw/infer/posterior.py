@@ -19,6 +19,7 @@ from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -44,7 +45,9 @@ class Posterior:
 
     `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
-    read back from file, which keeps `converged` and `problems`.
+    read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
+    the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
+    in for that of all samples, where it did.
     """
 
     axis: AxisParameters
@@ -56,6 +59,8 @@ class Posterior:
     problems: tuple[str, ...]
     seconds: float
     convergence: Convergence | None = None
+    failed_tests: tuple[str, ...] = ()
+    reweighting: Reweighting | None = None
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -151,6 +156,7 @@ class Posterior:
             },
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "interval": "94 % highest-density interval",
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
@@ -160,7 +166,7 @@ class Posterior:
             "steps": self.values.shape[1],
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
-        }
+        } | ({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()})
 
     def to_arviz(self, records: Sequence[Record] = ()) -> DataTree:
         """An ArviZ tree: posterior, prior, sample_stats, observed and constant data.
@@ -258,6 +264,7 @@ class Posterior:
                 bool(state["converged"]),
                 tuple(str(problem) for problem in state["problems"]),
                 float(state["seconds"]),
+                failed_tests=tuple(str(test) for test in state.get("failed_tests", [])),
             )
         except (OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError):
             raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
@@ -284,6 +291,7 @@ class Posterior:
             "point_estimate": [float(value) for value in self.point_estimate],
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "seconds": self.seconds,
         }
         return {"bayes_hw": json.dumps(state)}

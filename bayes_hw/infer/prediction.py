@@ -28,7 +28,7 @@ class Prediction:
     `mean` is the posterior mean of the simulated output; `lower_parameters`, `upper_parameters` bound it
     under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included.
     `predicted_probability` is the predictive distribution function at the measured y, uniform between 0 and 1
-    where the predictions are calibrated.
+    where the predictions are calibrated, NaN where nothing was measured.
     """
 
     record: Record
@@ -42,8 +42,9 @@ class Prediction:
     @property
     def fit_percent(self) -> float:
         """100 (1 - ||y - mean|| / ||y - mean of y||) (eq. 14)."""
-        y = self.record.y
-        return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
+        known = self.record.measured_samples
+        y, mean = self.record.y[known], self.mean[known]
+        return 100 * (1 - float(np.linalg.norm(y - mean) / np.linalg.norm(y - y.mean())))
 
     def columns(self) -> dict[str, FloatArray]:
         """Record, mean and bands, as angles of the encoder, under the column names of `bayes-hw predict`; no
@@ -62,7 +63,7 @@ class Prediction:
     def hardest_stretch(self, share: float) -> tuple[float, float]:
         """Start and end time (s) of the part, `share` of the record long, with the largest squared error."""
         length = max(2, round(share * len(self.record)))
-        running = np.cumsum(np.concatenate([[0.0], (self.record.y - self.mean) ** 2]))
+        running = np.cumsum(np.concatenate([[0.0], np.nan_to_num(self.record.y_or_nan - self.mean) ** 2]))
         first = int(np.argmax(running[length:] - running[:-length]))
         return float(self.record.t[first]), float(self.record.t[first + length - 1])
 
@@ -101,7 +102,7 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     tail = (1 - INTERVAL_PROBABILITY) / 2
     lower_parameters, upper_parameters = np.quantile(outputs, [tail, 1 - tail], axis=0)
     lower, upper = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
-    probability = special.ndtr((record.y - outputs) / sigma[:, None]).mean(axis=0)
+    probability = special.ndtr((record.y_or_nan - outputs) / sigma[:, None]).mean(axis=0)
     return Prediction(
         record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, probability
     )
@@ -147,7 +148,8 @@ def coverage(inside: FloatArray, nominal: float = INTERVAL_PROBABILITY) -> Cover
 
 def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY) -> Coverage:
     """Coverage of the central bands of probability `nominal`, noise included, on the record's own y."""
-    inside = np.abs(2 * prediction.predicted_probability - 1) <= nominal
+    probability = prediction.predicted_probability
+    inside = np.abs(2 * probability[~np.isnan(probability)] - 1) <= nominal
     return coverage(inside.astype(np.float64), nominal)
 
 

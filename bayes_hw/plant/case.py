@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from scipy import signal
@@ -15,7 +16,7 @@ from bayes_hw.plant.effects.effect import log_uniform
 from bayes_hw.plant.excitation import FAMILIES, Excitation
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal, nominal_of, refit
-from bayes_hw.plant.run import Axis, Reading, Run
+from bayes_hw.plant.run import Axis, LimitedAxis, Reading, Run
 from bayes_hw.plant.strength import strength_for_gap
 
 SHAPE_ATTEMPTS = 6
@@ -59,6 +60,41 @@ class UnreachableGapError(RuntimeError):
     """No strength of any shape that was drawn leaves a gap of the wanted size."""
 
 
+class Plant(Protocol):
+    """What makes the axes of a kind and their records."""
+
+    def draw_axis(
+        self, rng: np.random.Generator, kind: Kind
+    ) -> tuple[Any, float, float, tuple[Excitation, ...], float]:
+        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
+        ...
+
+    def nominal_of(self, axis: Any) -> Nominal:
+        """The system that the axis is without faults."""
+        ...
+
+    def scales(
+        self,
+        axis: Any,
+        commands: Sequence[FloatArray],
+        outputs: Sequence[FloatArray],
+        sigma: float,
+        duration: float,
+    ) -> Scales:
+        """Sizes natural to the axis and its records."""
+        ...
+
+    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
+        """A fault of this label."""
+        ...
+
+    def run(
+        self, axis: Any, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
+    ) -> Reading:
+        """One record under these faults of these strengths."""
+        ...
+
+
 def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = None) -> BlindCase:
     """Case `index` of the set of `seed`; `labels` names the faults instead of drawing their number and names.
 
@@ -67,28 +103,40 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
     that has failed CASE_ATTEMPTS times.
     """
     rng = np.random.default_rng([seed, index])
+    plant = _plant(kind)
     chosen = kind.draw_labels(rng) if labels is None else list(labels)
     for attempt in range(CASE_ATTEMPTS):
         try:
-            return _attempt(np.random.default_rng([seed, index, attempt]), (seed, index), kind, chosen)
+            return _attempt(plant, np.random.default_rng([seed, index, attempt]), (seed, index), kind, chosen)
         except UnreachableGapError:
             if attempt == CASE_ATTEMPTS - 1:
                 raise
     raise AssertionError("unreachable")
 
 
+def _plant(kind: Kind) -> Plant:
+    if kind.mujoco:
+        from bayes_hw.plant.foreign.plant import ForeignPlant
+
+        return ForeignPlant()
+    return HomePlant()
+
+
 def _attempt(
-    rng: np.random.Generator, identity: tuple[int, int], kind: Kind, labels: Sequence[str]
+    plant: Plant, rng: np.random.Generator, identity: tuple[int, int], kind: Kind, labels: Sequence[str]
 ) -> BlindCase:
     """One axis with its records; raises UnreachableGapError where it cannot show the faults."""
-    axis, sigma, correlation, excitations, duration = _draw_axis(rng, kind)
-    commands = _draw_commands(rng, axis, excitations, duration)
-    true = nominal_of(axis)
+    axis, sigma, correlation, excitations, duration = plant.draw_axis(rng, kind)
+    commands = draw_commands(rng, axis, excitations, duration)
+    true = plant.nominal_of(axis)
     clean = [true.simulate(u) for u in commands[:-1]]
-    scales = _scales(axis, commands[:-1], clean, sigma, duration)
-    found = [_sized_effect(rng, identity, kind, label, axis, true, commands[:-1], scales) for label in labels]
+    scales = plant.scales(axis, commands[:-1], clean, sigma, duration)
+    found = [
+        _sized_effect(plant, rng, identity, kind, label, axis, true, commands[:-1], scales)
+        for label in labels
+    ]
     acting = [(effect, strength) for effect, strength, _ in found]
-    readings = [_run(axis, u, (*identity, i), acting) for i, u in enumerate(commands)]
+    readings = [plant.run(axis, u, (*identity, i), acting) for i, u in enumerate(commands)]
     noises = [
         _noise(np.random.default_rng([*identity, i, NOISE_STREAM]), sigma, correlation, len(u))
         for i, u in enumerate(commands)
@@ -114,8 +162,8 @@ def _attempt(
         "kind": kind.name,
         "excitation": [function.__name__ for function in excitations],
         "gap_rms": {
-            "train": _rms([fitted.simulate(r.command) - r.without_noise for r in records[:-1]]),
-            "holdout": _rms([fitted.simulate(records[-1].command) - records[-1].without_noise]),
+            "train": rms([fitted.simulate(r.command) - r.without_noise for r in records[:-1]]),
+            "holdout": rms([fitted.simulate(records[-1].command) - records[-1].without_noise]),
         },
     }
     sigma_said = sigma * kind.misjudged_sigma(rng)
@@ -123,11 +171,12 @@ def _attempt(
 
 
 def _sized_effect(
+    plant: Plant,
     rng: np.random.Generator,
     identity: tuple[int, int],
     kind: Kind,
     label: str,
-    axis: Axis,
+    axis: Any,
     true: Nominal,
     commands: Sequence[FloatArray],
     scales: Scales,
@@ -135,12 +184,13 @@ def _sized_effect(
     """A fault of this label, its strength and the gap in deg that it leaves; raises UnreachableGapError."""
     smallest, largest = (bound * scales.sigma for bound in kind.gap_over_sigma)
     for _ in range(SHAPE_ATTEMPTS):
-        effect = _draw_effect(rng, kind, label, scales)
+        effect = plant.draw_effect(rng, kind, label, scales)
         target = log_uniform(rng, smallest, largest)
 
         def outputs(strength: float, effect: Effect = effect) -> list[FloatArray]:
             return [
-                _run(axis, u, (*identity, i), [(effect, strength)]).measured() for i, u in enumerate(commands)
+                plant.run(axis, u, (*identity, i), [(effect, strength)]).measured()
+                for i, u in enumerate(commands)
             ]
 
         strength, gap = strength_for_gap(RefittedGap(true, commands, outputs), target, effect.largest)
@@ -173,36 +223,85 @@ class RefittedGap:
         return self._left(self._fitted, measured)
 
     def _left(self, simulator: Nominal, measured: Sequence[FloatArray]) -> float:
-        return _rms([simulator.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
+        return rms([simulator.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
 
 
-def _draw_axis(
-    rng: np.random.Generator, kind: Kind
-) -> tuple[Axis, float, float, tuple[Excitation, ...], float]:
-    """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
-    rate = float(rng.choice(kind.rates_hz))
-    duration = float(rng.choice(kind.durations_s))
-    drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
-    while drive.modes()[-1][0] > HIGHEST_MODE * rate:
+class HomePlant:
+    """The torque-level plant of this package."""
+
+    def draw_axis(
+        self, rng: np.random.Generator, kind: Kind
+    ) -> tuple[Axis, float, float, tuple[Excitation, ...], float]:
+        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
+        rate = float(rng.choice(kind.rates_hz))
+        duration = float(rng.choice(kind.durations_s))
         drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
-    speed = kind.speed(rng)
-    axis = Axis(
-        drive,
-        -float(rng.uniform(0.28, 0.5)) * speed,
-        float(rng.uniform(0.28, 0.5)) * speed,
-        0.0,
-        int(rng.integers(1, 4)),
-        rate,
-    )
-    excitations = _draw_excitations(rng, kind)
-    spread = _typical_spread(axis, rng, excitations[:-1], duration)
-    axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
-    sigma = log_uniform(rng, *kind.noise_share) * spread
-    correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
-    return axis, sigma, correlation, excitations, duration
+        while drive.modes()[-1][0] > HIGHEST_MODE * rate:
+            drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
+        speed = kind.speed(rng)
+        axis = Axis(
+            drive,
+            -float(rng.uniform(0.28, 0.5)) * speed,
+            float(rng.uniform(0.28, 0.5)) * speed,
+            0.0,
+            int(rng.integers(1, 4)),
+            rate,
+        )
+        excitations = draw_excitations(rng, kind)
+        spread = typical_spread(nominal_of(axis), axis, rng, excitations[:-1], duration)
+        axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
+        sigma = log_uniform(rng, *kind.noise_share) * spread
+        correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
+        return axis, sigma, correlation, excitations, duration
+
+    def nominal_of(self, axis: Axis) -> Nominal:
+        """By zero-order hold."""
+        return nominal_of(axis)
+
+    def scales(
+        self,
+        axis: Axis,
+        commands: Sequence[FloatArray],
+        outputs: Sequence[FloatArray],
+        sigma: float,
+        duration: float,
+    ) -> Scales:
+        limit = max(axis.upper, -axis.lower)
+        limited = [np.clip(command, axis.lower, axis.upper) for command in commands]
+        twist = rms([axis.drive.twist(v, axis.sample_rate_hz) for v in limited])
+        first, second = (frequency for frequency, _ in axis.drive.modes())
+        return Scales(
+            speed=limit * axis.drive.velocity_gain,
+            travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
+            torque=twist * axis.drive.stiffness,
+            twist=twist,
+            dead_zone=axis.dead_zone,
+            sigma=sigma,
+            duration_s=duration,
+            sample_rate_hz=axis.sample_rate_hz,
+            modes_hz=(first, second),
+            limit=limit,
+        )
+
+    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
+        if label == "other":
+            faults = OFF_CATALOGUES[kind.off_catalogue]
+            return faults[int(rng.integers(len(faults)))].draw(rng, scales)
+        for effect in CATALOGUE:
+            if effect.label == label:
+                return effect.draw(rng, scales)
+        raise KeyError(label)
+
+    def run(
+        self, axis: Axis, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
+    ) -> Reading:
+        run = Run(axis, command, seed)
+        for effect, strength in acting:
+            effect.act(run, strength)
+        return run.read(run.angles())
 
 
-def _draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
+def draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
     """Those of the training records and, last, the hold-out's."""
     if kind.excitations:
         return tuple(FAMILIES[name] for name in kind.excitations)
@@ -211,63 +310,26 @@ def _draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation,
     return (*(FAMILIES[str(name)] for name in train), FAMILIES[str(rng.choice(names))])
 
 
-def _typical_spread(
-    axis: Axis, rng: np.random.Generator, excitations: Sequence[Excitation], duration: float
+def typical_spread(
+    system: Nominal,
+    axis: LimitedAxis,
+    rng: np.random.Generator,
+    excitations: Sequence[Excitation],
+    duration: float,
 ) -> float:
     """Mean standard deviation of the outputs to commands like those of the records."""
-    system = nominal_of(axis)
     samples = round(duration * axis.sample_rate_hz)
     limit = max(axis.upper, -axis.lower)
     outputs = [system.simulate(limit * make(rng, axis.sample_rate_hz, samples)) for make in excitations]
     return float(np.mean([np.std(y) for y in outputs]))
 
 
-def _draw_commands(
-    rng: np.random.Generator, axis: Axis, excitations: Sequence[Excitation], duration: float
+def draw_commands(
+    rng: np.random.Generator, axis: LimitedAxis, excitations: Sequence[Excitation], duration: float
 ) -> list[FloatArray]:
     samples = round(duration * axis.sample_rate_hz)
     limit = max(axis.upper, -axis.lower)
     return [np.round(limit * make(rng, axis.sample_rate_hz, samples), 6) for make in excitations]
-
-
-def _scales(
-    axis: Axis, commands: Sequence[FloatArray], outputs: Sequence[FloatArray], sigma: float, duration: float
-) -> Scales:
-    limit = max(axis.upper, -axis.lower)
-    limited = [np.clip(command, axis.lower, axis.upper) for command in commands]
-    twist = _rms([axis.drive.twist(v, axis.sample_rate_hz) for v in limited])
-    first, second = (frequency for frequency, _ in axis.drive.modes())
-    return Scales(
-        speed=limit * axis.drive.velocity_gain,
-        travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
-        torque=twist * axis.drive.stiffness,
-        twist=twist,
-        dead_zone=axis.dead_zone,
-        sigma=sigma,
-        duration_s=duration,
-        sample_rate_hz=axis.sample_rate_hz,
-        modes_hz=(first, second),
-        limit=limit,
-    )
-
-
-def _draw_effect(rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
-    if label == "other":
-        faults = OFF_CATALOGUES[kind.off_catalogue]
-        return faults[int(rng.integers(len(faults)))].draw(rng, scales)
-    for effect in CATALOGUE:
-        if effect.label == label:
-            return effect.draw(rng, scales)
-    raise KeyError(label)
-
-
-def _run(
-    axis: Axis, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
-) -> Reading:
-    run = Run(axis, command, seed)
-    for effect, strength in acting:
-        effect.act(run, strength)
-    return run.read(run.angles())
 
 
 def _noise(rng: np.random.Generator, sigma: float, correlation: float, samples: int) -> FloatArray:
@@ -281,5 +343,5 @@ def _names(count: int) -> list[str]:
     return [*(f"train_{number}" for number in range(1, count)), "holdout"]
 
 
-def _rms(parts: Sequence[FloatArray]) -> float:
+def rms(parts: Sequence[FloatArray]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 
@@ -14,6 +15,31 @@ from bayes_hw.plant.integrator import EXTERNALS, Gear, Physics, Wave, integrate
 
 SLOWEST_STEP_HZ = 1000.0
 NO_WAVE = Wave()
+
+
+class LimitedAxis(Protocol):
+    """What a record's commands and readings need of an axis, whatever drives it."""
+
+    @property
+    def lower(self) -> float: ...
+
+    @property
+    def upper(self) -> float: ...
+
+    @property
+    def dead_zone(self) -> float: ...
+
+    @property
+    def delay_samples(self) -> int: ...
+
+    @property
+    def sample_rate_hz(self) -> float: ...
+
+    @property
+    def substeps(self) -> int: ...
+
+    @property
+    def step_s(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -38,17 +64,16 @@ class Axis:
 
 
 @dataclass
-class Run:
-    """What happens to one record; the faults change it before `angles` and `read` are called.
+class RecordRun:
+    """What happens to one record; the faults change it before its angles are simulated and read.
 
     Arrays at the integration step have `steps` rows, arrays at the sample rate `samples`. `seed` makes what
     is random in this record.
     """
 
-    axis: Axis
+    axis: LimitedAxis
     command: FloatArray
     seed: tuple[int, ...]
-    drive: DriveTrain = field(init=False)
     physics: Physics = field(init=False)
     external: FloatArray = field(init=False)
     extra_delay_s: float = 0.0
@@ -66,7 +91,6 @@ class Run:
     quantization_step: float = 0.0
 
     def __post_init__(self) -> None:
-        self.drive = self.axis.drive
         self.physics = Physics(self.axis.lower, self.axis.upper)
         self.external = np.zeros((self.steps, EXTERNALS))
         self.late_s = np.zeros(self.samples)
@@ -106,25 +130,12 @@ class Run:
         """Replace fields of the physics."""
         self.physics = self.physics._replace(**physics)  # type: ignore[arg-type]
 
-    def angles(self) -> FloatArray:
-        """The axis angle after any play, at every integration step, shape (steps,)."""
-        transition, forcing = _step_matrices(self.drive, self.axis.step_s)
+    def delayed(self) -> FloatArray:
+        """The command as it arrives at the limiter, shape (steps,)."""
         delay = self.axis.delay_samples * self.axis.substeps + round(self.extra_delay_s / self.axis.step_s)
         held = np.repeat(self.command, self.axis.substeps)
         command = np.concatenate([np.zeros(min(delay, self.steps)), held])[: self.steps]
-        if self.late_s.any():
-            command = self._late(command)
-        drive = self.drive
-        gear = Gear(
-            drive.stiffness,
-            drive.gear_damping,
-            drive.loop_gain,
-            drive.loop_integral_gain,
-            drive.velocity_gain,
-        )
-        quiet = not self.external.any()
-        external = self.external[:1] if quiet else self.external
-        return integrate(transition, forcing, command, external, self.physics, gear, self.axis.step_s)
+        return self._late(command) if self.late_s.any() else command
 
     def _late(self, command: FloatArray) -> FloatArray:
         """The latest of a command (steps,) that has arrived, those of every sample `late_s` late."""
@@ -156,6 +167,34 @@ class Run:
         return np.asarray(
             np.interp(self.time + self.sampling_offset_s, self.fine_time, angles), dtype=np.float64
         )
+
+
+@dataclass
+class Run(RecordRun):
+    """A record of the plant's own drive train."""
+
+    axis: Axis
+    drive: DriveTrain = field(init=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.drive = self.axis.drive
+
+    def angles(self) -> FloatArray:
+        """The axis angle after any play, at every integration step, shape (steps,)."""
+        transition, forcing = _step_matrices(self.drive, self.axis.step_s)
+        command = self.delayed()
+        drive = self.drive
+        gear = Gear(
+            drive.stiffness,
+            drive.gear_damping,
+            drive.loop_gain,
+            drive.loop_integral_gain,
+            drive.velocity_gain,
+        )
+        quiet = not self.external.any()
+        external = self.external[:1] if quiet else self.external
+        return integrate(transition, forcing, command, external, self.physics, gear, self.axis.step_s)
 
 
 @dataclass(frozen=True, eq=False)

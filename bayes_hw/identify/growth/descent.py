@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from scipy import linalg
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.holes import mask_of, measured_count
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
 STEPS_BETWEEN_NOISE = 3
@@ -24,47 +25,81 @@ CONVERGED_NATS = 0.02
 
 
 class Response(Protocol):
-    """What a descent needs: residuals, their derivatives, and which coordinates mean something."""
+    """What a descent needs: residuals, NaN where nothing was measured, their derivatives, and which
+    coordinates mean something. `masks` say what was measured of every record, None where all was."""
+
+    @property
+    def masks(self) -> Sequence[BoolArray] | None: ...
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]: ...
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]: ...
+    def linearise(
+        self, coordinates: FloatArray, overlap: int
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]: ...
 
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray: ...
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood."""
+    """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
+    see `masks`), noise, log-likelihood."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
     whitener: Whitener
     log_likelihood: float
     converged: bool = False
+    masks: Sequence[BoolArray] | None = None
 
     @property
     def samples(self) -> int:
-        return sum(len(e) for e in self.residuals)
+        """That were measured."""
+        return measured_count(self.residuals, self.masks)
+
+    @property
+    def known(self) -> tuple[FloatArray, ...]:
+        """The residuals of what was measured, without holes."""
+        if self.masks is None:
+            return self.residuals
+        return tuple(e[mask] for e, mask in zip(self.residuals, self.masks, strict=True))
+
+    @property
+    def sum_of_squares(self) -> float:
+        """Of the innovations."""
+        return self.whitener.sum_of_squares(self.residuals, self.masks)
 
     @property
     def rms(self) -> float:
         """Root mean square residual, output units."""
-        return float(np.sqrt(sum(float(e @ e) for e in self.residuals) / self.samples))
+        return float(np.sqrt(sum(float(e @ e) for e in self.known) / self.samples))
 
 
 def evaluate(response: Response, coordinates: FloatArray, whitener: Whitener | None = None) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
     whitener = whitener or Whitener.of_residuals(residuals)
-    return Point(coordinates, residuals, whitener, whitener.log_likelihood(residuals))
+    masks = response.masks
+    likelihood = whitener.log_likelihood(residuals, masks)
+    return Point(coordinates, residuals, whitener, likelihood, masks=masks)
+
+
+def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
+    """Innovations of every record under a point's noise, of its own or of other residuals, of the samples
+    that were measured."""
+    found = []
+    for number, e in enumerate(point.residuals if residuals is None else residuals):
+        measured = mask_of(point.masks, number)
+        white = point.whitener.apply(e[None, :], 0, measured)[0]
+        found.append(white if measured is None else white[measured])
+    return found
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:
     """R (size + 1, size + 1) of the whitened derivatives and residual, without holding all of them."""
     factor: FloatArray | None = None
-    for rows, first in response.linearise(point.coordinates, point.whitener.order):
-        block = point.whitener.apply(rows, first)
+    for rows, first, measured in response.linearise(point.coordinates, point.whitener.order):
+        block = point.whitener.apply(rows, first, measured)
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
         if not np.isfinite(stacked).all():
             raise FloatingPointError("derivatives are not finite")
@@ -96,12 +131,13 @@ def descend(response: Response, start: Point, steps: int) -> Point:
 
 
 def _ended(point: Point, converged: bool) -> Point:
-    return Point(point.coordinates, point.residuals, point.whitener, point.log_likelihood, converged)
+    return replace(point, converged=converged)
 
 
 def _with_fresh_noise(point: Point) -> Point:
     whitener = Whitener.of_residuals(point.residuals)
-    return Point(point.coordinates, point.residuals, whitener, whitener.log_likelihood(point.residuals))
+    likelihood = whitener.log_likelihood(point.residuals, point.masks)
+    return replace(point, whitener=whitener, log_likelihood=likelihood, converged=False)
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -122,12 +158,13 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
         coordinates = response.admissible(point.coordinates + solution, point.coordinates)
         with np.errstate(all="ignore"):
             residuals = tuple(response.residuals(coordinates))
-            gained = all(np.isfinite(e).all() for e in residuals)
+            tried = Point(coordinates, residuals, point.whitener, -np.inf, masks=point.masks)
+            gained = all(np.isfinite(e).all() for e in tried.known)
             if gained:
-                reached = point.whitener.log_likelihood(residuals)
+                reached = point.whitener.log_likelihood(residuals, point.masks)
                 gained = reached > point.log_likelihood
         if gained:
-            moved = Point(coordinates, residuals, point.whitener, reached)
+            moved = replace(tried, log_likelihood=reached)
             return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None

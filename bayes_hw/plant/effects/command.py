@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
 from bayes_hw.plant.integrator import EXTERNAL_BIAS, EXTERNAL_GAIN, Wave
-from bayes_hw.plant.run import Run
+from bayes_hw.plant.run import RecordRun
 
 LARGEST_DEPTH = 0.6
 """Of the limits: no drive loses more of its speed by position."""
@@ -28,7 +28,7 @@ class RateLimit(Effect):
         detail = str(rng.choice(["ramp_after_limiter", "ramp_before_limiter"], p=[0.75, 0.25]))
         return cls(detail, 3 * scales.limit)
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         first = 1.0 if self.detail == "ramp_before_limiter" else 0.0
         run.change(rate_limit=self.rate_deg_s2 / strength, rate_limit_first=first)
 
@@ -61,7 +61,7 @@ class SaturationDrift(Effect):
     def largest(self) -> float:
         return LARGEST_DEPTH / 0.1
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         if self.detail == "periodic":
             run.change(limit_wave=Wave(0.1 * strength, 2 * np.pi / self.period_deg, self.phase))
         else:
@@ -85,7 +85,7 @@ class CommandBias(Effect):
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CommandBias:
         return cls("constant", float(rng.choice([-1.0, 1.0])) * 0.002 * scales.limit)
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         run.external[:, EXTERNAL_BIAS] += strength * self.bias_deg_s
 
     def parameters(self, strength: float) -> Parameters:
@@ -106,7 +106,7 @@ class GainDrift(Effect):
         fraction = 0.02 * float(rng.choice([-1.0, 1.0], p=[0.7, 0.3]))
         return cls("warm_up", fraction, float(rng.uniform(0.2, 0.7)) * scales.duration_s)
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         fraction = max(strength * self.fraction, -0.7)
         run.external[:, EXTERNAL_GAIN] += fraction * (1 - np.exp(-run.fine_time / self.tau_s))
 

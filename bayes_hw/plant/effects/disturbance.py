@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
 from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_STRUCTURE
-from bayes_hw.plant.run import Run
+from bayes_hw.plant.run import RecordRun
 
 DAVENPORT_LENGTH_M = 1200.0
 STREAM = 101
@@ -57,11 +57,11 @@ class Wind(Effect):
             bool(rng.random() < 0.5),
         )
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         column = EXTERNAL_STRUCTURE if self.at_structure else EXTERNAL_LOAD
         run.external[:, column] += strength * self.torque * self._gusts(run)
 
-    def _gusts(self, run: Run) -> FloatArray:
+    def _gusts(self, run: RecordRun) -> FloatArray:
         """A Gaussian series of unit variance (over all time) at the integration step, shape (steps,).
 
         It fades in over two seconds, as the record starts at rest.

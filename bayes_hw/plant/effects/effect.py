@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from bayes_hw.plant.run import Run
 from bayes_hw.plant.strength import LARGEST
 
 Parameters: TypeAlias = dict[str, float | str]
@@ -48,8 +47,8 @@ class Effect(ABC):
         """A form and shape drawn at random."""
 
     @abstractmethod
-    def act(self, run: Run, strength: float) -> None:
-        """Change the run."""
+    def act(self, run: Any, strength: float) -> None:
+        """Change the run, that of a plant whose fault this is."""
 
     @property
     def largest(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.plant.drive_train import Appendage
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
-from bayes_hw.plant.run import Run
+from bayes_hw.plant.run import RecordRun, Run
 
 CLEAR_OF_MODES = 0.12
 LONGEST_EXTRA_DELAY_S = 0.2
@@ -35,7 +35,7 @@ class TransportDelay(Effect):
     def largest(self) -> float:
         return LONGEST_EXTRA_DELAY_S * self.sample_rate_hz
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         run.extra_delay_s += strength / self.sample_rate_hz
 
     def parameters(self, strength: float) -> Parameters:

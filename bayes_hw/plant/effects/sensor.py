@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
 from bayes_hw.plant.integrator import Wave
-from bayes_hw.plant.run import Run
+from bayes_hw.plant.run import RecordRun
 
 DRIFT_STREAM, TIMING_STREAM, OUTLIER_STREAM = 111, 112, 113
 LARGEST_HELD_SHARE = 0.6
@@ -30,7 +30,7 @@ class Quantization(Effect):
     def draw(cls, rng: np.random.Generator, scales: Scales) -> Quantization:  # noqa: ARG003
         return cls("rounding", 3 * scales.sigma)
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         run.quantization_step = strength * self.step_deg
 
     def parameters(self, strength: float) -> Parameters:
@@ -59,7 +59,7 @@ class Eccentricity(Effect):
             float(rng.uniform(0.2, 0.6)) if oval else 0.0,
         )
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         run.eccentricity = Wave(
             strength * self.amplitude_deg, 2 * np.pi / self.period_deg, self.phase, self.second
         )
@@ -89,7 +89,7 @@ class SensorDrift(Effect):
             float(rng.uniform(0.1, 0.5)) * scales.duration_s,
         )
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         if self.detail == "linear":
             shape = run.time / run.duration_s
         elif self.detail == "thermal":
@@ -124,7 +124,7 @@ class TimingJitter(Effect):
     def _size(self, strength: float) -> float:
         return UNIT_SIZE * min(strength, self.largest)
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         rng = run.rng(TIMING_STREAM)
         size = self._size(strength)
         if self.detail == "jitter":
@@ -155,7 +155,7 @@ class GainAsymmetry(Effect):
     def _ratio(self, strength: float) -> float:
         return float(np.exp(0.01 * self.sign * min(strength, 60.0)))
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         run.gain_above = self._ratio(strength)
 
     def parameters(self, strength: float) -> Parameters:
@@ -179,7 +179,7 @@ class Outliers(Effect):
             10 * scales.sigma,
         )
 
-    def act(self, run: Run, strength: float) -> None:
+    def act(self, run: RecordRun, strength: float) -> None:
         rng = run.rng(OUTLIER_STREAM)
         hit = rng.random(run.samples) < self.rate
         size = rng.standard_normal(run.samples)

@@ -8,7 +8,9 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
@@ -41,6 +43,7 @@ def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
     summaries = posterior.summaries
     sections = [
         _parameter_section(analysis),
+        *(() if analysis.check is None else (_check_section(analysis.check),)),
         Section("Correlations", (_corner(posterior, summaries),)),
         _convergence_section(analysis, summaries),
     ]
@@ -135,6 +138,39 @@ def marginals(posterior: Posterior, names: Sequence[str], truth: dict[str, float
     return found
 
 
+def _check_section(check: OwnCheck) -> Section:
+    """How often the intervals of axes simulated from this posterior held."""
+    rows = []
+    for name, one in check.held.items():
+        low, high = one.interval95
+        rows.append(
+            (
+                parameter_name(name).words,
+                f"{one.held} of {one.of}",
+                f"{format_percent(low)} to {format_percent(high)}",
+                "too seldom" if name in check.refuted else "",
+            )
+        )
+    return Section(
+        "Do the intervals hold?",
+        (
+            Paragraph(
+                f"{check.replicates} axes were drawn from this posterior and simulated under the commands of "
+                "these records, each with its own noise; each was then identified and sampled anew from its "
+                f"records alone, and {check.converged} of the samplings converged. An interval of 94 % should "
+                "hold the value that was simulated with in 94 % of them. A resonance that was not found again "
+                "counts as not held."
+            ),
+            Table(
+                ("parameter", "held", "95 % interval of the share", ""),
+                tuple(rows),
+                "How often the 94 % intervals held (intervals of the share: Clopper and Pearson).",
+                (1, 2),
+            ),
+        ),
+    )
+
+
 def _corner(posterior: Posterior, summaries: dict[str, Summary]) -> Figure:
     chosen = list(range(min(CORNER_LIMIT, len(posterior.names))))
     return corner_plot(
@@ -180,6 +216,8 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
             f"{sampling.non_finite} evaluations gave no finite number. {agreeing}"
         )
     ]
+    if posterior.reweighting is not None:
+        blocks.append(Paragraph(expanded_sentence(posterior.reweighting)))
     if not posterior.converged:
         blocks += [
             Callout("bad", "Not converged", "Do not rely on the intervals of this report."),
@@ -196,6 +234,18 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         autocorrelation(analysis.autocorrelations, times, names),
     ]
     return Section("Convergence", tuple(blocks))
+
+
+def expanded_sentence(judged: Reweighting) -> str:
+    """What the sampler walked on instead of the likelihood of all samples, and how good that was."""
+    return (
+        f"The records are long ({judged.samples} samples): the chains walked on a likelihood whose residuals "
+        "are expanded to second order about the estimate, from all samples, and "
+        f"{judged.draws} of their draws were decided on by the likelihood itself, which accepted "
+        f"{format_percent(judged.acceptance)} of them. Their weights are worth "
+        f"{format_number(judged.effective, 4)} draws; Pareto's k of their tail is "
+        f"{format_number(judged.pareto_k, 2)} (0.7 is the most that may be relied on)."
+    )
 
 
 def sampling_starts(analysis: Analysis) -> str:

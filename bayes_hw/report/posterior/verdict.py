@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bayes_hw.analysis import Analysis
+from bayes_hw.infer.own_check import FEWEST, OwnCheck
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.report.page.document import Badge
@@ -76,6 +77,7 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
             "; ".join(f"{test.name}: p‑value {format_p_value(test.p_value)}" for test in residuals.tests[:2]),
         ),
         *(conditional if posterior.conditional_on else ()),
+        *(() if analysis.check is None else (_check_badge(analysis.check),)),
         _band_badge(analysis),
         Badge(
             "all blocks shown" if not hidden else "not all shown",
@@ -85,6 +87,21 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
             else "not shown: " + ", ".join(parameter_name(name).words for name in hidden),
         ),
     )
+
+
+def _check_badge(check: OwnCheck) -> Badge:
+    """Whether the intervals hold on simulated axes like this one."""
+    whole = check.all_parameters
+    said = (
+        f"{whole.held} of {whole.of} intervals in {check.replicates} replicates like this axis"
+        f" ({check.converged} converged)"
+    )
+    if check.refuted:
+        names = ", ".join(parameter_name(name).words for name in check.refuted)
+        return Badge("intervals do not hold", "bad", f"{said}; too seldom: {names}")
+    if check.stands:
+        return Badge("intervals hold", "good", said)
+    return Badge("intervals not judged", "warn", f"{said}; {FEWEST} replicates or more would say")
 
 
 def _band_badge(analysis: Analysis) -> Badge:

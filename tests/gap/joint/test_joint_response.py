@@ -41,7 +41,7 @@ def test_tangents_are_the_derivatives(law: Form) -> None:
     effect = _some(law)
     response, values = response_with((effect,), SAMPLES)
     x = response.coordinates(values)
-    ((rows, _),) = response.linearise(x, 0)
+    ((rows, _, _),) = response.linearise(x, 0)
     for i in range(response.size):
         expected = _difference(response, x, i)
         error = np.quantile(np.abs(rows[i] - expected), 0.97)

@@ -45,7 +45,7 @@ def test_derivatives_are_those_of_differences_in_blocks_of_any_size(
     structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True)
     response = CascadeResponse(structure, records())
     at = coordinates(structure, 2)
-    rows = np.concatenate([part[:, first:] for part, first in response.linearise(at, 7)], axis=1)
+    rows = np.concatenate([part[:, first:] for part, first, _ in response.linearise(at, 7)], axis=1)
     np.testing.assert_allclose(rows[-1], np.concatenate(response.residuals(at)), atol=1e-12)
     for i, row in enumerate(rows[:-1]):
         step = np.zeros(len(at))
