@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import welch
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_paths import through_drive, through_port
 from bayes_hw.gap.joint.joint_fit import JointFit
