@@ -28,7 +28,7 @@ from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.block_functions import block_surprises
 from bayes_hw.gap.criticism.latent_force import free_residual
 from bayes_hw.gap.criticism.left_out import LeftOut, compare_left_out
-from bayes_hw.gap.criticism.leftover import leftovers
+from bayes_hw.gap.criticism.residual_diagnostics import residual_diagnostics
 from bayes_hw.gap.fit.exact_maximum import with_exact_maxima
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.search.attribute import Attribution, attribute
@@ -127,7 +127,7 @@ def _search(
 def _criticism(asked: Question, attribution: Attribution, best: Explanation) -> Remains:
     """What `best` leaves, in size against the noise, or against the gap where the noise is not known."""
     inputs = asked.base.inputs
-    left = leftovers(best, inputs, asked.nominal_sigma)
+    left = residual_diagnostics(best, inputs, asked.nominal_sigma)
     if not asked.noise_is_known:
         left = of_the_gap(left, best, attribution.base)
     surprises = block_surprises(attribution.base.fit, inputs)

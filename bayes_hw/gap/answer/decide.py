@@ -14,7 +14,7 @@ import numpy as np
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
 from bayes_hw.gap.criticism.block_functions import with_floor
-from bayes_hw.gap.criticism.leftover import Leftover, is_in_the_scatter
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.noise.random_cause import ROUNDING
@@ -34,7 +34,7 @@ class Decision:
     answer: Labels
     explanation: Explanation
     probability: Mapping[str, float]
-    leftovers: tuple[Leftover, ...]
+    leftovers: tuple[ResidualDiagnostic, ...]
     sets: Mapping[Labels, float]
     blocks: Mapping[str, float]
 
@@ -144,7 +144,7 @@ def _gap(base: Explanation, explanation: Explanation) -> float:
 def remains_of(
     base: Explanation,
     explanation: Explanation,
-    left: Sequence[Leftover],
+    left: Sequence[ResidualDiagnostic],
     surprises: Mapping[str, float],
     far_ahead: bool = False,
 ) -> Remains:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.plain_fit import plain_fit
@@ -78,7 +78,9 @@ def without_small_seconds(attribution: Attribution, share: float) -> Attribution
     return replace(attribution, explanations=kept)
 
 
-def of_the_gap(left: Sequence[Leftover], explanation: Explanation, base: Explanation) -> list[Leftover]:
-    """Leftovers with their sizes as shares of the base model's error, not of the noise."""
+def of_the_gap(
+    left: Sequence[ResidualDiagnostic], explanation: Explanation, base: Explanation
+) -> list[ResidualDiagnostic]:
+    """Diagnostics with their sizes as shares of the base model's error, not of the noise."""
     ratio = min(explanation.encoder_sigma / base.fit.rmse, 1.0)
     return [replace(item, size=item.size * ratio) for item in left]

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.search.contenders import worst_first
+from bayes_hw.gap.search.candidate_models import worst_first
 from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.search.strategies import STRATEGIES
 

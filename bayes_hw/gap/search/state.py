@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.criticism.leftover import leaves_structure
+from bayes_hw.gap.criticism.residual_diagnostics import leaves_structure
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, repeats_far_ahead, with_coloured_noise
@@ -17,7 +17,7 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import FIRST_ITERATIONS, JointFits
 from bayes_hw.gap.noise.glitches import Glitches
 from bayes_hw.gap.noise.whitener import Plain
-from bayes_hw.gap.search.contenders import (
+from bayes_hw.gap.search.candidate_models import (
     best_of,
     may_hide_a_cause,
 )

@@ -12,8 +12,7 @@ from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.joint_fits import MORE_ITERATIONS, cheapest_of_each
-from bayes_hw.gap.search.chaotic_search import ChaoticSearch
-from bayes_hw.gap.search.contenders import (
+from bayes_hw.gap.search.candidate_models import (
     SLIGHT,
     hides,
     is_coloured,
@@ -24,6 +23,7 @@ from bayes_hw.gap.search.contenders import (
     worst_first,
     worth_refining,
 )
+from bayes_hw.gap.search.chaotic_search import ChaoticSearch
 from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.search.short_periods import SHORT_KEPT, most_of_a_short_period, short_periods
 from bayes_hw.gap.search.state import Search

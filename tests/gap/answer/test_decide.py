@@ -12,7 +12,7 @@ from decision_constants import CONSTANTS, LABELS
 from drive_axis import drive_axis
 
 from bayes_hw.gap.answer.decide import best_of_sets, choose, decide, remains_of, score
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import is_far_ahead
 from bayes_hw.gap.noise.stochastic import StochasticFit
 from bayes_hw.gap.noise.whitener import Plain
@@ -107,7 +107,7 @@ def test_so_does_motion_that_had_to_be_followed(evidence: float, counted: float)
 def test_what_chaos_far_ahead_leaves_is_no_other_cause(
     chaotic: bool, far_ahead: bool, answer: tuple[str, ...]
 ) -> None:
-    best, left = Stub(("backlash",), 300, chaotic=chaotic), [Leftover("step", 1000.0, 3.0)]
+    best, left = Stub(("backlash",), 300, chaotic=chaotic), [ResidualDiagnostic("step", 1000.0, 3.0)]
     scores = {(): 0.0, ("backlash",): 300.0}
     remains = remains_of(Stub((), 0), best, left, SURPRISES, far_ahead)  # type: ignore[arg-type]
     decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]

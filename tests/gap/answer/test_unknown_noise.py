@@ -17,7 +17,7 @@ from bayes_hw.gap.answer.unknown_noise import (
     with_plain_estimates,
     without_small_seconds,
 )
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.effects.any_simulator import DeadZone, UnequalDeadZone
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.input import CommandBias
@@ -123,7 +123,7 @@ def test_a_second_effect_beside_one_that_leaves_little_is_dropped() -> None:
 def test_leftovers_are_shares_of_the_gap() -> None:
     outputs = measured(2.0, 2.0, white(0.5))
     alone, nothing = explained(outputs, DeadZone()), explained(outputs)
-    left = [Leftover("step", 50.0, 0.8)]
+    left = [ResidualDiagnostic("step", 50.0, 0.8)]
     (found,) = of_the_gap(left, alone, nothing)
     assert found.size == pytest.approx(0.8 * alone.fit.rmse / nothing.fit.rmse)
     assert of_the_gap(left, nothing, nothing) == left

@@ -10,7 +10,7 @@ from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, noisy, simulated_with
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.criticism.leftover import leaves_structure
+from bayes_hw.gap.criticism.residual_diagnostics import leaves_structure
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
 from bayes_hw.gap.fit.explanation import with_stochastic
@@ -18,7 +18,7 @@ from bayes_hw.gap.fit.fit import evaluated
 from bayes_hw.gap.noise.slow_noise import random_walk
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.attribute import Attribution, attribute
-from bayes_hw.gap.search.contenders import best_of
+from bayes_hw.gap.search.candidate_models import best_of
 from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.search.strategies import apart
 

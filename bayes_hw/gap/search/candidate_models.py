@@ -1,4 +1,4 @@
-"""Which of the explanations found so far matter for what is tried next."""
+"""Candidate models: which of the explanations found so far matter for what is tried next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an explanation leaves unexplained: the ground of the verdict "none of these".
+"""Residual diagnostics: what an explanation leaves unexplained, the ground of the verdict "none of these".
 
 Encoder noise is taken to be first-order and Gaussian. Under a right explanation the whitened residuals are
 then white, of unit variance, and independent of command, motion and time. Descriptions that name no cause
@@ -6,8 +6,8 @@ are held against that: a free function at every block, a spread that changes wit
 sine of constant frequency in time, a lasting step, a spectrum that first-order noise does not have, more
 noise than is stated, and where slow noise is part of the explanation, what follows limits and reversals,
 and noise that is stronger when the axis does certain things.
-Each says how surprising the residuals are where the explanation holds (minus the natural logarithm of the
-tail probability) and how large what it describes is, in units of the encoder's noise.
+Each says how surprising the residuals are where the explanation holds (the negative natural logarithm of the
+p-value) and how large what it describes is, in units of the encoder's noise.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from bayes_hw.gap.criticism.free_functions import (
     Motion,
     directions,
     free_functions,
-    hats,
+    linear_splines,
     motions,
     responses_of_blocks,
     shapes_that_only_tell,
 )
-from bayes_hw.gap.criticism.gusts import regimes_of, steadiness, unevenness
+from bayes_hw.gap.criticism.heteroscedasticity import regimes_of, steadiness, unevenness
 from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.surprise import chi_squared_surprise
-from bayes_hw.gap.criticism.weaker_noise import free_functions_under_weaker_noise
+from bayes_hw.gap.criticism.variance_inflation import free_functions_with_free_variance
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.clock_jitter import JitterWhitener
 from bayes_hw.gap.noise.glitches import find_glitches
@@ -78,17 +78,17 @@ on for less (0.06) changed the answer in none of 28 cases side by side and took 
 
 
 @dataclass(frozen=True)
-class Leftover:
-    """One description: what it is, how surprising (minus log of a tail probability), its size in sigma."""
+class ResidualDiagnostic:
+    """One description: what it is, its `surprise` (negative log p-value), its size in sigma."""
 
     kind: str
     surprise: float
     size: float
 
 
-def leftovers(
+def residual_diagnostics(
     explanation: Explanation, inputs: Sequence[FloatArray], stated_sigma: float = 0.0
-) -> list[Leftover]:
+) -> list[ResidualDiagnostic]:
     """Descriptions of what is left, most surprising first; where a noise is stated (`stated_sigma`, output
     units), what is above it too."""
     residuals = _bridged(explanation)
@@ -106,7 +106,7 @@ def leftovers(
     more = shapes_that_only_tell(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     shown = responses_of_blocks(moved, chain, more)
     if drifts and isinstance(fit.whitener, StateNoise):
-        functions = free_functions_under_weaker_noise(shown, residuals, fit, fit.whitener)
+        functions = free_functions_with_free_variance(shown, residuals, fit, fit.whitener)
     else:
         functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
     found += [(_named(f.block), chi_squared_surprise(2 * f.gain, f.shapes), f.size**2) for f in functions]
@@ -123,7 +123,7 @@ def leftovers(
             found.append((STEADY, *steadiness(fit, moved)))
     return sorted(
         (
-            Leftover(
+            ResidualDiagnostic(
                 kind,
                 float(np.clip(surprise, 0.0, LARGEST_SURPRISE)),
                 float(np.sqrt(max(square, 0.0))) / sigma,
@@ -144,11 +144,11 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
     """Whether anything is left that a further effect could be the cause of."""
     return any(
         left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
-        for left in leftovers(explanation, inputs)
+        for left in residual_diagnostics(explanation, inputs)
     )
 
 
-def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
+def is_in_the_scatter(left: Sequence[ResidualDiagnostic]) -> bool:
     """Whether anything is left, and in the scatter of single samples more than in their mean."""
     if not left:
         return False
@@ -243,7 +243,7 @@ def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) 
     unit = every / max(float(np.sqrt(np.mean(every**2))), 1e-300)
     square = np.clip(unit, -FARTHEST_WHITE, FARTHEST_WHITE) ** 2
     square = square - square.mean()
-    shapes = [hats([getattr(m, name) for m in found]) for name in ("command", "speed", "w")]
+    shapes = [linear_splines([getattr(m, name) for m in found]) for name in ("command", "speed", "w")]
     shapes.append([np.abs(np.gradient(m.command))[:, None] for m in found])
     columns = np.concatenate([np.concatenate(list(shape)) for shape in shapes], axis=1)
     columns = columns - columns.mean(axis=0)
