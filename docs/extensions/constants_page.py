@@ -1,4 +1,4 @@
-"""Numbers that stand in the modules of the diagnosis, counted by room: docs/generated/constants.md."""
+"""Numbers that stand in the modules of the diagnosis, counted by room: docs/generated/constants.txt."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 
 HERE = Path(__file__).resolve().parents[1]
 GAP = HERE.parent / "bayes_hw" / "gap"
-TARGET = HERE / "generated" / "constants.md"
+TARGET = HERE / "generated" / "constants.txt"
 
 
 def is_number(node: ast.expr) -> bool:
@@ -25,7 +25,9 @@ def is_number(node: ast.expr) -> bool:
 
 def is_numeric(node: ast.expr) -> bool:
     """The same, or a tuple of numbers."""
-    return is_number(node) or (isinstance(node, ast.Tuple) and bool(node.elts) and all(map(is_number, node.elts)))
+    return is_number(node) or (
+        isinstance(node, ast.Tuple) and bool(node.elts) and all(map(is_number, node.elts))
+    )
 
 
 def constants_of(path: Path) -> list[str]:

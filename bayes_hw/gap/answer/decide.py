@@ -169,8 +169,7 @@ def remains_of(
 def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[str, float]) -> float:
     """What functions of command, motion and time take of one chaotic effect's evidence over the base.
 
-    Simulated backlash that cannot be predicted leaves them 5 to 27 % (26 cases), a spring that passes for it
-    20 to 75 % (11). Nothing is said of two effects, one of which may be followed.
+    Little of backlash that cannot be predicted, much of a spring that passes for it. Nothing is said of two effects, one of which may be followed.
     """
     gain = explanation.log_evidence - base.log_evidence
     if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:

@@ -19,7 +19,7 @@ from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.small_signals import torsions
 
 AMPLITUDES = 3
-"""Linear splines over the amplitude: two to five, over half a period to two, name the same blocks."""
+"""Linear splines over the amplitude."""
 
 
 def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[FloatArray]:
