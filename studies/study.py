@@ -48,6 +48,8 @@ class Study:
     scheduler: str | None = None
     diagnosis: str = DIAGNOSIS
     share: float = 1.0
+    counts: Mapping[str, int] = field(default_factory=dict)
+    usual_counts: Mapping[str, int] = field(default_factory=dict)
     began_at: float = field(default_factory=time.time)
     report: Report | None = None
     results_written: bool = False
@@ -110,6 +112,8 @@ class Study:
         """What makes the same numbers again."""
         another = f" --diagnosis {self.diagnosis}" * (self.diagnosis != DIAGNOSIS)
         another += f" --share {self.share:g}" * (self.share != 1)
+        for name, count in self.counts.items():
+            another += f" --{name} {count}" * (count != self.usual_counts[name])
         return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
@@ -118,8 +122,16 @@ class Study:
         return provenance(self.command, self.seed, named, time.perf_counter() - self.begin)
 
 
-def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> Study:
+def start_study(
+    name: str,
+    question: str | None,
+    *,
+    diagnoses: bool = False,
+    counts: Mapping[str, int] | None = None,
+) -> Study:
     """Parse the options of a study script; one that `diagnoses` can be given another diagnosis to check.
+
+    `counts` are further options, each a number by name, with what they are when left out.
 
     Ends the script where --unless-done is given and nothing is to be done.
     """
@@ -138,6 +150,9 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
         parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
+    usual = dict(counts or {})
+    for option, count in usual.items():
+        parser.add_argument(f"--{option}", type=int, default=count, help=f"how many (default: {count})")
     parsed = parser.parse_args()
     study = Study(
         name,
@@ -151,6 +166,8 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
+        {option: getattr(parsed, option) for option in usual},
+        usual,
     )
     if parsed.unless_done and study.is_done():
         print(

@@ -57,13 +57,15 @@ def autoregression_from_partial(partial: FloatArray) -> FloatArray:
     return coefficients
 
 
-def estimate_noise(residuals: Sequence[FloatArray], order: int | None = None) -> NoiseEstimate:
+def estimate_noise(
+    residuals: Sequence[FloatArray], order: int | None = None, *, most: int = MAX_ORDER
+) -> NoiseEstimate:
     """Burg's estimate over all segments; the order minimises the Bayesian information criterion.
 
     `residuals` are the residual sequences of the records, NaN where nothing was measured. A given `order` is
-    taken as it is.
+    taken as it is; otherwise none beyond `most` is.
     """
-    largest = MAX_ORDER if order is None else order
+    largest = most if order is None else order
     partial, variances = burg(residuals, largest)
     samples = sum(len(segment) for segment in residuals)
     price = np.log(samples) * np.arange(largest + 1)

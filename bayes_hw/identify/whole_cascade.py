@@ -16,7 +16,7 @@ from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
-from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
+from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     NEAR_INTEGRATOR,
@@ -25,6 +25,7 @@ from bayes_hw.identify.linear_output_error import (
     forgets_within,
 )
 from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
+from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
@@ -74,20 +75,19 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         dead_zone=True,
         free_start=experiment.free_start,
     )
-    first = _grown(experiment, structure, min(SMALL_ORDER, max_order), told(0))
-    small = coarse_delay(first[max(first)])
+    small = _small(experiment, structure, min(SMALL_ORDER, max_order), told(0))
     wanted, done = [small.structure.delay_samples], set[int]()
     while wanted:
         delay = wanted.pop()
         done.add(delay)
         pool = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
-        found = chosen(pool.values())
+        found = chosen(pool)
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
             found = with_longer_delay(found)
             wanted.append(found.structure.delay_samples)
-        tried += [*pool.values(), found]
+        tried += [*pool, found]
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
@@ -126,11 +126,29 @@ def cascade_fit(item: Grown) -> CascadeFit:
     return CascadeFit(item.structure, item.values, item.point.residuals)
 
 
+def _small(experiment: Experiment, structure: Structure, order: int, told: Callable[[int], None]) -> Grown:
+    """A cascade of few poles at the delay that suits it."""
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level)
+    pool = grow(start, order, told)
+    found = coarse_delay(pool[max(pool)])
+    if not absorbed(pool[max(pool)]):
+        return found
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
+    pool = grow(start, order, told)
+    plain = coarse_delay(pool[max(pool)].under_noise(0).descended())
+    return likeliest([found, plain.under_noise(MAX_NOISE_ORDER).descended()])
+
+
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
-) -> dict[int, Grown]:
+) -> list[Grown]:
+    """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too."""
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
-    return grow(start, largest_order, told)
+    pool = list(grow(start, largest_order, told).values())
+    if absorbed(chosen(pool)):
+        start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
+        pool += grow(start, largest_order, told).values()
+    return pool
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:

@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
@@ -341,6 +342,8 @@ def _real_pole(name: str, pole: float) -> Parameter:
 
 
 def _gain(name: str, unit: str, value: float) -> Parameter:
+    if value == 0:
+        raise InputError(f"{name}: is zero, so that the output is not moved for good; identify the axis anew")
     return Parameter(name, unit, value, LogNormal(value, GAIN_LOG_SD), Logarithm(float(np.sign(value))))
 
 

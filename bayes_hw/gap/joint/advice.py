@@ -237,8 +237,8 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             _nothing,
         ),
         "friction": Advice(
-            "feed that torque forward with the sign of the speed; first look at lubrication, bearing pre-load and, "
-            "at the load, the rail; keep integral action below its limit cycle",
+            "feed that torque forward with the sign of the speed; first see to lubrication, bearing pre-load "
+            "and, at the load, the rail; keep integral action below its limit cycle",
             "slow triangles at three rates, through rest and in both directions: the lag after a reversal "
             "does not grow with the speed",
             _friction,

@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.sensitivity_kernel import whiten
 from bayes_hw.identify.holes import mask_of, measured_count, predictors, whitened_over_holes
-from bayes_hw.identify.noise import estimate_noise
+from bayes_hw.identify.noise import MAX_ORDER, estimate_noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,10 @@ class Whitener:
         return cls(coefficients, 1 / np.sqrt(np.cumprod(shrinkage[::-1])[::-1]))
 
     @classmethod
-    def of_residuals(cls, residuals: Sequence[FloatArray]) -> Whitener:
-        """Of the autoregression that Burg's method and the Bayesian information criterion find."""
-        return cls.of_partial(np.clip(estimate_noise(residuals).partial, -0.99999, 0.99999))
+    def of_residuals(cls, residuals: Sequence[FloatArray], most: int = MAX_ORDER) -> Whitener:
+        """Of the autoregression of order up to `most` that Burg's method and the Bayesian information
+        criterion find."""
+        return cls.of_partial(np.clip(estimate_noise(residuals, most=most).partial, -0.99999, 0.99999))
 
     @property
     def order(self) -> int:

@@ -12,6 +12,7 @@ from scipy import linalg
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.holes import mask_of, measured_count
+from bayes_hw.identify.noise import MAX_ORDER
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
 STEPS_BETWEEN_NOISE = 3
@@ -43,7 +44,7 @@ class Response(Protocol):
 @dataclass(frozen=True, eq=False)
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
-    see `masks`), noise, log-likelihood."""
+    see `masks`), noise, log-likelihood. The noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -51,6 +52,7 @@ class Point:
     log_likelihood: float
     converged: bool = False
     masks: Sequence[BoolArray] | None = None
+    most_noise: int = MAX_ORDER
 
     @property
     def samples(self) -> int:
@@ -75,13 +77,18 @@ class Point:
         return float(np.sqrt(sum(float(e @ e) for e in self.known) / self.samples))
 
 
-def evaluate(response: Response, coordinates: FloatArray, whitener: Whitener | None = None) -> Point:
+def evaluate(
+    response: Response,
+    coordinates: FloatArray,
+    whitener: Whitener | None = None,
+    most_noise: int = MAX_ORDER,
+) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
-    whitener = whitener or Whitener.of_residuals(residuals)
+    whitener = whitener or Whitener.of_residuals(residuals, most_noise)
     masks = response.masks
     likelihood = whitener.log_likelihood(residuals, masks)
-    return Point(coordinates, residuals, whitener, likelihood, masks=masks)
+    return Point(coordinates, residuals, whitener, likelihood, masks=masks, most_noise=most_noise)
 
 
 def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
@@ -125,17 +132,13 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
             point = _with_fresh_noise(point)
             if point.log_likelihood - reference < CONVERGED_NATS:
-                return _ended(point, True)
+                return replace(point, converged=True)
             reference = point.log_likelihood
-    return _ended(_with_fresh_noise(point), accepted < steps)
-
-
-def _ended(point: Point, converged: bool) -> Point:
-    return replace(point, converged=converged)
+    return replace(_with_fresh_noise(point), converged=accepted < steps)
 
 
 def _with_fresh_noise(point: Point) -> Point:
-    whitener = Whitener.of_residuals(point.residuals)
+    whitener = Whitener.of_residuals(point.residuals, point.most_noise)
     likelihood = whitener.log_likelihood(point.residuals, point.masks)
     return replace(point, whitener=whitener, log_likelihood=likelihood, converged=False)
 
@@ -158,7 +161,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
         coordinates = response.admissible(point.coordinates + solution, point.coordinates)
         with np.errstate(all="ignore"):
             residuals = tuple(response.residuals(coordinates))
-            tried = Point(coordinates, residuals, point.whitener, -np.inf, masks=point.masks)
+            tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
             gained = all(np.isfinite(e).all() for e in tried.known)
             if gained:
                 reached = point.whitener.log_likelihood(residuals, point.masks)

@@ -57,7 +57,8 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     z = np.exp(2j * np.pi * f / rate)
     speed = np.abs(z - 1) * rate / abs(gain)
     model = speed * np.abs(drive_response(structure, values, z))
-    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in posterior.values[:200]]) * speed
+    draws = [fit.response.values(c) for c in posterior.coordinates[:200]]
+    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in draws]) * speed
     low, high = np.quantile(drawn, [0.03, 0.97], axis=0)
     modes = tuple(
         float(np.median(d)) for n, d in posterior.base.items()
@@ -159,6 +160,7 @@ def _in_cells(name: str, unit: str, x: FloatArray, before: FloatArray, after: Fl
     at = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, CELLS - 1)
     cells = [np.flatnonzero(at == i) for i in range(CELLS)]
     cells = [cell for cell in cells if len(cell) > 9]
-    mean = [np.array([float(e[cell].mean()) for cell in cells]) for e in (before, after)]
+    mean_before, mean_after = (np.array([float(e[cell].mean()) for cell in cells]) for e in (before, after))
     error = np.array([float(after[cell].std()) / np.sqrt(len(cell)) for cell in cells])
-    return ErrorOver(name, unit, np.array([float(x[cell].mean()) for cell in cells]), *mean, error)
+    middle = np.array([float(x[cell].mean()) for cell in cells])
+    return ErrorOver(name, unit, middle, mean_before, mean_after, error)

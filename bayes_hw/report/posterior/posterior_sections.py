@@ -157,9 +157,9 @@ def _check_section(check: OwnCheck) -> Section:
             Paragraph(
                 f"{check.replicates} axes were drawn from this posterior and simulated under the commands of "
                 "these records, each with its own noise; each was then identified and sampled anew from its "
-                f"records alone, and {check.converged} of the samplings converged. An interval of 94 % should "
-                "hold the value that was simulated with in 94 % of them. A resonance that was not found again "
-                "counts as not held."
+                f"records alone, and {check.converged} of the samplings converged. An interval of 94 % "
+                "should hold the value that was simulated with in 94 % of them. A resonance that was not "
+                "found again counts as not held."
             ),
             Table(
                 ("parameter", "held", "95 % interval of the share", ""),
