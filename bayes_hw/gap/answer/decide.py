@@ -169,7 +169,8 @@ def remains_of(
 def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[str, float]) -> float:
     """What functions of command, motion and time take of one chaotic effect's evidence over the base.
 
-    Little of backlash that cannot be predicted, much of a spring that passes for it. Nothing is said of two effects, one of which may be followed.
+    Little of backlash that cannot be predicted, much of a spring that passes for it. Nothing is said of two
+    effects, one of which may be followed.
     """
     gain = explanation.log_evidence - base.log_evidence
     if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:
