@@ -1,4 +1,4 @@
-"""How far the gap shrinks: prediction of records before and after the effects are added."""
+"""The explained fraction of the reducible error: predictions before and after the effects are added."""
 
 from __future__ import annotations
 

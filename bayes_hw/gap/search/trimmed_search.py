@@ -1,4 +1,4 @@
-"""Effects and pairs of effects sought on the stretches of the records that fit best, and then on all of them.
+"""Effects and pairs of effects by least trimmed squares, and then on all of the records.
 
 Where a likelihood has many peaks, plain least squares from the model as it is given ends on a wrong one;
 least trimmed squares mostly does not (`bayes_hw.gap.fit.least_trimmed_squares`).
