@@ -13,6 +13,7 @@ from scipy import signal, stats
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.known_model import with_known
 from bayes_hw.identify.four_steps import identify
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
@@ -196,7 +197,10 @@ def begin(
         model = identification.model
     check_rates(model, [*records, *holdout])
     if identification is not None and start == "rest":
-        errors = [record.y - model.simulate(record.u).y for record in records]
+        errors = [
+            with_holes(record.y - model.simulate(record.u, known=record.known).y, record.measured)
+            for record in records
+        ]
         found = estimate_noise(errors)
         residuals = examine_residuals(records, errors, found.autoregression)
         return Beginning(model, identification, None, len(found.partial), residuals, infer_rng, predict_rng)

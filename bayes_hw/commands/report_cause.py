@@ -106,7 +106,7 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
         content = json.dumps(corrected_posterior(diagnosis), indent=1, allow_nan=False)
         write_text_atomically(place / "posterior.json", content + "\n")
         for name, record in zip(names, chosen.holdout, strict=True):
-            mean, low, high = predict_corrected(diagnosis.corrected, record.u)
+            mean, low, high = predict_corrected(diagnosis.corrected, record.u, record.known)
             bands = {"mean": mean, "lo": low, "hi": high}
             columns = record.columns() | {n: band + record.origin for n, band in bands.items()}
             write_csv(place / name, {n: values[chosen.lead :] for n, values in columns.items()})

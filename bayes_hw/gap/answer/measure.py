@@ -109,7 +109,7 @@ def measure(
 def _error_of_noise(final: Explanation, sigma: float) -> float:
     """Standard error of the encoder's noise, output units, from a finite number of correlated samples."""
     correlation = final.noise_correlation
-    samples = sum(len(e) for e in final.fit.residuals)
+    samples = final.fit.readings
     return float(sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples)))
 
 
@@ -144,34 +144,27 @@ def _closure(
     rng: np.random.Generator,
 ) -> Closure:
     """How far `final` closes the gap of `base`, as far as records tell beside what is named."""
-    outputs = [record.y for record in records]
+    outputs = _only_measured(records, [record.y for record in records])
+    before, after, shown = (_only_measured(records, x) for x in (found.before, found.after, found.shown))
     if final is base:
-        return _unchanged(found.before, outputs, sigma)
-    readings = without_glitches(final, outputs, found.shown)
+        return _unchanged(before, outputs, sigma)
+    drawn = [_only_measured(records, each) for each in found.drawn]
+    readings = without_glitches(final, outputs, shown)
     correlation = final.noise_correlation
     if final.tracking is Tracking.MEAN_SQUARES:
-        drift = _differences(found.shown, found.after)
+        drift = _differences(shown, after)
         drifts = []
         if any(np.any(record) for record in drift):
+            moved = (_only_measured(records, _at(final, values, commands, records)) for values in some)
             drifts = [
-                _differences(_differences(_at(final, values, commands, records), angle), drift)
-                for values, angle in zip(some, found.drawn, strict=True)
+                _differences(_differences(one, angle), drift) for one, angle in zip(moved, drawn, strict=True)
             ]
         steady = _differences(readings, drift)
-        closed = measured_closure(found.before, found.after, steady, sigma, error, correlation, rng, drifts)
+        closed = measured_closure(before, after, steady, sigma, error, correlation, rng, drifts)
     else:
-        closed = closure(
-            found.before,
-            found.after,
-            found.drawn,
-            readings,
-            found.shown,
-            sigma,
-            correlation,
-            rng,
-            final.tracking is Tracking.HIDDEN,
-        )
-    return closed.with_errors_of(outputs, found.before, found.shown, sigma)
+        hidden = final.tracking is Tracking.HIDDEN
+        closed = closure(before, after, drawn, readings, shown, sigma, correlation, rng, hidden)
+    return closed.with_errors_of(outputs, before, shown, sigma)
 
 
 def _estimates(final: Explanation, draws: FloatArray) -> dict[str, Estimate]:
@@ -220,6 +213,14 @@ def _at(
     """The prediction of `records`: the last samples of that for `commands`, which may begin earlier."""
     whole = predicted(explanation, values, commands, drift)
     return [y[len(y) - len(record.y) :] for y, record in zip(whole, records, strict=True)]
+
+
+def _only_measured(records: Sequence[Record], signals: Sequence[FloatArray]) -> list[FloatArray]:
+    """Of a signal (samples,) a record the samples that were measured."""
+    return [
+        y if record.measured is None else y[record.measured]
+        for record, y in zip(records, signals, strict=True)
+    ]
 
 
 def _mean(drawn: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:

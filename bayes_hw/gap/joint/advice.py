@@ -60,7 +60,7 @@ class Sized:
         """The largest acceleration that the drive showed in the records, output units/s^2."""
         fit = self.posterior.fit
         rate = fit.response.scale.rate_hz
-        w = [fit.response.simulate(fit.values, record.u).w for record in fit.response.records]
+        w = [fit.response.simulate(fit.values, record.u, record.known).w for record in fit.response.records]
         return float(np.quantile(np.abs(np.concatenate([np.diff(x, 2) for x in w])), REACHED)) * rate**2
 
 
@@ -244,7 +244,7 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             _friction,
         ),
         "backlash": Advice(
-            "bias two pinions against each other, adjust the gear, or approach targets from one side; "
+            "bias two pinions against each other, adjust the gear, or come to targets from one side; "
             "close the loop on an encoder at the load",
             "slow reversals at two amplitudes: the lost angle stays the same",
             _backlash,

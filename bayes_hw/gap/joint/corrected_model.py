@@ -32,7 +32,7 @@ from bayes_hw.model.linear import Mode
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
-DRAWS_KEPT = 200
+DRAWS_KEPT = 600
 COINCIDING = 1e-6
 """Share by which two equal real poles are put apart, so that they have residues."""
 

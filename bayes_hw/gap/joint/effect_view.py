@@ -72,12 +72,15 @@ class Seen:
 
     def runs(self, values: JointValues) -> list[Simulated]:
         """Simulations of every record."""
-        return [self.fit.response.simulate(values, record.u) for record in self.records]
+        return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
 
     def residuals(self) -> list[FloatArray]:
-        """Measured less simulated output, unweighted."""
+        """Measured less simulated output, unweighted, zero where nothing was measured."""
         runs = self.runs(self.fit.values)
-        return [record.y - run.y for record, run in zip(self.records, runs, strict=True)]
+        return [
+            np.where(record.measured_samples, record.y - run.y, 0.0)
+            for record, run in zip(self.records, runs, strict=True)
+        ]
 
     def number(self, label: str) -> int | None:
         """Which effect of the fit has this label."""
@@ -215,7 +218,8 @@ def _without(seen: Seen, number: int) -> list[Simulated]:
     kept = tuple(e for i, e in enumerate(values.effects) if i != number)
     response = seen.fit.response
     plain = type(response)(response.structure, kept, response.records, response.scale)
-    return [plain.simulate(JointValues(values.cascade, kept), record.u) for record in seen.records]
+    shown = JointValues(values.cascade, kept)
+    return [plain.simulate(shown, record.u, record.known) for record in seen.records]
 
 
 def _reading_error(

@@ -201,7 +201,16 @@ def _finished(
         (*notes, *_notes(found, decision), *advice),
         known=known_verdict(found, posterior, train, holdout, closure_on),
     )
-    corrected = corrected_model(name, train, posterior, sigma)
+    corrected = corrected_model(name, train, posterior, sigma) | {
+        "answer": list(decision.answer),
+        "probability": {label: decision.probability[label] for label in decision.answer},
+        "motion": {
+            "velocity": max(float(np.abs(r.u).max()) for r in train),
+            "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
+            "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
+        },
+        "next_experiment": verdict.next_experiment,
+    }
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(

@@ -123,6 +123,11 @@ class JointResponse:
         return found
 
     @property
+    def effect_sizes(self) -> tuple[int, ...]:
+        """How many coordinates every effect has."""
+        return tuple(self._sizes)
+
+    @property
     def size(self) -> int:
         return self._n_base + sum(self._sizes)
 

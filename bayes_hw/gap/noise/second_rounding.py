@@ -16,6 +16,7 @@ from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.stochastic import lattice_step, rounding_step
+from bayes_hw.gap.noise.whitener import only_read
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class SecondRounding:
     @classmethod
     def of(cls, fit: Misfit) -> SecondRounding | None:
         """That of the measured values; None where they lie on no lattice."""
-        step = lattice_step(fit.measured)
+        step = lattice_step(only_read(fit.measured, fit.unread))
         return cls(fit, step) if step else None
 
     @property

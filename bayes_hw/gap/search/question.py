@@ -19,6 +19,7 @@ from bayes_hw.gap.fit.plain_fit import first_sigma
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.identify.holes import masks_of
 
 UNKNOWN_NOISE_SHARE = 1e-3
 """Of the travel: the noise assumed to start with where the model names none."""
@@ -47,6 +48,8 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
     floor = repeated_floor(case.train)
     sigma = nominal if nominal > 0 else min(floor, UNKNOWN_NOISE_SHARE * travel)
     inputs, measured = [record.u for record in case.train], [record.y for record in case.train]
+    masks = masks_of(case.train)
+    unread = None if masks is None else tuple(~mask for mask in masks)
     builder: Builder
     if isinstance(case, Case):
         builder = chains = ChainBuilder(case.model)
@@ -57,11 +60,11 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
         builder = SimulatorBuilder(case.model)
         scale = simulator_scale(case.model, case.train, sigma)
         if not nominal > 0:
-            rough = Hypothesis(builder, scale, inputs)
+            rough = Hypothesis(builder, scale, inputs, unread=unread)
             sigma = floor if np.isfinite(floor) else first_sigma(rough, measured)
             scale = simulator_scale(case.model, case.train, sigma)
         effects, known = effects_for(scale, case.model.force_door, without), set(STOCHASTIC_ON_OUTPUT)
     known |= {effect.label for effect in effects}
     labels = [label for label in LABEL_BLOCKS if label in known - without]
     labels += sorted(known - without - set(labels))
-    return Question(Hypothesis(builder, scale, inputs), measured, effects, labels, nominal)
+    return Question(Hypothesis(builder, scale, inputs, unread=unread), measured, effects, labels, nominal)

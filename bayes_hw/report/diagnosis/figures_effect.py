@@ -20,7 +20,7 @@ def effect_figure(view: EffectView) -> Figure:
         size = 4 if len(view.x) < 40 else 2.5
         axes.errorbar(
             view.x, view.y, yerr=view.half if view.half.any() else None, fmt="o", color=DATA, markersize=size,
-            elinewidth=1.0, capsize=0, label="found without it",
+            elinewidth=1.0, capsize=0, label="found without the law",
         )  # fmt: skip
         if view.logarithmic:
             axes.set(xscale="log", yscale="log")

@@ -12,6 +12,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_view import EffectView, Seen, effect_view
 from bayes_hw.gap.joint.finding import MOST_SAID, sentence, words_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record
@@ -48,7 +49,9 @@ class JointPage:
         fit, train = self.diagnosis.posterior.fit, self.diagnosis.train
         whitener = fit.point.whitener
         order = whitener.order
-        residuals = [r.y - fit.response.simulate(fit.values, r.u).y for r in train]
+        residuals = [
+            with_holes(r.y - fit.response.simulate(fit.values, r.u, r.known).y, r.measured) for r in train
+        ]
         return examine_residuals(train, residuals, whitener.coefficients[order, :order])
 
     @cached_property
@@ -154,5 +157,5 @@ def _left(tests: ResidualReport) -> Badge:
     return Badge(
         "something is left",
         "bad" if not tests.white else "warn",
-        "; ".join(test.meaning for test in failed[:2]),
+        "; ".join(test.meaning.split(":")[0] for test in failed[:2]),
     )

@@ -13,6 +13,11 @@ from bayes_hw.report.posterior.posterior_sections import conditional_sentence
 
 DEAD_ZONE = "dead_zone.half_width"
 LIMITS = ("saturation.lower", "saturation.upper")
+REFUTED = (
+    "Its numbers are those of a model that does not hold: they stand further down, folded, for comparison "
+    "alone."
+)
+
 BLOCK_PARAMETERS = {**{name: name for name in LIMITS}, "dead_zone": DEAD_ZONE}
 """The parameter of every block of `Identification.blocks_shown`."""
 
@@ -38,7 +43,12 @@ def verdict(analysis: Analysis) -> str:
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
-    sentences += [_fit_sentence(analysis), _estimate_sentence(analysis)]
+    feedback = analysis.inference.residuals.feedback
+    if feedback.closed_loop:
+        sentences.append(_capitalized(feedback.sentence) + ".")
+    sentences.append(_fit_sentence(analysis))
+    holds = analysis.inference.residuals.white and analysis.inference.residuals.explained
+    sentences.append(_estimate_sentence(analysis) if holds else REFUTED)
     if posterior.conditional_on:
         sentences.append(conditional_sentence(posterior))
     return " ".join(sentences)
@@ -60,21 +70,22 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
     """The checks of the first page: sampling, residuals, bands, blocks."""
     posterior, residuals = analysis.inference.posterior, analysis.inference.residuals
     summaries = posterior.summaries.values()
-    worst_r_hat = max(summary.r_hat for summary in summaries)
     smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
     hidden = [name for name in (*LIMITS, DEAD_ZONE, *_modes(posterior)) if name in not_shown(analysis)]
+    smallest_p = min(test.p_value for test in residuals.tests if test.passed or not residuals.white)
     conditional = (Badge("conditional", "warn", f"given {' and '.join(posterior.conditional_on)}"),)
     return (
         Badge(
-            "converged" if posterior.converged else "not converged",
-            ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
-            f"nested R-hat {worst_r_hat:.3f}, {smallest:.0f} effective samples or more"
-            + "".join(f"; {problem}" for problem in posterior.problems[:1]),
+            "what is left is noise" if residuals.white else "the model does not hold",
+            "good" if residuals.white else "bad",
+            "; ".join(residuals.failures)
+            or f"whiteness and independence of the command, smallest p‑value {format_p_value(smallest_p)}",
         ),
         Badge(
-            "residuals white" if residuals.white else "residuals not white",
-            "good" if residuals.white else "bad",
-            "; ".join(f"{test.name}: p‑value {format_p_value(test.p_value)}" for test in residuals.tests[:2]),
+            "intervals computed to the end" if posterior.converged else "not converged",
+            ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
+            f"{smallest:.0f} independent draws or more of every number"
+            + "".join(f"; {problem}" for problem in posterior.problems[:1]),
         ),
         *(conditional if posterior.conditional_on else ()),
         *(() if analysis.check is None else (_check_badge(analysis.check),)),

@@ -9,7 +9,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.record import Record, Units
-from bayes_hw.report.diagnosis.axis_sight import ErrorOver, Sight, StepOfVelocity
+from bayes_hw.report.axis.axis_sight import ErrorOver, Sight, StepOfVelocity
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
     drawable,
@@ -83,8 +83,8 @@ def response_figure(sight: Sight, units: Units) -> Figure:
             for axes in (magnitude, coherence):
                 axes.axvline(mode, color=MUTED, linewidth=0.7, linestyle=":")
             magnitude.annotate(
-                f"f{number} {mode:.3g} Hz", (mode, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2),
-                textcoords="offset points", va="top", fontsize=8, rotation=90, color=INK,
+                f"f{number} {mode:.3g} Hz", (mode, 0.0), xycoords=("data", "axes fraction"), xytext=(3, 3),
+                textcoords="offset points", va="bottom", fontsize=8, rotation=90, color=INK,
             )  # fmt: skip
         magnitude.set_xscale("log")
         plain_log_ticks(coherence, "x")

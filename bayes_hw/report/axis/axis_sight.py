@@ -49,7 +49,7 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     """Measured and modelled response of the velocity to the limited command, over the velocity gain."""
     fit = posterior.fit
     rate, values, structure = fit.response.scale.rate_hz, fit.values, fit.structure
-    runs = [fit.response.simulate(values, r.u) for r in records]
+    runs = [fit.response.simulate(values, r.u, r.known) for r in records]
     measured = frequency_response([r.y for r in records], [run.v for run in runs], rate)
     alike = frequency_response([run.y for run in runs], [run.v for run in runs], rate)
     gain = velocity_gain(fit)
@@ -57,14 +57,14 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     z = np.exp(2j * np.pi * f / rate)
     speed = np.abs(z - 1) * rate / abs(gain)
     model = speed * np.abs(drive_response(structure, values, z))
-    draws = [fit.response.values(c) for c in posterior.coordinates[:200]]
-    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in draws]) * speed
+    some = [fit.response.values(x) for x in posterior.coordinates[:200]]
+    drawn = np.array([np.abs(drive_response(structure, v, z)) for v in some]) * speed
     low, high = np.quantile(drawn, [0.03, 0.97], axis=0)
     modes = tuple(
         float(np.median(d)) for n, d in posterior.base.items()
         if n.startswith("mode") and n.endswith("frequency_hz")
     )  # fmt: skip
-    return Sight(measured, alike, gain, f, model, low, high, modes, _remark(f, model, measured))
+    return Sight(measured, alike, gain, f, model, low, high, modes, rise_remark(f, model, measured))
 
 
 def velocity_gain(fit: JointFit) -> float:
@@ -77,7 +77,9 @@ def velocity_gain(fit: JointFit) -> float:
     return float(np.abs((drive_response(fit.structure, fit.values, z) * (z - 1))[0])) * rate
 
 
-def _remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+def rise_remark(f: FloatArray, model: FloatArray, measured: FrequencyResponse | None) -> str:
+    """Where a response of the velocity `model` (frequencies,) rises by RISE_DB beyond what was measured; ""
+    elsewhere."""
     excited = float(f[-1]) / 2
     if measured is not None and (measured.coherence > TRUSTED).any():
         excited = float(measured.frequency_hz[measured.coherence > TRUSTED][-1])
@@ -112,11 +114,14 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     largest = max(float(np.abs(r.u).max()) for r in records)
     limits = [abs(x) for x in (fit.values.cascade.lower, fit.values.cascade.upper) if np.isfinite(x)]
     command = STEP_SHARE * min([*limits, largest])
+    columns = {e.form.column for e in fit.response.template if e.form.column}
     lead = max(round(0.05 * seconds * rate), 2)
     u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
 
+    at_rest = {column: np.zeros(len(u)) for column in columns}
+
     def velocity(one: FloatArray) -> FloatArray:
-        w = fit.response.simulate(fit.response.values(one), u).w
+        w = fit.response.simulate(fit.response.values(one), u, at_rest).w
         return np.diff(w, prepend=0.0) * rate
 
     drawn = np.array([velocity(x) for x in posterior.coordinates[:STEP_DRAWS]])
@@ -143,10 +148,11 @@ class ErrorOver:
 def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tuple[ErrorOver, ErrorOver]:
     """Over speed and over position."""
     rate, unit = fit.response.scale.rate_hz, records[0].units.output
-    runs = [fit.response.simulate(fit.values, r.u) for r in records]
-    plain = [base.response.simulate(base.values, r.u).y for r in records]
-    after = np.concatenate([r.y - run.y for r, run in zip(records, runs, strict=True)])
-    before = np.concatenate([r.y - y for r, y in zip(records, plain, strict=True)])
+    runs = [fit.response.simulate(fit.values, r.u, r.known) for r in records]
+    plain = [base.response.simulate(base.values, r.u, r.known).y for r in records]
+    held = [r.measured_samples for r in records]
+    after = np.concatenate([np.where(m, r.y - x.y, 0.0) for r, x, m in zip(records, runs, held, strict=True)])
+    before = np.concatenate([np.where(m, r.y - y, 0.0) for r, y, m in zip(records, plain, held, strict=True)])
     speed = np.concatenate([np.gradient(run.w) * rate for run in runs])
     position = np.concatenate([r.y + r.origin for r in records])
     return (
