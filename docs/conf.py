@@ -23,6 +23,7 @@ extensions = [
     "sphinx.ext.doctest",
     "effect_gallery",
     "architecture_diagram",
+    "constants_page",
     "command_pages",
     "schema_pages",
     "study_numbers",

@@ -18,9 +18,9 @@ from bayes_hw.infer.convergence import effective_sample_size
 from bayes_hw.infer.inference import axis_for
 from bayes_hw.infer.laplace import Laplace
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import StartingPoint, starting_point
-from bayes_hw.infer.straightening import Straightening
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.lanes import LANES, load, store
@@ -41,8 +41,8 @@ class Case:
     start_seconds: float
 
     @property
-    def straightening(self) -> Straightening:
-        found = Straightening.of(self.target.parameters, self.target.records)
+    def straightening(self) -> Reparameterisation:
+        found = Reparameterisation.of(self.target.parameters, self.target.records)
         assert found is not None
         return found
 

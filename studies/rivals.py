@@ -2,7 +2,7 @@
 
 All have the density of `bayes_hw.infer.log_posterior.LogPosterior` for records from rest with AR(1) noise,
 free dominant modes and a saturation, dead zone and gain. The gradient samplers work in straight coordinates
-(`bayes_hw.infer.straightening`), where they are faster than in any other tried here.
+(`bayes_hw.infer.reparameterisation`), where they are faster than in any other tried here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.reparameterisation import Reparameterisation
 
 LOWER, UPPER, HALF_WIDTH, GAIN, FIRST_MODE = range(5)
 
@@ -79,7 +79,7 @@ class StraightGradient:
     """Log-posterior and gradient at one point of straight coordinates, compiled (forward sensitivities)."""
 
     target: LogPosterior
-    straightening: Straightening
+    straightening: Reparameterisation
 
     def arguments(self) -> tuple[Any, ...]:
         """What `log_posterior_and_gradient` takes after the point."""

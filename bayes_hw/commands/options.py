@@ -160,16 +160,6 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_scheduler(parser: argparse.ArgumentParser) -> None:
-    """--scheduler, for commands that run many tasks; hand it to `bayes_hw.executor.make_executor`."""
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="run the tasks on the Dask cluster whose scheduler is at ADDRESS, such as tcp://host:8786,"
-        " instead of here (needs bayes-hw[dask])",
-    )
-
-
 def add_sampling(parser: argparse.ArgumentParser, *, resumable: bool = True) -> None:
     """Settings of the sampler, and --resume where the command keeps a checkpoint."""
     group = parser.add_argument_group("sampling")

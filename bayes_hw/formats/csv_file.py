@@ -78,12 +78,6 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     )
 
 
-def column_names(path: Path) -> Layout:
-    """The layout of the table in `path`, its lines checked."""
-    _check_lines(path)
-    return find_layout(path)
-
-
 def _positions(path: Path, layout: Layout, name: str) -> list[int]:
     found = matches(layout.names, name)
     if not found and name.isdecimal() and 0 < int(name) <= layout.columns:

@@ -75,11 +75,6 @@ def read_json(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collec
     return Table(values, missing, names, "column", place, units, clocks)
 
 
-def json_names(path: Path) -> tuple[str, ...]:
-    """The names of every column."""
-    return read_json(path, [], most_rows=1).names
-
-
 def _decoded(path: Path, content: str) -> Any:
     try:
         return json.loads(content)

@@ -27,9 +27,9 @@ from bayes_hw.infer.inference import residual_report
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import noise_covariance, starting_point
-from bayes_hw.infer.straightening import Straightening
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -249,7 +249,7 @@ def _sampled(
     covariance[n_axis:, n_axis:] = noise_covariance(estimate, len(record))
     covariance[:n_axis, :n_axis] = origin.covariance[:n_axis, :n_axis]
     mode = np.concatenate([coordinates, noise_mode])
-    straightening = Straightening.of(axis.parameters, records)
+    straightening = Reparameterisation.of(axis.parameters, records)
     sampling = sample(
         target, mode, covariance, sampler_rng, settings=case.settings, straightening=straightening
     )

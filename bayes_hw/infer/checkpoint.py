@@ -20,9 +20,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_output import hdf5_written_atomically
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
-from bayes_hw.infer.bend import Bend
 from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import StudentTMixture
+from bayes_hw.infer.triangular_map import Bend
 
 REMEDY = "remove the folder and run without --resume"
 

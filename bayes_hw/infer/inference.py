@@ -25,10 +25,10 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
-from bayes_hw.infer.straightening import Straightening
 from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -145,7 +145,7 @@ def infer(
                 sampler_rng,
                 settings=settings,
                 others=origin.others,
-                straightening=Straightening.of(axis.parameters, records),
+                straightening=Reparameterisation.of(axis.parameters, records),
                 jobs=jobs,
                 progress=progress,
                 checkpoint=checkpoint,

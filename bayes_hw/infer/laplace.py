@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.mixture import StudentTMixture, several_laplace
-from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.reparameterisation import Reparameterisation
 
 VALLEY = 2.0
 """Two modes are two where the log-density between them falls this far below the lower one."""
@@ -31,7 +31,7 @@ class LogDensity(Protocol):
 class StraightDensity:
     """A log-density as a function of straight coordinates, Jacobian included."""
 
-    def __init__(self, density: LogDensity, straightening: Straightening) -> None:
+    def __init__(self, density: LogDensity, straightening: Reparameterisation) -> None:
         self.density = density
         self.straightening = straightening
 
@@ -80,7 +80,7 @@ class Laplace:
                 kept.append((mode, covariance))
         return replace(self, modes=kept)
 
-    def straightened(self, straightening: Straightening) -> Laplace:
+    def straightened(self, straightening: Reparameterisation) -> Laplace:
         """The same in straight coordinates."""
         return Laplace(
             [

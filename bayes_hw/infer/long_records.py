@@ -25,6 +25,7 @@ from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.infer.expansion import Expansion, whitened_products
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.reweighting import Reweighting, reweighted
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import (
@@ -33,7 +34,6 @@ from bayes_hw.infer.starting_point import (
     loosen_flat_directions,
     noise_covariance,
 )
-from bayes_hw.infer.straightening import Straightening
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.model.streaming import simulated_blocks
@@ -163,7 +163,7 @@ def sample_long(
 
     Where the weights do not hold, once more with an expansion about the weighted draws.
     """
-    straightening = Straightening.of(target.axis.parameters, target.records)
+    straightening = Reparameterisation.of(target.axis.parameters, target.records)
     centre, covariance = origin.coordinates, origin.covariance
     for attempt in range(ATTEMPTS):
         with progress.stage("likelihood expanded over all samples"):

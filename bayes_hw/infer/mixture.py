@@ -9,7 +9,7 @@ import numpy as np
 from scipy import linalg, special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.bend import Bend
+from bayes_hw.infer.triangular_map import Bend
 
 DEGREES_OF_FREEDOM = 8.0
 FITTED_DEGREES = 16.0

@@ -9,8 +9,8 @@ from emcee import State
 from emcee.moves import MHMove, Move
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.bend import Bend
 from bayes_hw.infer.mixture import StudentTMixture
+from bayes_hw.infer.triangular_map import Bend
 
 DEFAULT_STRETCH = 2.38
 OPPOSITE_CORRELATION = -0.5

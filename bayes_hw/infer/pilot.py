@@ -23,7 +23,7 @@ from bayes_hw.infer.importance import Trial, importance_trial, independence_shar
 from bayes_hw.infer.laplace import Laplace, LogDensity
 from bayes_hw.infer.mixture import StudentTMixture, defended, fit_student_t_mixture, refitted
 from bayes_hw.infer.moves import weighted_moves
-from bayes_hw.infer.strays import without_strays
+from bayes_hw.infer.stuck_walkers import without_strays
 from bayes_hw.progress import Progress
 
 PILOT_STEPS = 90

@@ -17,7 +17,7 @@ from bayes_hw.infer.ensemble import EnsembleState, advance
 from bayes_hw.infer.laplace import Laplace, LogDensity
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.pilot import run_pilot
-from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.progress import Progress
 
 MIN_STEPS = 50
@@ -65,7 +65,7 @@ def sample(
     *,
     settings: SamplerSettings | None = None,
     others: Sequence[tuple[FloatArray, FloatArray]] = (),
-    straightening: Straightening | None = None,
+    straightening: Reparameterisation | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
@@ -154,7 +154,7 @@ def _joined(blocks: list[Block]) -> tuple[FloatArray, FloatArray]:
 
 def _block(
     densities: Sequence[LogDensity],
-    straightening: Straightening | None,
+    straightening: Reparameterisation | None,
     states: list[EnsembleState],
     moves: list[tuple[Move, float]],
     steps: int,

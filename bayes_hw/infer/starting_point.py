@@ -13,9 +13,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale, whitened
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
+from bayes_hw.infer.improper_tails import onto_plains
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
-from bayes_hw.infer.plains import onto_plains
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record

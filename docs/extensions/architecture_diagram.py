@@ -1,4 +1,4 @@
-"""The diagram of the rooms, drawn from the import contract of pyproject.toml: docs/generated/rooms.svg."""
+"""Diagrams of the rooms, drawn from the import contracts of pyproject.toml: docs/generated/*.svg."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from bayes_hw.report.page.drawing import drawing_settings, new_canvas
 from bayes_hw.report.page.palette import BLUE, INK, MUTED
 
 HERE = Path(__file__).resolve().parents[1]
-TARGET = HERE / "generated" / "rooms.svg"
+TARGETS = {"bayes_hw": "rooms.svg", "bayes_hw.gap": "diagnosis_rooms.svg"}
+"""The figure of each folder whose rooms a contract puts in order."""
 
 WORDS = {
     "cli": "parse, call, say",
@@ -33,17 +34,37 @@ WORDS = {
 }
 """What a room holds, for those that are worth a line."""
 
+WORDS_OF_GAP = {
+    "blind": "cases of known faults, and the score",
+    "diagnosis": "pose, search, criticise, answer, measure",
+    "joint": "records alone: structure, effect, noise at once",
+    "answer": "labels, probabilities, how far the gap closes",
+    "search": "strategies in a list",
+    "criticism": "what an explanation leaves",
+    "fit": "least squares, evidence, posterior draws",
+    "noise": "random causes, alone and two at once",
+    "effects": "one class an effect",
+    "simulate": "the compiled axis with effects",
+    "case": "simulator and records",
+}
 
-def layers() -> list[list[str]]:
-    """Rooms from the top down, those of one layer together."""
+
+def layers(folder: str) -> list[list[str]]:
+    """Rooms of a folder from the top down, those of one layer together."""
     content = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))
-    contract = content["tool"]["importlinter"]["contracts"][0]
+    contracts = content["tool"]["importlinter"]["contracts"]
+    contract = next(one for one in contracts if one.get("containers") == [folder])
     return [[name.strip() for name in layer.split("|")] for layer in contract["layers"]]
 
 
 def generate(app: Sphinx) -> None:
-    """Draw one row a layer; imports run from each row to those below it."""
-    rows = layers()
+    """Draw every figure."""
+    for folder, target in TARGETS.items():
+        draw(layers(folder), WORDS_OF_GAP if folder.endswith("gap") else WORDS, HERE / "generated" / target)
+
+
+def draw(rows: list[list[str]], words: dict[str, str], target: Path) -> None:
+    """One row a layer; imports run from each row to those below it."""
     with drawing_settings():
         canvas = new_canvas(0.36 * len(rows) + 0.4, 7.2)
         axes = canvas.subplots()
@@ -52,7 +73,7 @@ def generate(app: Sphinx) -> None:
         for i, names in enumerate(rows):
             width = 0.9 / len(names)
             for j, name in enumerate(names):
-                told = name in WORDS
+                told = name in words
                 box = {"facecolor": BLUE if told else MUTED, "alpha": 0.12 if told else 0.08, "lw": 0}
                 axes.add_patch(_rectangle(0.05 + j * width + 0.004, i + 0.05, width - 0.008, 0.86, box))
                 axes.text(
@@ -69,7 +90,7 @@ def generate(app: Sphinx) -> None:
                     axes.text(
                         0.05 + (j + 0.5) * width,
                         i + 0.71,
-                        WORDS[name],
+                        words[name],
                         ha="center",
                         va="center",
                         fontsize=6.5,
@@ -81,8 +102,8 @@ def generate(app: Sphinx) -> None:
         axes.text(
             0.0, len(rows) / 2, "imports", rotation=90, va="center", ha="center", fontsize=8, color=MUTED
         )
-        TARGET.parent.mkdir(exist_ok=True)
-        canvas.savefig(TARGET, format="svg", metadata={"Date": None, "Creator": None})
+        target.parent.mkdir(exist_ok=True)
+        canvas.savefig(target, format="svg", metadata={"Date": None, "Creator": None})
 
 
 def _rectangle(x: float, y: float, width: float, height: float, style: dict[str, object]):

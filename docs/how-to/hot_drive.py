@@ -14,7 +14,7 @@ class HotDrive(Effect):
     """
 
     label, block = "hot_drive", "input"
-    test_values = (0.05, 0.02, 30.0)
+    test_values, vanishing_values = (0.05, 0.02, 30.0), (0.0, 0.0, 30.0)
     description = Description(
         "Hot drive",
         "the drive warms up, and pushes the encoder beside it aside",

@@ -5,25 +5,32 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import EntryPoint
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from drive_axis import RATE, command, drive_axis, hypothesis
+from drive_axis import RATE, SIGMA, command, drive_axis, hypothesis, white
+from fitted import simulated_with
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.scale import AxisScale
+from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects import catalogue as catalogue_module
-from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue
+from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue, known_labels
 from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect, everywhere_periodic
 from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness
 from bayes_hw.gap.effects.priors import positive
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, Normal
+from bayes_hw.record import Record
 
 STOCHASTIC_LABELS = {"wind", "encoder_quantization", "timing_jitter", "outliers"}
 CATALOGUE = catalogue()
@@ -39,7 +46,21 @@ def with_richer_forms() -> list[Effect]:
     return found
 
 
-EVERY = with_richer_forms()
+HOW_TO = Path(__file__).parents[2] / "docs" / "how-to"
+
+
+def of_another_package() -> Effect:
+    """The effect of the how-to, which stands for any that the program does not come with."""
+    place = spec_from_file_location("hot_drive", HOW_TO / "hot_drive.py")
+    assert place is not None and place.loader is not None
+    module = module_from_spec(place)
+    place.loader.exec_module(module)
+    found: Effect = module.HotDrive()
+    return found
+
+
+BUILT_IN = with_richer_forms()
+EVERY = [*BUILT_IN, of_another_package()]
 AXIS = drive_axis()
 U = command(200, seed=5)
 BASE = hypothesis(AXIS, [U])
@@ -54,7 +75,7 @@ def output(effect: Effect, values: Sequence[float]) -> FloatArray:
 
 def test_the_labels_are_the_seventeen_of_the_format() -> None:
     assert len(LABEL_BLOCKS) == 17
-    assert {effect.label for effect in EVERY} == set(LABEL_BLOCKS) - STOCHASTIC_LABELS
+    assert {effect.label for effect in BUILT_IN} == set(LABEL_BLOCKS) - STOCHASTIC_LABELS
     assert set(LABEL_BLOCKS.values()) == set(BLOCKS)
     names = [effect.name for effect in EVERY]
     assert len(set(names)) == len(names)
@@ -65,7 +86,7 @@ def test_every_effect_says_what_it_is(effect: Effect) -> None:
     """Docstring, block, parameters LABEL.NAME whose priors are finite where starts and test values are."""
     text = " ".join((type(effect).__doc__ or "").split())
     assert len(text) > 80
-    assert effect.block == LABEL_BLOCKS[effect.label] == block_of(effect.label)
+    assert effect.block == block_of(effect.label, (effect,))
     parameters = effect.parameters(SCALE)
     assert len(parameters) == len(effect.test_values)
     assert len({p.name for p in parameters}) == len(parameters)
@@ -84,24 +105,11 @@ def test_every_effect_says_what_it_is(effect: Effect) -> None:
 
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.name)
 def test_every_effect_shows_and_vanishes_with_its_size(effect: Effect) -> None:
-    """At its test values it moves the output; nearly at its neutral values it does not."""
+    """At its test values it moves the output; at its vanishing values it does not."""
     moved = output(effect, effect.test_values)
     assert np.isfinite(moved).all()
     assert np.sqrt(np.mean((moved - Y) ** 2)) > 1e-5
-    size = {
-        "rate_limit": (1e9,),
-        "gain_asymmetry": (1 + 1e-9,),
-        "unmodelled_mode": (1e-9, *effect.test_values[1:]),
-        "friction": (1e-9, *effect.test_values[1:]),
-        "gain_drift": (1e-9, *effect.test_values[1:]),
-    }
-    tiny = size.get(effect.label)
-    if tiny is None:
-        linear = 2 if isinstance(effect, PeriodicEffect) else 1
-        rest = effect.test_values[linear:]
-        tiny = (*(1e-9,) * linear, *rest[:1], *(0.0 for _ in rest[1:]))
-        tiny = tiny if linear == 2 else (1e-9, *rest)
-    np.testing.assert_allclose(output(effect, tiny), Y, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(output(effect, effect.vanishing_values), Y, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
@@ -191,14 +199,14 @@ def test_another_package_registers_an_effect(monkeypatch: pytest.MonkeyPatch) ->
     assert len(catalogue(frozenset({"cable_drag"}))) == len(CATALOGUE)
 
 
-def test_the_effect_of_the_how_to_is_registered_by_a_package(
+def test_the_effect_of_the_how_to_is_registered_and_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As it stands there, installed beside its entry point; its two places warm up in one time."""
-    how_to = Path(__file__).parents[2] / "docs" / "how-to"
-    page = (how_to / "add_an_effect.md").read_text(encoding="utf-8")
+    """Installed as the page says, it is in the catalogue, and a diagnosis of an axis whose drive warms up
+    names it rather than the two built-in effects that it joins, with its time and its block."""
+    page = (HOW_TO / "add_an_effect.md").read_text(encoding="utf-8")
     (points,) = re.findall(r"```toml\n\[project.entry-points.*?\]\n(.*?)```", page, re.DOTALL)
-    shutil.copy(how_to / "hot_drive.py", tmp_path)
+    shutil.copy(HOW_TO / "hot_drive.py", tmp_path)
     installed = tmp_path / "hot_drive-1.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: hot-drive\nVersion: 1.0\n")
@@ -206,10 +214,24 @@ def test_the_effect_of_the_how_to_is_registered_by_a_package(
     monkeypatch.syspath_prepend(tmp_path)
     added = catalogue()[-1]
     assert (added.name, block_of("hot_drive", (added,))) == ("hot_drive", "input")
-    warm, cold = output(added, added.test_values), output(added, (0.0, 0.0, 30.0))
-    np.testing.assert_allclose(cold, Y, atol=1e-12)
-    assert np.abs(warm - Y).max() > 1e-3
-    assert len(added.starts(BASE.scale)[0]) == len(added.parameters(BASE.scale)) == 3
+
+    change, push, time = 0.05, 0.05, 10.0
+    inputs = [command(600, seed) for seed in (1, 2, 3)]
+    clean = simulated_with(added, (change, push, time), inputs)
+    t = np.arange(600) / RATE
+    records = [
+        Record(str(i), t, u, y + white(len(y), SIGMA, i), RATE, AXIS.units)
+        for i, (u, y) in enumerate(zip(inputs, clean, strict=True))
+    ]
+    case = Case.of_records("warm", replace(AXIS, noise_sigma=SIGMA), records[:2], records[2:])
+    rivals = {"hot_drive", "gain_drift", "sensor_drift", "command_bias"}
+    found = diagnose(case, np.random.default_rng(1), without=frozenset(known_labels()) - rivals)
+    assert found.verdict.answer == ("hot_drive",)
+    assert found.verdict.where.block == "input"
+    estimate = found.verdict.parameters["hot_drive.time"]
+    assert estimate.hdi94[0] < time < estimate.hdi94[1] and estimate.sd < 0.2 * time
+    assert found.verdict.gap_holdout.closed > 0.95
+    assert "hot_drive in the block input" in sentence(found)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from simulated_records import measured
 from targets import Banana, Gaussian, TwoModes
 
 from bayes_hw.infer.laplace import Laplace, StraightDensity
-from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -33,15 +33,15 @@ def test_places_on_one_ridge_are_one_mode_and_two_peaks_are_two() -> None:
 
 
 @pytest.fixture
-def straightening(small_axis: HammersteinWiener) -> Straightening:
+def straightening(small_axis: HammersteinWiener) -> Reparameterisation:
     records = [measured(small_axis, 400, seed=1), measured(small_axis, 300, seed=2)]
-    found = Straightening.of(AxisParameters(small_axis).parameters, records)
+    found = Reparameterisation.of(AxisParameters(small_axis).parameters, records)
     assert found is not None
     return found
 
 
 def test_probabilities_are_the_same_in_straight_coordinates(
-    small_axis: HammersteinWiener, straightening: Straightening
+    small_axis: HammersteinWiener, straightening: Reparameterisation
 ) -> None:
     """Draws of a normal distribution, carried over, weighed by density over that of a normal fitted to them
     there: the mean weight is the ratio of the normalizing constants, without the Jacobian it is far off."""
@@ -59,7 +59,7 @@ def test_probabilities_are_the_same_in_straight_coordinates(
     assert weights.mean() == pytest.approx(exact, rel=5 * weights.std() / weights.mean() / np.sqrt(len(x)))
 
 
-def test_what_could_not_be_evaluated_is_counted_through(straightening: Straightening) -> None:
+def test_what_could_not_be_evaluated_is_counted_through(straightening: Reparameterisation) -> None:
     target = Gaussian(3)
     straight = StraightDensity(target, straightening)
     straight.non_finite = 4

@@ -29,12 +29,6 @@ DEGREES_ASTRAY = 2
 FAILED = 8
 """Best sets of effects whose scatter tells how far off the base parameters of a failed explanation are."""
 
-FARTHER = 2.0
-"""Of the truth from the best of them, in units of theirs."""
-
-LARGEST_DOUBT = 0.6
-"""Logarithm of the noise that is left over the noise that is known, as far as it is believed."""
-
 
 def averaged_base(
     attribution: Attribution,
@@ -66,8 +60,8 @@ def averaged_base(
     if count >= LEAST_DRAWS:
         ranked = sorted(best.values(), key=lambda e: -e.log_evidence)
         failed = [*ranked[:FAILED], attribution.base]
-        base = _scattered(decision.explanation, failed, count, rng)
-        sigma, doubt = noise_beside(decision.explanation, nominal_sigma, floor)
+        base = _scattered(decision.explanation, failed, calibration.failed_scale, count, rng)
+        sigma, doubt = noise_beside(decision.explanation, nominal_sigma, floor, calibration)
         spread = np.exp(max(doubt, calibration.sigma_log_sd) * rng.standard_normal(count))
         parts.append(np.column_stack([base, sigma * spread]))
     for part in parts:
@@ -104,29 +98,32 @@ def _laplace_draws(explanation: Explanation, count: int, rng: np.random.Generato
 
 
 def _scattered(
-    best: Explanation, failed: Sequence[Explanation], count: int, rng: np.random.Generator
+    best: Explanation, failed: Sequence[Explanation], scale: float, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Base parameters (count, base parameters) about those of `best`, as far off as `failed` ones lie, but no
-    farther from the nominal model than that can be off."""
+    """Base parameters (count, base parameters) about those of `best`, `scale` times as far as `failed` ones
+    lie, no farther from the nominal model than that can be off."""
     hypothesis = failed[-1].fit.hypothesis
     rows = slice(hypothesis.base_count)
     apart = np.array([e.fit.coordinates[rows] - best.fit.coordinates[rows] for e in failed])
-    spread = FARTHER**2 * apart.T @ apart / len(failed) + best.fit.covariance()[rows, rows]
+    spread = scale**2 * apart.T @ apart / len(failed) + best.fit.covariance()[rows, rows]
     centre = best.fit.coordinates[rows]
     drawn = rng.multivariate_normal(centre, spread, count, method="eigh")
     return np.asarray(hypothesis.to_values(held_within_prior(hypothesis, drawn, centre)))
 
 
-def noise_beside(best: Explanation, nominal_sigma: float, floor: float) -> tuple[float, float]:
+def noise_beside(
+    best: Explanation, nominal_sigma: float, floor: float, calibration: Calibration
+) -> tuple[float, float]:
     """The encoder's noise where no explanation holds, and how far it may be off, as a logarithm.
 
     Half way between what is known of it and what `best` leaves, which holds the gap too; of what is left
-    no more than LARGEST_DOUBT counts, nor more than the `floor` of what repeats do not share. What is left
-    alone where nothing is known.
+    no more than `calibration.largest_doubt` counts, nor more than the `floor` of what repeats do not share.
+    What is left alone where nothing is known.
     """
     left = min(best.encoder_sigma, floor)
     if not nominal_sigma > 0:
         return left, 0.0
     apart = np.log(left / nominal_sigma)
-    half = 0.5 * float(np.clip(apart, -LARGEST_DOUBT, LARGEST_DOUBT))
+    most = calibration.largest_doubt
+    half = 0.5 * float(np.clip(apart, -most, most))
     return nominal_sigma * float(np.exp(half)), abs(half)

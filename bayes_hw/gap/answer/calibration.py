@@ -29,7 +29,14 @@ class Calibration:
     command and motion take it; `left_sharpness` how fast the odds change with the logarithms of the surprise,
     of that probability and of that share; `floor` the least doubt; `pair_ceiling` the largest probability of
     a label in an answer of two, `other_ceiling` that of "other", since a search can have missed the cause;
-    `sigma_log_sd` how far a nominal noise may be off; `astray_share` is how often base parameters are not
+    `sigma_log_sd` how far a nominal noise may be off, in its logarithm, and `largest_penalty` the most that
+    noise unlike it costs an explanation, in log-evidence; `largest_doubt` the logarithm of the noise that is
+    left over the noise that is known, as far as it is believed where no explanation holds; `chaos_in_noise`
+    the share by which the noise may be off beside a chaotic response, some of whose motion passes for it;
+    `confusable_evidence` the tempered log-odds within which another label is left open; `small_share` what
+    one label may leave of the base model's root mean square error where no noise is known, for a second not
+    to be looked at; `failed_scale` how much farther the truth is from the best of the explanations that
+    failed than they are from one another; `astray_share` is how often base parameters are not
     where an explanation's posterior has them, since it is not quite right, and `astray_scale` how much
     farther off they are then.
     """
@@ -58,6 +65,12 @@ class Calibration:
     pair_ceiling: float
     other_ceiling: float
     sigma_log_sd: float
+    largest_penalty: float
+    largest_doubt: float
+    chaos_in_noise: float
+    confusable_evidence: float
+    small_share: float
+    failed_scale: float
     astray_share: float
     astray_scale: float
 

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-CONFUSABLE_EVIDENCE = 6.0
-"""Log-evidence within which two explanations are not told apart."""
-
 SHOWS: Mapping[str, str] = MappingProxyType(
     {
         "rate_limit": "steps of the command of two sizes: a ramp's length grows with the step",
@@ -33,14 +30,14 @@ SHOWS: Mapping[str, str] = MappingProxyType(
 
 
 def confusable_pairs(
-    answer: tuple[str, ...], scores: Mapping[tuple[str, ...], float]
+    answer: tuple[str, ...], scores: Mapping[tuple[str, ...], float], least: float
 ) -> list[tuple[str, str]]:
-    """Pairs (named, rival) where putting the rival in place of the named label costs next to nothing."""
+    """Pairs (named, rival) where putting the rival in place of the named label costs no more than `least`."""
     if not answer or answer == ("other",) or answer not in scores:
         return []
     found = []
     for labels, value in scores.items():
-        if len(labels) != len(answer) or scores[answer] - value > CONFUSABLE_EVIDENCE:
+        if len(labels) != len(answer) or scores[answer] - value > least:
             continue
         named, rivals = set(answer) - set(labels), set(labels) - set(answer)
         if len(named) == 1:

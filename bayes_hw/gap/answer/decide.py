@@ -14,17 +14,14 @@ import numpy as np
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
 from bayes_hw.gap.criticism.block_functions import with_floor
-from bayes_hw.gap.criticism.leftover import Leftover, is_in_the_scatter
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
-from bayes_hw.gap.noise.stochastic import ROUNDING
+from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.search.attribute import Attribution
 from bayes_hw.gap.simulate.chain import ChainBuilder
 
 MOST_LABELS = 2
-
-LARGEST_PENALTY = 200.0
-"""Of noise unlike the nominal, in log-evidence."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Decision:
     answer: Labels
     explanation: Explanation
     probability: Mapping[str, float]
-    leftovers: tuple[Leftover, ...]
+    leftovers: tuple[ResidualDiagnostic, ...]
     sets: Mapping[Labels, float]
     blocks: Mapping[str, float]
 
@@ -63,7 +60,7 @@ def score(explanation: Explanation, nominal_sigma: float, calibration: Calibrati
     if not nominal_sigma > 0:
         return explanation.log_evidence
     off = np.log(explanation.encoder_sigma / nominal_sigma) / calibration.sigma_log_sd
-    return float(explanation.log_evidence - min(0.5 * off**2, LARGEST_PENALTY))
+    return float(explanation.log_evidence - min(0.5 * off**2, calibration.largest_penalty))
 
 
 def claims_of(
@@ -108,9 +105,9 @@ def _claim_of_pair(
     """
     pair = best[labels]
     alone = [best.get((label,), best[()]) for label in labels]
-    strain_tells = pair.strained and not all(reference.strained for reference in alone)
-    jitters = pair.stochastic is not None and pair.stochastic.label == "timing_jitter"
-    possible = not (pair.cannot_be_predicted and (strain_tells or jitters))
+    strain_tells = pair.at_odds_with_prior and not all(reference.at_odds_with_prior for reference in alone)
+    untimely = pair.stochastic is not None and pair.stochastic.cause.untimely
+    possible = not (pair.cannot_be_predicted and (strain_tells or untimely))
     demands: list[tuple[str, float]] = []
     for label, reference in zip(labels, alone, strict=True):
         gain = scores[labels] - scores[reference.labels]
@@ -126,12 +123,12 @@ def _claim_of_pair(
             if pair.stochastic.size is not None:
                 demands.append(("slow_pair_size", float(pair.stochastic.size / pair.encoder_sigma)))
             continue
-        if _drifts(reference) and _drifts(pair):
+        if reference.drifts and pair.drifts:
             samples = sum(map(len, pair.fit.residuals))
             demands.append(("slow_pair_share", float(np.sqrt(max(2 * gain / samples, 0.0)))))
             continue
         removed = reference.fit.rmse**2 - pair.fit.rmse**2
-        made_up_for = reference.strained and not pair.strained
+        made_up_for = reference.at_odds_with_prior and not pair.at_odds_with_prior
         if not made_up_for:
             size = float(np.sqrt(max(removed, 0.0)) / pair.encoder_sigma)
             demands += [("pair_size", size), ("pair_share", size / max(_gap(best[()], pair), 1e-300))]
@@ -144,15 +141,10 @@ def _gap(base: Explanation, explanation: Explanation) -> float:
     return float(np.sqrt(max(base.fit.rmse**2 - sigma**2, 0.0)) / sigma)
 
 
-def _drifts(explanation: Explanation) -> bool:
-    """Whether slow noise may hold motion that a response would otherwise have to follow."""
-    return explanation.stochastic is not None and explanation.stochastic.size is not None
-
-
 def remains_of(
     base: Explanation,
     explanation: Explanation,
-    left: Sequence[Leftover],
+    left: Sequence[ResidualDiagnostic],
     surprises: Mapping[str, float],
     far_ahead: bool = False,
 ) -> Remains:
@@ -166,7 +158,7 @@ def remains_of(
         gap=_gap(base, explanation),
         bent_gusts=float(explanation.bent_gusts / sigma),
         loose=explanation.display is not None or explanation.chaotic,
-        drifts=_drifts(explanation),
+        drifts=explanation.drifts,
         excused=far_ahead and explanation.chaotic,
         blocks=with_floor(surprises, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
@@ -177,8 +169,8 @@ def remains_of(
 def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[str, float]) -> float:
     """What functions of command, motion and time take of one chaotic effect's evidence over the base.
 
-    Simulated backlash that cannot be predicted leaves them 5 to 27 % (26 cases), a spring that passes for it
-    20 to 75 % (11). Nothing is said of two effects, one of which may be followed.
+    Little of backlash that cannot be predicted, much of a spring that passes for it. Nothing is said of two
+    effects, one of which may be followed.
     """
     gain = explanation.log_evidence - base.log_evidence
     if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:

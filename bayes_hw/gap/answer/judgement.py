@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.criticism.leftover import GUSTS, LINE, Leftover
-from bayes_hw.gap.noise.stochastic import ROUNDING
+from bayes_hw.gap.criticism.residual_diagnostics import GUSTS, LINE, ResidualDiagnostic
+from bayes_hw.gap.noise.random_cause import ROUNDING
 
 NONE, OTHER = "none", "other"
 FUNCTION = "function"
@@ -50,7 +50,7 @@ class Remains:
     functions take of its log-evidence over the base.
     """
 
-    leftovers: tuple[Leftover, ...]
+    leftovers: tuple[ResidualDiagnostic, ...]
     gap: float = 0.0
     bent_gusts: float = 0.0
     loose: bool = False
@@ -144,7 +144,7 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     return 1 / (1 + math.exp(-min(max(odds, -30.0), 30.0)))
 
 
-def _log_odds(item: Leftover, surprise: float, size: float, calibration: Calibration) -> float:
+def _log_odds(item: ResidualDiagnostic, surprise: float, size: float, calibration: Calibration) -> float:
     """That what is left counts, even where it has just this `surprise` or just this `size`."""
     by_surprise, by_size = math.log(item.surprise / surprise), 2 * math.log(item.size / size)
     return calibration.left_sharpness * min(by_surprise, by_size)

@@ -1,4 +1,4 @@
-"""How far the gap shrinks: prediction of records before and after the effects are added."""
+"""The explained fraction of the reducible error: predictions before and after the effects are added."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.stats import truncnorm
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
-from bayes_hw.gap.noise.stochastic import MAX_AGE, ROUNDING, HeldDisplay
+from bayes_hw.gap.noise.stochastic import MAX_AGE, HeldDisplay
 
 LOWER_TAIL = 0.03
 """Below the interval of a closed fraction, whose density piles up at its largest value: there it ends."""
@@ -62,22 +62,6 @@ class Closure:
         }
 
 
-def hides_motion(explanation: Explanation) -> bool:
-    """Whether errors of the readings alone hide the motion that is left: drift, rounding, or glitches where
-    nothing else is the matter. Beside a response, what lies between the glitches tells."""
-    if explanation.stochastic is None:
-        return False
-    alone = not explanation.fit.hypothesis.effects
-    label = explanation.stochastic.label
-    return label in (ROUNDING, "sensor_drift") or (label == "outliers" and alone)
-
-
-def moves_unseen(explanation: Explanation) -> bool:
-    """Whether motion, or its timing, is stochastic: no simulator tracks it, and the records alone tell it."""
-    stochastic = explanation.stochastic
-    return stochastic is not None and stochastic.label in ("wind", "timing_jitter")
-
-
 def without_glitches(
     explanation: Explanation, measured: Sequence[FloatArray], shown: Sequence[FloatArray]
 ) -> list[FloatArray]:
@@ -85,7 +69,7 @@ def without_glitches(
 
     A glitch says nothing of the motion.
     """
-    if explanation.stochastic is None or "outliers" not in explanation.stochastic.labels:
+    if explanation.stochastic is None or not explanation.stochastic.isolates:
         return list(measured)
     masks = find_glitches([y - s for y, s in zip(measured, shown, strict=True)])
     return [np.where(m, s, y) for y, s, m in zip(measured, shown, masks, strict=True)]

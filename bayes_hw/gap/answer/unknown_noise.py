@@ -10,44 +10,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.fit import Fit, fit
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.plain_fit import plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
-from bayes_hw.gap.noise.stochastic import ROUNDING, autoregression
-from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.noise.random_cause import ROUNDING
+from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.search.attribute import Attribution
-
-SMALL_SHARE = 0.2
-"""Of the base model's root mean square error: 4 % of its square."""
 
 LARGEST_WANDER = 1.3
 """Growth of the plain error under coloured noise at which plain least squares is the better estimate."""
-
-NOISE_SHARE = 1 / 3
-"""Of what the base model leaves: the noise assumed to start with."""
-
-ROUNDS = 4
-
-
-def plain_fit(start: Fit, measured: Sequence[FloatArray]) -> Fit:
-    """Plain least squares from `start`, the noise taken to be what is left."""
-    current = start
-    for _ in range(ROUNDS):
-        noise = Plain(current.rmse, masked=current.unread or ())
-        current = fit(current.hypothesis, measured, current.coordinates, noise)
-    return current
-
-
-def first_sigma(base: Hypothesis, measured: Sequence[FloatArray]) -> float:
-    """A noise to start with, output units, where none is given."""
-    rough = Plain(float(np.std(np.concatenate(list(measured)))), masked=base.unread or ())
-    return NOISE_SHARE * plain_fit(fit(base, measured, base.prior_means, rough), measured).rmse
 
 
 def plain_estimate(
@@ -91,9 +66,9 @@ def with_plain_estimates(
     )
 
 
-def without_small_seconds(attribution: Attribution) -> Attribution:
-    """The attribution without pairs of which one label alone leaves a small share of the error."""
-    limit = SMALL_SHARE * attribution.base.fit.rmse
+def without_small_seconds(attribution: Attribution, share: float) -> Attribution:
+    """The attribution without pairs of which one label alone leaves less than a `share` of the error."""
+    limit = share * attribution.base.fit.rmse
     enough = {e.labels for e in attribution.explanations if len(e.labels) == 1 and e.fit.rmse < limit}
     kept = tuple(
         e
@@ -103,7 +78,9 @@ def without_small_seconds(attribution: Attribution) -> Attribution:
     return replace(attribution, explanations=kept)
 
 
-def of_the_gap(left: Sequence[Leftover], explanation: Explanation, base: Explanation) -> list[Leftover]:
-    """Leftovers with their sizes as shares of the base model's error, not of the noise."""
+def of_the_gap(
+    left: Sequence[ResidualDiagnostic], explanation: Explanation, base: Explanation
+) -> list[ResidualDiagnostic]:
+    """Diagnostics with their sizes as shares of the base model's error, not of the noise."""
     ratio = min(explanation.encoder_sigma / base.fit.rmse, 1.0)
     return [replace(item, size=item.size * ratio) for item in left]

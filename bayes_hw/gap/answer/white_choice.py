@@ -1,4 +1,4 @@
-"""What a plain rule would have chosen: Akaike's criterion on white residuals. A baseline, not the answer."""
+"""The AIC baseline under white noise: what a plain rule would have chosen, not the answer."""
 
 from __future__ import annotations
 

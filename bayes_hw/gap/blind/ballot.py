@@ -15,7 +15,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.decide import best_of_sets, claims_of, remains_of
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
 from bayes_hw.gap.criticism.block_functions import block_surprises
-from bayes_hw.gap.criticism.leftover import Leftover, leftovers
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, residual_diagnostics
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose_case
 from bayes_hw.gap.fit.explanation import is_far_ahead
 
@@ -74,7 +74,7 @@ def _claim(content: Mapping[str, Any]) -> Claim:
 
 
 def _remains(content: Mapping[str, Any]) -> Remains:
-    left = tuple(Leftover(**item) for item in content["leftovers"])
+    left = tuple(ResidualDiagnostic(**item) for item in content["leftovers"])
     return Remains(**{**content, "leftovers": left, "named": tuple(content["named"])})
 
 
@@ -92,7 +92,9 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     ahead = is_far_ahead(attribution.explanations)
     with np.errstate(all="ignore"):
         surprises = block_surprises(attribution.base.fit, inputs)
-        left = {key: _small(leftovers(best[key], inputs, stated)) for key in dict.fromkeys(foremost)}
+        left = {
+            key: _small(residual_diagnostics(best[key], inputs, stated)) for key in dict.fromkeys(foremost)
+        }
     remains = {
         key: remains_of(attribution.base, best[key], its, surprises, ahead) for key, its in left.items()
     }
@@ -100,7 +102,7 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     return Ballot(finite, remains, tuple(labels))
 
 
-def _small(left: Sequence[Leftover]) -> list[Leftover]:
+def _small(left: Sequence[ResidualDiagnostic]) -> list[ResidualDiagnostic]:
     """Those that can make a difference."""
     return [item for item in left if item.surprise > 0 and item.size > 0]
 

@@ -59,14 +59,32 @@ BY_HAND = Calibration(
     pair_ceiling=0.9,
     other_ceiling=0.9,
     sigma_log_sd=0.25,
+    largest_penalty=200.0,
+    largest_doubt=0.6,
+    chaos_in_noise=0.1,
+    confusable_evidence=6.0,
+    small_share=0.2,
+    failed_scale=2.0,
     astray_share=0.0,
     astray_scale=1.0,
 )
 """Set with an eye on other simulated cases: the centre of the prior."""
 
-HELD = ("sigma_log_sd", "chaos_predicted", "astray_share", "astray_scale")
-"""The first is part of the evidences that a ballot holds; no decision depends on the last two (see `tails`).
-The second is set on cases of springs and backlash, of which a set of all kinds has few."""
+HELD = (
+    "sigma_log_sd",
+    "largest_penalty",
+    "largest_doubt",
+    "chaos_in_noise",
+    "confusable_evidence",
+    "small_share",
+    "failed_scale",
+    "chaos_predicted",
+    "astray_share",
+    "astray_scale",
+)
+"""The first two are part of the evidences that a ballot holds; no decision that it holds depends on the next
+five, nor on the last two (see `tails`). `chaos_predicted` is set on cases of springs and backlash, of which a
+set of all kinds has few."""
 
 DOUBTS = (
     "temperature",

@@ -23,12 +23,12 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.criticism.free_functions import (
     GAIN,
-    MANY_HATS,
+    MANY_SPLINES,
     Motion,
     free_functions,
-    hats,
     knots_in_time,
     lagged,
+    linear_splines,
     motions,
     responses_of,
     shapes_of_blocks,
@@ -44,7 +44,7 @@ from bayes_hw.gap.noise.slow_noise import wandering_background, wind
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import has_door
+from bayes_hw.gap.simulate.signals import can_inject
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
 FLOOR = 10.0
@@ -102,13 +102,13 @@ def shapes_for_any_cause(found: Sequence[Motion], chain: SignalChain, scale: Axi
     door, moving = plain["drive"]
     turned = shapes_after_reversals(found, scale.rate)
     remembering = [np.concatenate(both, axis=1) for both in zip(moving, turned, strict=True)]
-    places = hats([m.w for m in found], MANY_HATS)
+    places = linear_splines([m.w for m in found], MANY_SPLINES)
     return {
         "command": [plain["input"]],
         CONSTANT: [("command", [np.ones((len(m.w), 1)) for m in found])],
         GAIN: [("command", shapes_of_the_gain(found))],
         SLOW_GAIN: [("command", [_drifting(m.limited) for m in found])],
-        "limits over position": [("command", _while_limited(found, hats([m.w for m in found])))],
+        "limits over position": [("command", _while_limited(found, linear_splines([m.w for m in found])))],
         "limits over time": [("command", _while_limited(found, knots_in_time([len(m.w) for m in found])))],
         "lags": [("command", [lagged(m.limited, MANY_LAGS) for m in found])],
         SPRING: [("gear_torque", shapes_of_springs(found, chain, scale))],
@@ -141,7 +141,7 @@ def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[
     """What the encoder shows (samples, n), a record each, of every function that has a door and shapes."""
     shown = {}
     for name, entries in shapes.items():
-        present = [(door, own) for door, own in entries if has_door(chain, door) and own[0].shape[1]]
+        present = [(door, own) for door, own in entries if can_inject(chain, door) and own[0].shape[1]]
         parts = [responses_of(found, chain, door, own) for door, own in present]
         if parts:
             shown[name] = [np.concatenate(records, axis=1) for records in zip(*parts, strict=True)]

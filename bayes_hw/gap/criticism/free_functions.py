@@ -1,9 +1,10 @@
-"""Free functions of command, motion, position and time, entering at every block of an axis.
+"""Score tests with basis functions of command, motion, position and time, at every block of an axis.
 
-They name no cause. Each is a sum of a few fixed shapes (hats over a signal, lags, knots in time) that enters
-where its block does and reaches the output through the linear block, so that what is missing can have any
-form. Where one of them still takes something of the residual, structure is left; which of them takes most
-says where. Base tangents are projected off: what re-estimating the base could do does not count.
+These free functions name no cause. Each is a sum of a few fixed shapes (linear B-splines over a signal, lags,
+splines over time) that enters where its block does and reaches the output through the linear block, so that
+what is missing can have any form. Where one of them still takes something of the residual, structure is left;
+which of them takes most says where. Base tangents are projected off: what re-estimating the base could do
+does not count.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.columns import hats_over
+from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import door_responses, has_door
+from bayes_hw.gap.simulate.signals import can_inject, injected_responses
 
-HATS = 7
-DETAILED_HATS = 25
+SPLINES = 7
+DETAILED_SPLINES = 25
 """Over the limited command: dead bands and steps of a converter are narrower than a knot of seven."""
 
 DETAIL = "input in detail"
@@ -33,7 +34,7 @@ DETAIL = "input in detail"
 READING = "sensor in detail"
 """Where the function of position enters that may go through many periods in a record, as errors do."""
 
-MANY_HATS = 40
+MANY_SPLINES = 40
 """Over the position: ripple and eccentricity go through many periods in a record."""
 
 GAIN = "gain over time"
@@ -103,13 +104,13 @@ def motions(fit: Fit, commands: Sequence[FloatArray]) -> list[Motion]:
     return found
 
 
-def hats(signals: Sequence[FloatArray], count: int = HATS) -> list[FloatArray]:
-    """Piecewise linear shapes (samples, count) over a signal, knots at its quantiles in all records."""
+def linear_splines(signals: Sequence[FloatArray], count: int = SPLINES) -> list[FloatArray]:
+    """Linear B-splines (samples, count) over a signal, knots at its quantiles in all records."""
     every = np.concatenate(list(signals))
     knots = np.unique(np.quantile(every, np.linspace(0.01, 0.99, count)))
     if len(knots) < 2 or knots[-1] - knots[0] <= 0:
         return [np.zeros((len(s), 0)) for s in signals]
-    return [np.asarray(hats_over(s, knots)) for s in signals]
+    return [np.asarray(linear_splines_over(s, knots)) for s in signals]
 
 
 def _signs(signals: Sequence[FloatArray]) -> list[FloatArray]:
@@ -123,12 +124,14 @@ def lagged(signal: FloatArray, lags: Sequence[int]) -> FloatArray:
 
 
 def knots_in_time(lengths: Sequence[int]) -> list[FloatArray]:
-    """Hats over time, those of every record its own."""
+    """Linear B-splines over time, those of every record its own."""
     found = []
     for record, length in enumerate(lengths):
         columns = np.zeros((length, TIME_KNOTS * len(lengths)))
         own = slice(record * TIME_KNOTS, (record + 1) * TIME_KNOTS)
-        columns[:, own] = hats_over(np.arange(float(length)), np.linspace(0, length - 1, TIME_KNOTS))
+        columns[:, own] = linear_splines_over(
+            np.arange(float(length)), np.linspace(0, length - 1, TIME_KNOTS)
+        )
         found.append(columns)
     return found
 
@@ -143,10 +146,13 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[InjectionPoint,
     command = [m.command for m in found]
     change = [np.gradient(c) for c in command]
     return {
-        "input": ("command", _beside(hats(command), hats(change, 5), hats(w), _signs(change))),
+        "input": (
+            "command",
+            _beside(linear_splines(command), linear_splines(change, 5), linear_splines(w), _signs(change)),
+        ),
         "linear": ("command", [lagged(c, LAGS) for c in limited]),
-        "drive": ("motor_torque", _beside(hats(speed), _signs(speed), hats(w))),
-        "sensor": ("output", _beside(hats(w), hats(speed), _signs(speed))),
+        "drive": ("motor_torque", _beside(linear_splines(speed), _signs(speed), linear_splines(w))),
+        "sensor": ("output", _beside(linear_splines(w), linear_splines(speed), _signs(speed))),
         "disturbance": ("load_torque", knots_in_time([len(m.w) for m in found])),
     }
 
@@ -155,14 +161,14 @@ def shapes_that_only_tell(found: Sequence[Motion]) -> dict[str, tuple[InjectionP
     """Where what is too flexible to say where a gap lies, but tells that something is left, enters, and its
     shapes (samples, n) a record: limited command and reading in detail, and a gain that changes over time."""
     return {
-        DETAIL: ("command", hats([m.limited for m in found], DETAILED_HATS)),
-        READING: ("output", hats([m.w for m in found], MANY_HATS)),
+        DETAIL: ("command", linear_splines([m.limited for m in found], DETAILED_SPLINES)),
+        READING: ("output", linear_splines([m.w for m in found], MANY_SPLINES)),
         GAIN: ("command", shapes_of_the_gain(found)),
     }
 
 
 def shapes_of_the_gain(found: Sequence[Motion]) -> list[FloatArray]:
-    """The limited command times hats over time (samples, n) a record: a gain that changes."""
+    """The limited command times splines over time (samples, n) a record: a gain that changes."""
     limited = [m.limited for m in found]
     knots = knots_in_time([len(c) for c in limited])
     return [c[:, None] * times for c, times in zip(limited, knots, strict=True)]
@@ -181,7 +187,7 @@ def responses_of_blocks(
     return {
         block: responses_of(found, chain, door, shapes)
         for block, (door, shapes) in entries.items()
-        if has_door(chain, door)
+        if can_inject(chain, door)
     }
 
 
@@ -189,7 +195,7 @@ def responses_of(
     found: Sequence[Motion], chain: SignalChain, door: InjectionPoint, shapes: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """What the encoder shows (samples, n), a record each, of `shapes` (samples, n) that enter at a door."""
-    responses = [door_responses(chain, door, s) for s in shapes]
+    responses = [injected_responses(chain, door, s) for s in shapes]
     if door == "output":
         return responses
     return [m.shown(r) for m, r in zip(found, responses, strict=True)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.criticism.free_functions import Motion, hats
+from bayes_hw.gap.criticism.free_functions import Motion, linear_splines
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.chain import Chain
@@ -35,8 +35,8 @@ def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: Axi
 
 
 def shapes_of_friction(found: Sequence[Motion], rate: float) -> list[FloatArray]:
-    """Shapes (samples, n) a record: the sign of the speed, hats over it, and what follows a reversal."""
-    speeds = hats([m.speed for m in found])
+    """Shapes (samples, n) a record: the sign of the speed, splines over it, and what follows a reversal."""
+    speeds = linear_splines([m.speed for m in found])
     turned = shapes_after_reversals(found, rate)
     signs = [np.sign(m.speed)[:, None] for m in found]
     return [np.concatenate(all_three, axis=1) for all_three in zip(signs, speeds, turned, strict=True)]

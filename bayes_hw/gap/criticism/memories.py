@@ -13,11 +13,11 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.criticism.free_functions import Motion, lagged
-from bayes_hw.gap.simulate.columns import hats_over
+from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 
 AGES_S = (0.0, 0.15, 0.4, 1.0, 2.5)
-"""Knots of the hats over the time since an event."""
+"""Knots of the linear splines over the time since an event."""
 
 SOON_S = (0.3, 1.5)
 """After a limit was left, within which changes of the command count."""
@@ -40,7 +40,7 @@ def shapes_of_memories(
 
 
 def shapes_after_reversals(found: Sequence[Motion], rate: float) -> list[FloatArray]:
-    """Hats over the time since the motion turned, with its sign: shapes (samples, n) a record."""
+    """Linear splines over the time since the motion turned, with its sign: shapes (samples, n) a record."""
     return [_after_reversals(m, rate) for m in found]
 
 
@@ -51,7 +51,7 @@ def _after_limits(motion: Motion, rate: float) -> FloatArray:
     side = np.where(beyond == 0, side, 0.0)
     soon = np.stack([(side != 0) & (age < seconds) for seconds in SOON_S], axis=1)
     changes = [change[:, None] * soon for change in lagged(motion.limited, LAGS).T]
-    return np.concatenate([_hats_of_age(age) * side[:, None], *changes], axis=1)
+    return np.concatenate([_splines_of_age(age) * side[:, None], *changes], axis=1)
 
 
 def _after_reversals(motion: Motion, rate: float) -> FloatArray:
@@ -60,7 +60,7 @@ def _after_reversals(motion: Motion, rate: float) -> FloatArray:
     latest = _held(moving)
     turned = np.concatenate([[False], latest[1:] != latest[:-1]])
     direction, age = _since(turned, latest, rate)
-    return _hats_of_age(age) * direction[:, None]
+    return _splines_of_age(age) * direction[:, None]
 
 
 def _held(signs: FloatArray) -> FloatArray:
@@ -76,6 +76,6 @@ def _since(events: BoolArray, signs: FloatArray, rate: float) -> tuple[FloatArra
     return np.where(latest >= 0, signs[latest], 0.0), (places - latest) / rate
 
 
-def _hats_of_age(age: FloatArray) -> FloatArray:
+def _splines_of_age(age: FloatArray) -> FloatArray:
     """Piecewise linear shapes (samples, knots) over the time since an event, the last zero at its knot."""
-    return np.ascontiguousarray(hats_over(age, np.array(AGES_S))[:, :-1])
+    return np.ascontiguousarray(linear_splines_over(age, np.array(AGES_S))[:, :-1])

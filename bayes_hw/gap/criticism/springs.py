@@ -13,13 +13,13 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.criticism.free_functions import Motion, hats
+from bayes_hw.gap.criticism.free_functions import Motion, linear_splines
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.small_signals import torsions
 
 AMPLITUDES = 3
-"""Hats over the amplitude: two to five, over half a period to two, name the same blocks."""
+"""Linear splines over the amplitude."""
 
 
 def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[FloatArray]:
@@ -35,7 +35,7 @@ def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisSc
     if not any(np.any(phi) for phi in torsion):
         return nothing
     period = max(round(scale.rate / scale.first_mode_hz), 1)
-    amplitudes = hats([_recent_rms(phi, period) for phi in torsion], AMPLITUDES)
+    amplitudes = linear_splines([_recent_rms(phi, period) for phi in torsion], AMPLITUDES)
     return [
         np.concatenate([phi[:, None] * own, np.gradient(phi)[:, None] * scale.rate * own], axis=1)
         for phi, own in zip(torsion, amplitudes, strict=True)

@@ -1,4 +1,4 @@
-"""How surprising a statistic is where nothing is left: minus the logarithm of its tail probability."""
+"""The surprise of a statistic where nothing is left: its negative log p-value."""
 
 from __future__ import annotations
 

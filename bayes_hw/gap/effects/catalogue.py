@@ -111,7 +111,7 @@ def catalogue(without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
 
 
 def known_labels() -> list[str]:
-    """The labels that can be named or struck: those of the formats, then those of other packages."""
+    """The labels that can be named or left out: those of the formats, then those of other packages."""
     return [*LABEL_BLOCKS, *sorted({effect.label for effect in catalogue()} - set(LABEL_BLOCKS))]
 
 

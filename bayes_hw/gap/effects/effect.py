@@ -60,6 +60,11 @@ class Effect(ABC):
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         """Write parameter values (parameters,) into `settings` (see `bayes_hw.gap.simulate.settings`)."""
 
+    @property
+    def vanishing_values(self) -> tuple[float, ...]:
+        """Parameters at which the effect is next to nothing: `test_values` with the first, its size, tiny."""
+        return (1e-9, *self.test_values[1:])
+
     def resonator(self, values: FloatArray) -> Resonator | None:
         """The resonator that the effect hangs on the load, if it does."""
         return None
@@ -105,6 +110,11 @@ class PeriodicEffect(Effect):
         if len(values) > SECOND_HARMONIC:
             sine, cosine = values[SECOND_HARMONIC : SECOND_HARMONIC + 2]
             settings[first + 3], settings[first + 4] = np.hypot(sine, cosine), np.arctan2(cosine, sine)
+
+    @property
+    def vanishing_values(self) -> tuple[float, ...]:
+        period, *rest = self.test_values[2:]
+        return (1e-9, 1e-9, period, *(0.0 for _ in rest))
 
     def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
         return []

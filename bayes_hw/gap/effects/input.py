@@ -26,6 +26,7 @@ class RateLimit(Effect):
     block: ClassVar[Block] = "input"
     starts_tried: ClassVar[int] = 3
     test_values = (3.0,)
+    vanishing_values = (1e9,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("rate_limit.rate", f"{scale.units.input}/s", 10 * scale.speed, 1.5),)

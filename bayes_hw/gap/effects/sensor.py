@@ -99,6 +99,7 @@ class GainAsymmetry(Effect):
     label: ClassVar[str] = "gain_asymmetry"
     block: ClassVar[Block] = "sensor"
     test_values: ClassVar[tuple[float, ...]] = (1.05,)
+    vanishing_values = (1 + 1e-9,)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
         return (positive("gain_asymmetry.ratio", "", 1.0, 0.1),)

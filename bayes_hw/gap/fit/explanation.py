@@ -11,7 +11,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.fit import Fit, fitted_on
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis
-from bayes_hw.gap.noise.stochastic import ROUNDING, Display, StochasticFit, autoregression
+from bayes_hw.gap.noise.random_cause import ROUNDING, Tracking
+from bayes_hw.gap.noise.stochastic import Display, StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Autoregression, no_glitches
 from bayes_hw.gap.simulate.chain_batch import Followed
 
@@ -19,9 +20,6 @@ NOISE_ROUNDS = 2
 
 LARGEST_CORRELATION = 0.95
 """Of neighbouring samples: noise that hardly forgets leaves next to no independent ones to count."""
-
-LIKE_CHAOS = ("wind", "sensor_drift")
-"""Stochastic effects by which the noise beside a chaotic effect stands for motion that cannot be followed."""
 
 CHAOS_MARGIN = 50.0
 """Log-evidence by which chaotic motion must be ahead of all that can be predicted before what it leaves is
@@ -81,7 +79,7 @@ class Explanation:
         that no simulation can follow."""
         if self.followed is not None:
             return True
-        return self.chaotic and self.stochastic is not None and self.stochastic.label in LIKE_CHAOS
+        return self.chaotic and self.stochastic is not None and self.stochastic.cause.slow
 
     @property
     def encoder_sigma(self) -> float:
@@ -122,15 +120,30 @@ class Explanation:
         return self.chaotic or self.followed is not None
 
     @property
+    def tracking(self) -> Tracking:
+        """How much of the axis's motion a record tells."""
+        if self.cannot_be_predicted:
+            return Tracking.MEAN_SQUARES
+        if self.stochastic is None:
+            return Tracking.EVERY_SAMPLE
+        cause = self.stochastic.cause
+        return cause.beside if self.fit.hypothesis.effects else cause.alone
+
+    @property
+    def drifts(self) -> bool:
+        """Whether slow noise may hold motion that a response would otherwise have to follow."""
+        return self.stochastic is not None and self.stochastic.drifts
+
+    @property
     def bent_gusts(self) -> float:
-        """Root mean square of wind, output units, whose path an effect bends: the noise's path is linear."""
-        if self.stochastic is None or self.stochastic.label != "wind":
+        """Root mean square of a random torque, output units, whose path an effect bends."""
+        if self.stochastic is None or not self.stochastic.cause.through_axis:
             return 0.0
         bent = any(effect.bends_path for effect in self.fit.hypothesis.effects)
         return self.stochastic.size or 0.0 if bent else 0.0
 
     @property
-    def strained(self) -> bool:
+    def at_odds_with_prior(self) -> bool:
         """Whether a base parameter is farther from the nominal model than a nominal model can be off."""
         deviations = self.fit.hypothesis.prior_deviations(self.fit.coordinates)
         return bool(np.any(np.abs(deviations[: self.fit.hypothesis.base_count]) > LARGEST_STRAIN))

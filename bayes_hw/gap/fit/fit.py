@@ -14,7 +14,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_equations
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.trimming import best_stretches
+from bayes_hw.gap.fit.least_trimmed_squares import best_stretches
 from bayes_hw.gap.noise.whitener import Whitener, bridge, readings_of
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.columns import column, misses, only_where, square_sums

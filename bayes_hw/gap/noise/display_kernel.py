@@ -1,4 +1,4 @@
-"""Compiled likelihoods of records whose encoder repeats samples or rounds them."""
+"""Compiled likelihoods of repeated or quantised readings."""
 
 from __future__ import annotations
 

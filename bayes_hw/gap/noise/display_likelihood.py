@@ -1,4 +1,4 @@
-"""The exact likelihood of records whose encoder repeats samples or rounds them."""
+"""The exact likelihood of repeated or quantised readings."""
 
 from __future__ import annotations
 

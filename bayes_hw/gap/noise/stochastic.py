@@ -22,6 +22,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.glitches import Glitches
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import held_ages
+from bayes_hw.gap.noise.random_cause import RANDOM_CAUSES, ROUNDING, RandomCause
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.whitener import (
     Autoregression,
@@ -31,9 +32,6 @@ from bayes_hw.gap.noise.whitener import (
     no_glitches,
     only_read,
 )
-
-ROUNDING = "encoder_quantization"
-"""The label of a fact rather than a hypothesis: a lattice of the measured values is seen."""
 
 MAX_AGE = 12
 NOISE_ORDER = 1
@@ -104,8 +102,23 @@ class StochasticFit:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of all stochastic effects in the noise."""
+        """Of all random causes in the noise."""
         return (self.label,) if self.beside is None else (self.label, self.beside)
+
+    @property
+    def cause(self) -> RandomCause:
+        """The first cause, or the only one."""
+        return RANDOM_CAUSES[self.label]
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the noise is slow, so that it may hold motion that a response would have to follow."""
+        return self.size is not None
+
+    @property
+    def isolates(self) -> bool:
+        """Whether a cause spoils some samples and leaves those beside them."""
+        return any(RANDOM_CAUSES[label].isolated for label in self.labels)
 
     @property
     def second(self) -> StochasticFit | None:

@@ -60,8 +60,7 @@ class ChaoticSearch:
         """Each chaotic effect alone and beside the best single effects of `found`, under their slow noise."""
         hosts: dict[tuple[str, ...], Explanation] = {}
         for host in sorted(found, key=lambda e: -e.log_evidence):
-            slow = host.stochastic is not None and host.stochastic.size is not None
-            if slow and not host.chaotic and len(host.fit.hypothesis.effects) < 2:
+            if host.drifts and not host.chaotic and len(host.fit.hypothesis.effects) < 2:
                 hosts.setdefault(host.fit.hypothesis.labels, host)
         alone = [hosts.pop(())] if () in hosts else []
         tasks = [

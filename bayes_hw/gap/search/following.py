@@ -1,4 +1,4 @@
-"""Chaotic motion followed: an observer that corrects the simulated axis by what the encoder shows.
+"""Chaotic responses in prediction-error (observer) form: what the encoder shows corrects the simulation.
 
 Free play bounces between its flanks so that a simulation soon loses the motion, however good the model. An
 observer is the same simulation whose states are corrected at every sample by a gain times the difference from

@@ -1,4 +1,4 @@
-"""Fits begun again elsewhere: likelihoods of limits and modes have several peaks."""
+"""Multistart: fits begun again elsewhere, since likelihoods of limits and modes have several peaks."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import door_responses
-from bayes_hw.gap.simulate.small_signals import NO_STATES, DoorStates, door_states
+from bayes_hw.gap.simulate.signals import injected_responses
+from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates, injection_states
 from bayes_hw.gap.simulate.wave_kernel import add_products, turns_of, wave_responses
 from bayes_hw.model.lanes import LANES, filled_up
 
@@ -132,7 +132,7 @@ class _Waves:
     turns: FloatArray
     seen: FloatArray
     rest: float | None
-    states: DoorStates
+    states: InjectionStates
     to_pulse: FloatArray | None
 
     def responses(self, group: _Group) -> FloatArray:
@@ -168,7 +168,7 @@ def _waves(
     chain = hypothesis.chain(values)
     simulated, dead_zone = hypothesis.motion(values)
     spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
-    states = door_states(chain, effect.door) if isinstance(chain, Chain) else NO_STATES
+    states = injection_states(chain, effect.door) if isinstance(chain, Chain) else NO_STATES
     convolved = not isinstance(chain, Chain) and effect.door != "output"
     found = []
     for record, w in enumerate(simulated if positions is None else positions):
@@ -200,7 +200,7 @@ def _in_rows(values: FloatArray) -> FloatArray:
 
 def _answer_to_pulse(chain: SignalChain, door: InjectionPoint, samples: int) -> FloatArray:
     """Change of w (samples,) for a one at `door` in the first sample."""
-    return door_responses(chain, door, np.eye(samples, 1))[:, 0]
+    return injected_responses(chain, door, np.eye(samples, 1))[:, 0]
 
 
 class _Sums:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import TypeAlias
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
@@ -14,19 +13,13 @@ from bayes_hw.gap.fit.explanation import Explanation, ShownHypothesis, with_stoc
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
-from bayes_hw.gap.noise.clock_jitter import clock_jitter
-from bayes_hw.gap.noise.glitchy_noise import WITH_GLITCHES, walk_and_glitches, wind_and_glitches
-from bayes_hw.gap.noise.jittery_noise import WITH_JITTER, walk_and_jitter, wind_and_jitter
-from bayes_hw.gap.noise.rounded_noise import WITH_ROUNDING, walk_and_rounding, wind_and_rounding
-from bayes_hw.gap.noise.slow_noise import random_walk, wind
+from bayes_hw.gap.noise.kinds import ONE_CAUSE, TWO_CAUSES, FitNoise
+from bayes_hw.gap.noise.random_cause import JITTER, ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.stochastic import (
-    ROUNDING,
     StochasticFit,
     autoregression,
-    held_samples,
     lattice_step,
-    outliers,
     quantization,
 )
 from bayes_hw.gap.noise.whitener import Whitener
@@ -48,36 +41,8 @@ WORTH_REFITTING = 3.0
 WORTH_EVERY_EFFECT = 50.0
 """Gains of log-likelihood over autoregressive noise."""
 
-Kind: TypeAlias = Callable[..., StochasticFit | None]
-"""A stochastic effect fitted to the residuals of a Fit; slow noise also from a `start` of its parameters."""
-
-WALK = "random walk"
-
-KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
-    {
-        ("outliers", ""): outliers,
-        ("timing_jitter", "clock"): clock_jitter,
-        ("timing_jitter", "held samples"): held_samples,
-        ("wind", ""): wind,
-        ("sensor_drift", WALK): random_walk,
-    }
-)
-"""By label and form; rounding of the records is a fact that needs no search."""
-
-BOTH_KINDS: Mapping[tuple[str, str], Kind] = MappingProxyType(
-    {
-        ("wind", WITH_GLITCHES): wind_and_glitches,
-        ("sensor_drift", f"{WALK}, {WITH_GLITCHES}"): walk_and_glitches,
-        ("wind", WITH_JITTER): wind_and_jitter,
-        ("sensor_drift", f"{WALK}, {WITH_JITTER}"): walk_and_jitter,
-        ("wind", WITH_ROUNDING): wind_and_rounding,
-        ("sensor_drift", f"{WALK}, {WITH_ROUNDING}"): walk_and_rounding,
-    }
-)
-"""The same of two effects at once, of which SECOND is the other's label."""
-
-SECOND: Mapping[str, str] = MappingProxyType(
-    {WITH_GLITCHES: "outliers", WITH_JITTER: "timing_jitter", WITH_ROUNDING: ROUNDING}
+OF_KEY: Mapping[tuple[str, str], FitNoise] = MappingProxyType(
+    {kind.key: kind.fit for kind in (*ONE_CAUSE, *TWO_CAUSES)}
 )
 
 
@@ -119,8 +84,8 @@ class StochasticSearch:
         noise = [autoregression(host).log_likelihood for host in hosts]
         tasks = [(kind, host) for kind in self.kinds(rounded) for host in range(len(hosts))]
         first = self.each(lambda task: task[0](hosts[task[1]]), tasks)
-        chosen: list[tuple[Kind, StochasticFit, Fit]] = []
-        helpful: list[Kind] = []
+        chosen: list[tuple[FitNoise, StochasticFit, Fit]] = []
+        helpful: list[FitNoise] = []
         for (kind, host), found in zip(tasks, first, strict=True):
             if found is None or found.label in hosts[host].hypothesis.labels:
                 continue
@@ -139,11 +104,11 @@ class StochasticSearch:
             chosen += [(kind, found, f) for found, f in promising[:HOSTS]]
         return self.each(lambda choice: self._refitted(*choice), chosen)
 
-    def kinds(self, rounded: bool) -> list[Kind]:
+    def kinds(self, rounded: bool) -> list[FitNoise]:
         """The stochastic effects to try."""
         if rounded:
             return [self._quantization]
-        return [kind for (label, _), kind in KINDS.items() if label in self.labels]
+        return [kind.fit for kind in ONE_CAUSE if kind.cause.label in self.labels]
 
     def two_at_once(self, host: Explanation, noisy: Sequence[Explanation]) -> list[Explanation]:
         """Two stochastic effects at once beside the response of `host`, those of one being in `noisy`.
@@ -171,14 +136,13 @@ class StochasticSearch:
         ]
         return self.each(lambda pair: self._refitted(*pair, host.fit), worth)
 
-    def _both_kinds(self, rounded: bool, helpful: Collection[str]) -> list[Kind]:
+    def _both_kinds(self, rounded: bool, helpful: Collection[str]) -> list[FitNoise]:
         """Of two stochastic effects; `helpful` are labels of those that help alone."""
         chosen = []
-        for (label, form), kind in BOTH_KINDS.items():
-            second = SECOND[form.rpartition(", ")[2]]
-            known = {label, second} <= self.labels and rounded == (second == ROUNDING)
-            if known and (label in helpful or second != "timing_jitter"):
-                chosen.append(kind)
+        for kind in TWO_CAUSES:
+            known = {kind.cause.label, kind.second} <= self.labels and rounded == (kind.second == ROUNDING)
+            if known and (kind.cause.label in helpful or kind.second != JITTER.label):
+                chosen.append(kind.fit)
         return chosen
 
     def under(self, explanation: Explanation, effects: Sequence[Effect]) -> list[Explanation]:
@@ -213,7 +177,7 @@ class StochasticSearch:
             hypothesis = ShownHypothesis.of(hypothesis, stochastic.display)
         found = fit(hypothesis, self.measured, start, stochastic.whitener, ITERATIONS_UNDER_NOISE)
         host = self._as_measured(found)
-        kind = {**KINDS, **BOTH_KINDS}.get((stochastic.label, stochastic.form), self._quantization)
+        kind = OF_KEY.get((stochastic.label, stochastic.form), self._quantization)
         return self._refitted(kind, _again(kind, stochastic, host) or stochastic, host)
 
     def _as_measured(self, found: Fit) -> Fit:
@@ -227,7 +191,7 @@ class StochasticSearch:
     def _quantization(self, host: Fit) -> StochasticFit | None:
         return quantization(host, self.sigma)
 
-    def _refitted(self, kind: Kind, first: StochasticFit, host: Fit) -> Explanation:
+    def _refitted(self, kind: FitNoise, first: StochasticFit, host: Fit) -> Explanation:
         best = with_stochastic(first, host)
         current, stochastic = host, first
         for _ in range(2):
@@ -255,6 +219,6 @@ def _likeliest(fits: Sequence[Fit], noise: Whitener) -> list[Fit]:
     return sorted(fits, key=lambda f: -noise.fitted_to(f.residuals).log_likelihood)[:FITTED_WITH_NOISE]
 
 
-def _again(kind: Kind, found: StochasticFit, host: Fit) -> StochasticFit | None:
+def _again(kind: FitNoise, found: StochasticFit, host: Fit) -> StochasticFit | None:
     """The same effect on the residuals of `host`, from where it was found."""
     return kind(host) if found.point is None else kind(host, found.point)

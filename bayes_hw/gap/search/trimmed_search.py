@@ -1,7 +1,7 @@
-"""Effects and pairs of effects sought on the stretches of the records that fit best, and then on all of them.
+"""Effects and pairs of effects by least trimmed squares, and then on all of the records.
 
 Where a likelihood has many peaks, plain least squares from the model as it is given ends on a wrong one;
-least trimmed squares mostly does not (`bayes_hw.gap.fit.trimming`).
+least trimmed squares mostly does not (`bayes_hw.gap.fit.least_trimmed_squares`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
 from bayes_hw.gap.fit.joint_fits import MORE_ITERATIONS, cheapest_of_each, joined
-from bayes_hw.gap.fit.trimming import best_stretches
+from bayes_hw.gap.fit.least_trimmed_squares import best_stretches
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen, best_forms, distinct
 from bayes_hw.gap.simulate.parallel import Each

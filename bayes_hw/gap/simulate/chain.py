@@ -12,9 +12,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles, continuous_poles
 from bayes_hw.gap.simulate.drive_train import DriveTrain, UnknownTrain, realise
+from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.gap.simulate.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.gap.simulate.path import Path
-from bayes_hw.gap.simulate.recent import Recent
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -56,10 +56,10 @@ class ChainBuilder:
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
         self.axis = AxisParameters(model)
-        self._linears: Recent[OfG, tuple[ContinuousPoles, float]] = Recent(KEPT)
-        self._trains: Recent[OfG, DriveTrain | UnknownTrain] = Recent(KEPT)
-        self._torques: Recent[tuple[OfG, Resonator | None], Path] = Recent(KEPT)
-        self._chains: Recent[Asked, Chain] = Recent(KEPT)
+        self._linears: LruCache[OfG, tuple[ContinuousPoles, float]] = LruCache(KEPT)
+        self._trains: LruCache[OfG, DriveTrain | UnknownTrain] = LruCache(KEPT)
+        self._torques: LruCache[tuple[OfG, Resonator | None], Path] = LruCache(KEPT)
+        self._chains: LruCache[Asked, Chain] = LruCache(KEPT)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())

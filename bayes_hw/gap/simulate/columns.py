@@ -117,8 +117,8 @@ def mean_squares(columns, starts):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def hats_over(signal, knots):  # type: ignore[no-untyped-def]
-    """Piecewise linear shapes (samples, knots) over `signal` (samples,), each one at its knot of the growing
+def linear_splines_over(signal, knots):  # type: ignore[no-untyped-def]
+    """Linear B-splines (samples, knots) over `signal` (samples,), each one at its knot of the growing
     `knots`; the first and the last stay one beyond."""
     count = len(knots)
     found = np.zeros((len(signal), count))

@@ -36,14 +36,14 @@ def simulate_signals(
     return [(w, y) for w, y in simulate_chains(compiled, settings, inputs, keep_w, known, followed)]
 
 
-def has_door(chain: SignalChain, door: InjectionPoint) -> bool:
+def can_inject(chain: SignalChain, door: InjectionPoint) -> bool:
     """Whether signals can be added at `door`: a user's simulator may take no force."""
     if not isinstance(chain, SimulatorChain) or door in ("command", "output"):
         return True
     return door == "motor_torque" and chain.simulator.force_door
 
 
-def door_responses(chain: SignalChain, door: InjectionPoint, signals: FloatArray) -> FloatArray:
+def injected_responses(chain: SignalChain, door: InjectionPoint, signals: FloatArray) -> FloatArray:
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if isinstance(chain, SimulatorChain):
         return chain.small_responses(door, signals)

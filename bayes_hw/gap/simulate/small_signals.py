@@ -14,7 +14,7 @@ from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
 
-class DoorStates(NamedTuple):
+class InjectionStates(NamedTuple):
     """The states (n,) between one door and w, stepped by a sample, as `filter_lanes` takes them."""
 
     real_count: int
@@ -23,10 +23,10 @@ class DoorStates(NamedTuple):
     outputs: FloatArray
 
 
-NO_STATES = DoorStates(0, np.zeros(0), np.zeros(0), np.zeros(0))
+NO_STATES = InjectionStates(0, np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def door_states(chain: Chain, door: InjectionPoint) -> DoorStates:
+def injection_states(chain: Chain, door: InjectionPoint) -> InjectionStates:
     """What small signals at `door` drive; no states where they are added to w itself."""
     if door == "output":
         return NO_STATES
@@ -39,7 +39,7 @@ def door_states(chain: Chain, door: InjectionPoint) -> DoorStates:
         "load_torque": (0.0, 1.0),
         "gear_torque": (-by_motor / by_load, 1.0),
     }[door]
-    return DoorStates(
+    return InjectionStates(
         held.real_count,
         np.ascontiguousarray(held.factors[:, 0]),
         np.array(weights) @ inputs,
@@ -51,7 +51,7 @@ def small_responses(chain: Chain, door: InjectionPoint, signals: FloatArray) -> 
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals
-    return _driven(door_states(chain, door), signals)
+    return _driven(injection_states(chain, door), signals)
 
 
 def torsions(chain: Chain, commands: FloatArray) -> FloatArray:
@@ -59,7 +59,7 @@ def torsions(chain: Chain, commands: FloatArray) -> FloatArray:
     n), each held over its sample; zero where the drive train is not known."""
     held = states([chain.command_path], 1 / chain.rate)
     load, motor = held.outputs[:2, :, 0]
-    between = DoorStates(
+    between = InjectionStates(
         held.real_count,
         np.ascontiguousarray(held.factors[:, 0]),
         np.ascontiguousarray(held.inputs[0, :, 0]),
@@ -68,7 +68,7 @@ def torsions(chain: Chain, commands: FloatArray) -> FloatArray:
     return _driven(between, commands)
 
 
-def _driven(between: DoorStates, signals: FloatArray) -> FloatArray:
+def _driven(between: InjectionStates, signals: FloatArray) -> FloatArray:
     """What the states show (samples, n) of `signals` (samples, n) that drive them."""
     samples, count = signals.shape
     padded = np.ascontiguousarray(signals)

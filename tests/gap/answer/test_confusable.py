@@ -34,7 +34,7 @@ def test_rivals_stand_in_the_place_of_one_label(
         ("friction", "sensor_drift"): 199.0,
         ("backlash", "cubic_stiffness"): 199.0,
     }
-    assert confusable_pairs(answer, scores) == found
+    assert confusable_pairs(answer, scores, 6.0) == found
 
 
 def test_the_experiment_names_both() -> None:

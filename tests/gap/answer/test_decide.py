@@ -12,8 +12,10 @@ from decision_constants import CONSTANTS, LABELS
 from drive_axis import drive_axis
 
 from bayes_hw.gap.answer.decide import best_of_sets, choose, decide, remains_of, score
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import is_far_ahead
+from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.chain import ChainBuilder
 
 SURPRISES = {"input": 2.0, "linear": 60.0, "drive": 4.0, "disturbance": 0.0, "sensor": 1.0}
@@ -31,12 +33,16 @@ class Stub:
     stochastic: Any = None
     chaotic: bool = False
     lost_motion: bool = False
-    strained: bool = False
+    at_odds_with_prior: bool = False
     display: Any = None
     bent_gusts: float = 0.0
     followed: Any = None
     builder: Any = None
     cause_of_noise: Any = None
+
+    @property
+    def drifts(self) -> bool:
+        return self.stochastic is not None and self.stochastic.drifts
 
     @property
     def cannot_be_predicted(self) -> bool:
@@ -50,6 +56,11 @@ class Stub:
             whitener=SimpleNamespace(sigma=self.encoder_sigma),
             hypothesis=SimpleNamespace(builder=self.builder, effects=()),
         )
+
+
+def slow(label: str, size: float) -> StochasticFit:
+    """Slow noise of that size."""
+    return StochasticFit(label, "", Plain(1.0), 0.0, {}, size=size)
 
 
 def chosen(*stubs: Stub, nominal: float = 1.0) -> tuple[str, ...]:
@@ -96,7 +107,7 @@ def test_so_does_motion_that_had_to_be_followed(evidence: float, counted: float)
 def test_what_chaos_far_ahead_leaves_is_no_other_cause(
     chaotic: bool, far_ahead: bool, answer: tuple[str, ...]
 ) -> None:
-    best, left = Stub(("backlash",), 300, chaotic=chaotic), [Leftover("step", 1000.0, 3.0)]
+    best, left = Stub(("backlash",), 300, chaotic=chaotic), [ResidualDiagnostic("step", 1000.0, 3.0)]
     scores = {(): 0.0, ("backlash",): 300.0}
     remains = remains_of(Stub((), 0), best, left, SURPRISES, far_ahead)  # type: ignore[arg-type]
     decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]
@@ -137,9 +148,9 @@ def test_error_removed_does_not_count_where_a_base_far_off_made_up_for_it(
     single: bool, pair: bool, named: int
 ) -> None:
     """One effect alone does nearly as well as two, but only with base parameters that no nominal has."""
-    friction = Stub(("friction",), 40, rmse=1.0, strained=single)
+    friction = Stub(("friction",), 40, rmse=1.0, at_odds_with_prior=single)
     backlash = Stub(("backlash",), 30, rmse=1.2)
-    both = Stub(("backlash", "friction"), 55, rmse=0.99, strained=pair)
+    both = Stub(("backlash", "friction"), 55, rmse=0.99, at_odds_with_prior=pair)
     assert len(chosen(Stub((), 0, rmse=2.0), friction, backlash, both)) == named
 
 
@@ -155,11 +166,11 @@ def test_beside_chaos_a_second_effect_must_be_far_ahead(
 ) -> None:
     """By more than small changes of a chaotic motion make, and without base parameters that either effect
     alone does not need as far off."""
-    wind = SimpleNamespace(label="wind", size=4.0, display=None)
+    wind = slow("wind", 4.0)
     lost = {"rmse": 4.0, "stochastic": wind, "chaotic": True, "lost_motion": True}
-    alone = Stub(("backlash",), 200, strained=alone_too, **lost)
-    both = Stub(("backlash", "friction"), evidence, strained=strained, **lost)
-    friction = Stub(("friction",), 100, strained=alone_too)
+    alone = Stub(("backlash",), 200, at_odds_with_prior=alone_too, **lost)
+    both = Stub(("backlash", "friction"), evidence, at_odds_with_prior=strained, **lost)
+    friction = Stub(("friction",), 100, at_odds_with_prior=alone_too)
     assert chosen(Stub((), 0), alone, friction, both) == answer
 
 
@@ -231,7 +242,7 @@ def test_under_slow_noise_the_innovations_tell() -> None:
     """A response beside a drift is earned by evidence a sample: plain errors hold the drift too."""
 
     def drifting(labels: tuple[str, ...], log_evidence: float, rmse: float) -> Stub:
-        noise = SimpleNamespace(label="sensor_drift", size=2.0, display=None)
+        noise = slow("sensor_drift", 2.0)
         return Stub(labels, log_evidence, rmse=rmse, stochastic=noise)
 
     base, alone = Stub((), 0.0, rmse=4.0), drifting(("sensor_drift",), 500.0, 1.8)

@@ -16,7 +16,7 @@ from bayes_hw.gap.answer.judgement import (
     judge,
     probability_of_other,
 )
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 
 NOTHING = Remains(())
 
@@ -72,7 +72,7 @@ def test_other_needs_gain_and_size() -> None:
     """Even odds at both thresholds, joined by what is expected; one without the other is nothing."""
 
     def other(surprise: float, size: float, gap: float = 0.0) -> float:
-        return probability_of_other(Remains((Leftover("step", surprise, size),), gap), CONSTANTS)
+        return probability_of_other(Remains((ResidualDiagnostic("step", surprise, size),), gap), CONSTANTS)
 
     assert other(40.0, 0.3) == pytest.approx(0.5)
     assert other(4000.0, 0.9) > 0.95
@@ -84,7 +84,7 @@ def test_other_needs_gain_and_size() -> None:
 
 @pytest.mark.parametrize("kind", ["function at input", "gusts after a limit"])
 def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
-    left = (Leftover(kind, CONSTANTS.slow_left_surprise, 3.0),)
+    left = (ResidualDiagnostic(kind, CONSTANTS.slow_left_surprise, 3.0),)
     assert probability_of_other(Remains(left, drifts=True), CONSTANTS) == pytest.approx(0.5)
     assert probability_of_other(Remains(left), CONSTANTS) < 0.25
 
@@ -92,11 +92,11 @@ def test_less_counts_as_left_under_slow_noise(kind: str) -> None:
 def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
     """A function that takes little for certain counts; not where samples cannot be followed, or less sure."""
 
-    def other(left: Leftover, **remains: bool) -> float:
+    def other(left: ResidualDiagnostic, **remains: bool) -> float:
         return probability_of_other(Remains((left,), gap=20.0, **remains), CONSTANTS)
 
     surprise, size = CONSTANTS.plain_surprise, CONSTANTS.plain_size
-    left = Leftover("function at sensor in detail", 4 * surprise, 3 * size)
+    left = ResidualDiagnostic("function at sensor in detail", 4 * surprise, 3 * size)
     assert other(left) > 0.9
     assert other(replace(left, size=size)) == other(replace(left, surprise=surprise)) == pytest.approx(0.5)
     assert max(other(left, loose=True), other(left, drifts=True), other(replace(left, kind="spread"))) < 0.3
@@ -141,7 +141,7 @@ def test_chaos_that_follows_the_command_is_not_believed() -> None:
 
 
 def test_other_takes_the_place_of_a_name() -> None:
-    remains = Remains((Leftover("line in time", 4000.0, 0.9),))
+    remains = Remains((ResidualDiagnostic("line in time", 4000.0, 0.9),))
     judgement = judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains)
     assert judgement.answer == ("other",)
     assert judgement.probability["other"] > 0.95 > 0.05 > judgement.probability["friction"]
@@ -150,7 +150,7 @@ def test_other_takes_the_place_of_a_name() -> None:
 def test_a_search_that_found_nothing_may_have_missed_it() -> None:
     """However much is left, `other` is no surer than its ceiling, and still the answer."""
     constants = replace(CONSTANTS, other_ceiling=0.9)
-    remains = Remains((Leftover("spectrum", 1e4, 3.0),))
+    remains = Remains((ResidualDiagnostic("spectrum", 1e4, 3.0),))
     judgement = judge((), {(): 0.0}, remains, LABELS, constants)
     assert judgement.answer == ("other",)
     assert judgement.probability["other"] == pytest.approx(0.9)
@@ -159,6 +159,6 @@ def test_a_search_that_found_nothing_may_have_missed_it() -> None:
 @pytest.mark.parametrize(("kind", "answer"), [("spread", ("backlash",)), ("line in time", ("other",))])
 def test_chaos_far_ahead_excuses_what_it_leaves_but_no_line(kind: str, answer: tuple[str, ...]) -> None:
     """A sine that lasts is corrected away sample by sample, so that any followed motion seems far ahead."""
-    remains = Remains((Leftover(kind, 1e4, 0.97),), gap=0.5, loose=True, excused=True)
+    remains = Remains((ResidualDiagnostic(kind, 1e4, 0.97),), gap=0.5, loose=True, excused=True)
     judgement = judge(("backlash",), {(): 0.0, ("backlash",): 900.0}, remains, LABELS, CONSTANTS)
     assert judgement.answer == answer

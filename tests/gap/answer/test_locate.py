@@ -26,12 +26,12 @@ from bayes_hw.gap.answer.locate import (
 )
 from bayes_hw.gap.criticism.block_functions import block_surprises, with_floor
 from bayes_hw.gap.criticism.free_functions import motions
-from bayes_hw.gap.criticism.leftover import Leftover, is_in_the_scatter
 from bayes_hw.gap.criticism.memories import shapes_of_memories
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, CommandBias, KinematicBacklash
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.search.attribute import Attribution
-from bayes_hw.gap.simulate.signals import door_responses
+from bayes_hw.gap.simulate.signals import injected_responses
 
 EVEN = dict.fromkeys(BLOCKS, 0.2)
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -54,7 +54,9 @@ def decision(answer: tuple[str, ...], blocks: Mapping[str, float] = EVEN, **prob
     return Decision(answer, unused, {"none": 0.0, "other": 0.0, **probability}, (), {}, blocks)
 
 
-def located(residuals: list[FloatArray], answer: tuple[str, ...], left: Sequence[Leftover] = ()) -> Location:
+def located(
+    residuals: list[FloatArray], answer: tuple[str, ...], left: Sequence[ResidualDiagnostic] = ()
+) -> Location:
     """What is said of `residuals` where these are the leftovers."""
     found = attribution(residuals)
     surprises = with_floor(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
@@ -94,7 +96,7 @@ def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
     door, shapes = shapes_of_memories(moved, RATE)["after a reversal"]
-    responses = [door_responses(chain, door, own)[:, 2] for own in shapes]
+    responses = [injected_responses(chain, door, own)[:, 2] for own in shapes]
     size = 2 * SIGMA / np.sqrt(np.mean(np.concatenate(responses) ** 2))
     residuals = [e + size * r for e, r in zip(noise(), responses, strict=True)]
     found = located(residuals, ("other",))
@@ -121,8 +123,10 @@ def test_scatter_that_follows_the_motion_is_the_sensor() -> None:
     """Where nothing is named, what is left is in single samples, and no function takes much more."""
     simulated = with_residuals(noise()).simulated
     torque = [e + 0.1 * SIGMA * np.sign(np.gradient(y)) for e, y in zip(noise(), simulated, strict=True)]
-    left = [Leftover("spread", 90.0, 0.5), Leftover("function at drive", 30.0, 0.1)]
-    assert not is_in_the_scatter([Leftover("spread", 3.0, 0.5), Leftover("function at drive", 2.0, 0.1)])
+    left = [ResidualDiagnostic("spread", 90.0, 0.5), ResidualDiagnostic("function at drive", 30.0, 0.1)]
+    assert not is_in_the_scatter(
+        [ResidualDiagnostic("spread", 3.0, 0.5), ResidualDiagnostic("function at drive", 2.0, 0.1)]
+    )
     plain, scattered = (located(torque, ("other",), given) for given in ((), left))
     assert scattered.block == "sensor" and scattered.share["sensor"] > plain.share["sensor"] + 0.01
 

@@ -14,12 +14,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.shrink import (
     Closure,
     closure,
-    hides_motion,
     measured_closure,
-    moves_unseen,
     rounded_outward,
     without_glitches,
 )
+from bayes_hw.gap.noise.random_cause import RANDOM_CAUSES
 
 N = 4000
 SIGMA = 0.1
@@ -181,29 +180,9 @@ def test_as_in_the_verdict() -> None:
     }  # fmt: skip
 
 
-def named(label: str, *effects: str) -> Any:
-    """What stands for an explanation with a stochastic effect beside responses."""
-    fit = SimpleNamespace(hypothesis=SimpleNamespace(effects=effects))
-    return SimpleNamespace(stochastic=SimpleNamespace(label=label, labels=(label,)), fit=fit)
-
-
-def test_which_effects_move_the_axis() -> None:
-    """Wind and timing belong to the motion; drift and rounding are errors of the readings."""
-    assert [moves_unseen(named(x)) for x in ("wind", "timing_jitter", "sensor_drift")] == [True, True, False]
-    assert [hides_motion(named(x)) for x in ("sensor_drift", "encoder_quantization", "wind")] == [
-        True,
-        True,
-        False,
-    ]
-    plain: Any = SimpleNamespace(stochastic=None)
-    assert not moves_unseen(plain) and not hides_motion(plain)
-
-
-def test_between_glitches_the_record_tells_what_a_response_leaves() -> None:
-    """Glitches alone leave next to nothing to close; beside a response the readings between them count."""
-    assert hides_motion(named("outliers"))
-    assert not hides_motion(named("outliers", "torque_ripple"))
-    assert hides_motion(named("encoder_quantization", "torque_ripple"))
+def named(label: str) -> Any:
+    """What stands for an explanation by a random cause."""
+    return SimpleNamespace(stochastic=SimpleNamespace(isolates=RANDOM_CAUSES[label].isolated))
 
 
 def test_glitches_do_not_count_as_motion() -> None:

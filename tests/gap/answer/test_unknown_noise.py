@@ -12,20 +12,19 @@ from simulated_records import coloured_noise
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.answer.unknown_noise import (
-    first_sigma,
     of_the_gap,
     plain_estimate,
-    plain_fit,
     with_plain_estimates,
     without_small_seconds,
 )
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.effects.any_simulator import DeadZone, UnequalDeadZone
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.plain_fit import first_sigma, plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.noise.whitener import Plain
@@ -114,17 +113,17 @@ def test_a_second_effect_beside_one_that_leaves_little_is_dropped() -> None:
     alone, pair = explained(outputs, DeadZone()), explained(outputs, DeadZone(), CommandBias())
     nothing = explained(outputs)
     attribution = Attribution(nothing, (pair, alone, nothing), (0.0,), ())
-    kept = without_small_seconds(attribution).explanations
+    kept = without_small_seconds(attribution, 0.2).explanations
     assert [e.labels for e in kept] == [("dead_zone",), ()]
     bias = explained(outputs, CommandBias())
     attribution = Attribution(nothing, (pair, bias, nothing), (0.0,), ())
-    assert without_small_seconds(attribution).explanations == attribution.explanations
+    assert without_small_seconds(attribution, 0.2).explanations == attribution.explanations
 
 
 def test_leftovers_are_shares_of_the_gap() -> None:
     outputs = measured(2.0, 2.0, white(0.5))
     alone, nothing = explained(outputs, DeadZone()), explained(outputs)
-    left = [Leftover("step", 50.0, 0.8)]
+    left = [ResidualDiagnostic("step", 50.0, 0.8)]
     (found,) = of_the_gap(left, alone, nothing)
     assert found.size == pytest.approx(0.8 * alone.fit.rmse / nothing.fit.rmse)
     assert of_the_gap(left, nothing, nothing) == left

@@ -11,7 +11,7 @@ import pytest
 from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.calibrate import BY_HAND
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 
 PAIR = ("friction", "wind")
 BALLOTED = Ballot(
@@ -22,7 +22,7 @@ BALLOTED = Ballot(
         ("friction", "outliers"): Claim(500.0),
     },
     {
-        (): Remains((Leftover("step", 100.0, 2.0),), gap=3.0),
+        (): Remains((ResidualDiagnostic("step", 100.0, 2.0),), gap=3.0),
         ("friction",): Remains((), loose=True),
         PAIR: Remains((), drifts=True, excused=True, bent_gusts=0.5),
     },

@@ -22,7 +22,7 @@ from bayes_hw.gap.blind.calibrate import (
     total_score,
 )
 from bayes_hw.gap.blind.counts import BLOCKS
-from bayes_hw.gap.criticism.leftover import Leftover
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.progress import Progress
 
 QUIET = Progress(quiet=True)
@@ -124,7 +124,7 @@ def test_a_threshold_is_fitted_where_that_is_clearly_better() -> None:
 
 def test_scores_are_worked_by_hand() -> None:
     """One case: probabilities 0.5 of other, the rest as judged; the sum of logarithms of what is true."""
-    left = Leftover("step", BY_HAND.left_surprise, 10.0)
+    left = ResidualDiagnostic("step", BY_HAND.left_surprise, 10.0)
     ballot = Ballot({(): Claim(0.0)}, {(): Remains((left,))}, ("friction",))
     for effects, true in ((["other"], "other"), ([], "none")):
         case = CalibrationCase.of(ballot, effects)
@@ -185,14 +185,14 @@ def test_doubts_change_no_answer() -> None:
 
 def ballot_of_other() -> Ballot:
     """What is left is three times what makes `other` even odds."""
-    left = Leftover("step", 3 * BY_HAND.left_surprise, 10.0)
+    left = ResidualDiagnostic("step", 3 * BY_HAND.left_surprise, 10.0)
     return Ballot({(): Claim(0.0)}, {(): Remains((left,))}, ("friction",))
 
 
 def struck_with_blocks_by_chance(number: int, seed: int, share: float) -> list[CalibrationCase]:
     """Functions find twice as much at one block as at another, and are right in this `share`."""
     rng = np.random.default_rng(seed)
-    left = Leftover("step", 3 * BY_HAND.left_surprise, 10.0)
+    left = ResidualDiagnostic("step", 3 * BY_HAND.left_surprise, 10.0)
     blocks = {BLOCKS["friction"]: 9.0, BLOCKS["wind"]: 19.0}
     ballot = Ballot({(): Claim(0.0)}, {(): Remains((left,), blocks=blocks)}, ("encoder_drift",))
     struck = ["wind" if rng.random() < share else "friction" for _ in range(number)]

@@ -15,7 +15,7 @@ from bayes_hw.gap.criticism.free_functions import (
     FreeFunction,
     directions,
     free_functions,
-    hats,
+    linear_splines,
     motions,
     responses_of_blocks,
     shapes_of_blocks,
@@ -107,10 +107,10 @@ def test_nothing_of_a_function_shows_inside_the_dead_zone() -> None:
 
 
 def test_hats_sum_to_one() -> None:
-    shapes = hats([np.linspace(-1, 2, 50), np.linspace(0, 3, 70)])
+    shapes = linear_splines([np.linspace(-1, 2, 50), np.linspace(0, 3, 70)])
     for columns in shapes:
         np.testing.assert_allclose(columns.sum(axis=1), 1)
-    assert hats([np.zeros(5)])[0].shape == (5, 0)
+    assert linear_splines([np.zeros(5)])[0].shape == (5, 0)
 
 
 def test_directions_are_those_of_the_singular_value_decomposition() -> None:

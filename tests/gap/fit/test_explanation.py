@@ -20,6 +20,7 @@ from bayes_hw.gap.fit.explanation import (
     with_stochastic,
 )
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN
+from bayes_hw.gap.noise.random_cause import Tracking
 from bayes_hw.gap.noise.state_noise import walking_noise
 from bayes_hw.gap.noise.stochastic import HeldDisplay, RoundedDisplay, StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import fit_autoregression, no_glitches
@@ -97,7 +98,7 @@ def test_base_parameters_far_from_the_nominal_strain_an_explanation(moved: float
     noise = autoregression(fit)
     found = StochasticFit("outliers", "", noise, noise.log_likelihood, {})
     host = replace(fit, hypothesis=hypothesis, coordinates=at)
-    assert replace(with_stochastic(found, fit), fit=host).strained == strained
+    assert replace(with_stochastic(found, fit), fit=host).at_odds_with_prior == strained
 
 
 def shown(label: str, display: HeldDisplay | RoundedDisplay | None, log_evidence: float) -> Explanation:
@@ -149,3 +150,28 @@ def test_encoder_noise_is_what_is_left_beside_every_cause() -> None:
     assert beside.innovation_sigma == pytest.approx(0.5 * np.sqrt(1 - 0.3**2))
     second_order = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 2)
     assert replace(alone, fit=replace(fit, whitener=second_order)).encoder_noise.coefficients == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("label", "alone", "beside"),
+    [
+        ("wind", Tracking.MEAN_SQUARES, Tracking.MEAN_SQUARES),
+        ("timing_jitter", Tracking.MEAN_SQUARES, Tracking.MEAN_SQUARES),
+        ("sensor_drift", Tracking.HIDDEN, Tracking.HIDDEN),
+        ("encoder_quantization", Tracking.HIDDEN, Tracking.HIDDEN),
+        ("outliers", Tracking.HIDDEN, Tracking.EVERY_SAMPLE),
+    ],
+)
+def test_what_a_record_tells_of_the_motion(label: str, alone: Tracking, beside: Tracking) -> None:
+    """Wind and timing belong to the motion; drift and rounding are errors of the readings; glitches alone
+    leave next to nothing to close, beside a response the readings between them count. A chaotic response is
+    told by its mean squares whatever is beside it, and a plain one by every sample."""
+    fit = with_residuals([white(SAMPLES, SIGMA, 0)])
+    noise = autoregression(fit)
+    plain = with_stochastic(StochasticFit(label, "", noise, noise.log_likelihood, {}), fit)
+    assert plain.tracking is alone
+    hypothesis = fit.hypothesis
+    for effect, told in ((KinematicBacklash(), beside), (DynamicBacklash(), Tracking.MEAN_SQUARES)):
+        moved = replace(fit, hypothesis=hypothesis.with_effect(effect))
+        assert replace(plain, fit=moved).tracking is told
+    assert replace(plain, stochastic=None).tracking is Tracking.EVERY_SAMPLE

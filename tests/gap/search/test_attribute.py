@@ -10,15 +10,17 @@ from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, noisy, simulated_with
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.criticism.leftover import leaves_structure
+from bayes_hw.gap.criticism.residual_diagnostics import leaves_structure
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
 from bayes_hw.gap.fit.explanation import with_stochastic
 from bayes_hw.gap.fit.fit import evaluated
 from bayes_hw.gap.noise.slow_noise import random_walk
 from bayes_hw.gap.noise.whitener import Plain
-from bayes_hw.gap.search.attribute import Attribution, Attributor
-from bayes_hw.gap.search.contenders import best_of
+from bayes_hw.gap.search.attribute import Attribution, attribute
+from bayes_hw.gap.search.candidate_models import best_of
+from bayes_hw.gap.search.state import Search
+from bayes_hw.gap.search.strategies import apart
 
 INPUTS = [command(700, 1), command(700, 2)]
 BASE = hypothesis(AXIS, INPUTS)
@@ -26,7 +28,7 @@ EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry())
 
 
 def attribution(measured: Sequence[FloatArray], stochastic: frozenset[str] = frozenset()) -> Attribution:
-    return Attributor(BASE, measured, EFFECTS, stochastic, np.random.default_rng(5)).run()
+    return attribute(Search(BASE, measured, EFFECTS, stochastic, np.random.default_rng(5)))
 
 
 def test_the_effect_that_is_there_is_the_best() -> None:
@@ -66,7 +68,7 @@ def test_a_display_that_explains_all_ends_the_search(label: str) -> None:
     else:
         measured = [held(y, rng.random(len(y)) < 0.33) for y in measured]
     stages: list[str] = []
-    Attributor(BASE, measured, EFFECTS, frozenset({label}), rng, tell=stages.append).run()
+    attribute(Search(BASE, measured, EFFECTS, frozenset({label}), rng, tell=stages.append))
     assert "single effects" in stages and not any("pairs" in stage for stage in stages)
 
 
@@ -82,10 +84,8 @@ def test_the_search_goes_on_while_what_would_be_chosen_leaves_structure() -> Non
     effects, rng = (TransportDelay(), CommandBias()), np.random.default_rng(7)
     for chosen, goes_on in ((best_of, False), (lambda found: found[0], True)):
         stages: list[str] = []
-        search = Attributor(
-            BASE, measured, effects, frozenset({"wind"}), rng, tell=stages.append, chosen=chosen
-        )
-        search.run()
+        search = Search(BASE, measured, effects, frozenset({"wind"}), rng, tell=stages.append, chosen=chosen)
+        attribute(search)
         assert ("pairs of effects" in stages) == goes_on
 
 
@@ -93,7 +93,7 @@ def test_nothing_but_noise_in_the_catalogue() -> None:
     """A delay where no effect of the response may be tried: the search ends, whatever is left."""
     delayed = hypothesis(AXIS, INPUTS, TransportDelay())
     measured = noisy(delayed.simulate(np.concatenate([BASE.builder.axis.nominal, (3.0,)])))
-    found = Attributor(BASE, measured, (), frozenset({"outliers"}), np.random.default_rng(8)).run()
+    found = attribute(Search(BASE, measured, (), frozenset({"outliers"}), np.random.default_rng(8)))
     assert all(not e.fit.hypothesis.effects for e in found.explanations)
 
 
@@ -110,7 +110,9 @@ def test_a_richer_form_does_not_pass_for_noise() -> None:
     """A constant torque beside a ripple: slow wind would take it up, but that less wind would do is seen."""
     values = (20.0, 10.0, 0.3, 0.0, 0.0, 30.0)
     measured = noisy(simulated_with(TorqueRippleWithOvertone(), values, INPUTS))
-    found = Attributor(BASE, measured, (TorqueRipple(),), frozenset({"wind"}), np.random.default_rng(5)).run()
+    found = attribute(
+        Search(BASE, measured, (TorqueRipple(),), frozenset({"wind"}), np.random.default_rng(5))
+    )
     assert found.best.name == "torque_ripple (motor, with overtone)"
     beside_wind = [e for e in found.explanations if e.labels == ("torque_ripple", "wind")]
     assert leaves_structure(max(beside_wind, key=lambda e: e.log_evidence), INPUTS)
@@ -123,12 +125,12 @@ def test_an_effect_of_no_size_is_not_ahead_of_the_noise_alone() -> None:
     clean = noisy(BASE.simulate(BASE.to_values(BASE.prior_means)))
     measured = [y + walk for y, walk in zip(clean, walks, strict=True)]
     labels, rng = frozenset({"sensor_drift"}), np.random.default_rng(5)
-    attributor = Attributor(BASE, measured, EFFECTS, labels, rng)
+    search = Search(BASE, measured, EFFECTS, labels, rng)
     with_bias = hypothesis(AXIS, INPUTS, CommandBias())
     host = evaluated(with_bias, measured, np.append(BASE.prior_means, 1e-9), Plain(SIGMA))
     noise = random_walk(host)
     assert noise is not None
     beside = with_stochastic(noise, host)
-    _, alone = attributor._apart(beside)
+    _, alone = apart(search, beside)
     assert beside.labels == ("command_bias", "sensor_drift") and alone.labels == ("sensor_drift",)
     assert alone.log_evidence > beside.log_evidence

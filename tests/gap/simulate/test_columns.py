@@ -14,8 +14,8 @@ from bayes_hw.gap.simulate.columns import (
     count_finite,
     count_true,
     filled_out,
-    hats_over,
     largest_sizes,
+    linear_splines_over,
     mean_squares,
     misses,
     only_where,
@@ -84,5 +84,5 @@ def test_hats_are_interpolations_of_unit_values(signal: FloatArray) -> None:
     knots = np.array([-1.5, -1.0, 0.25, 2.0])
     signal = np.concatenate([signal, knots])
     expected = np.stack([np.interp(signal, knots, row) for row in np.eye(4)], axis=1)
-    np.testing.assert_allclose(hats_over(signal, knots), expected, atol=1e-14)
-    np.testing.assert_allclose(hats_over(signal, knots).sum(axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_allclose(linear_splines_over(signal, knots), expected, atol=1e-14)
+    np.testing.assert_allclose(linear_splines_over(signal, knots).sum(axis=1), 1.0, rtol=1e-14)

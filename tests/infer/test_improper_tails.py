@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from simulated_records import coloured_noise
 
+from bayes_hw.infer.improper_tails import onto_plains
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.plains import onto_plains
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model.axis_parameters import AxisParameters

@@ -1,4 +1,4 @@
-"""Slow noise and samples off their instants at once: two stochastic effects in one likelihood.
+"""Samples off their instants beside slow noise.
 
 What untimely samples add is white, of a variance that follows the motion; slow noise is smooth from sample
 to sample. So the one shows in how far samples stand off their neighbours, the other in what these have in
@@ -7,8 +7,9 @@ common.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import minimize
@@ -16,17 +17,12 @@ from scipy.optimize import minimize
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.clock_jitter import CLOCK_SD, Untimely
 from bayes_hw.gap.noise.misfit import Misfit
-from bayes_hw.gap.noise.slow_noise import CURVATURE_STEP, random_walk, wind
+from bayes_hw.gap.noise.random_cause import JITTER
+from bayes_hw.gap.noise.slow_noise import CURVATURE_STEP
 from bayes_hw.gap.noise.state_noise import StateNoise, View
-from bayes_hw.gap.noise.stochastic import StochasticFit
-
-WITH_JITTER = "with clock jitter"
 
 CERTAIN = 5.0
 """Standard deviations by which the spread about neighbours must grow with the speed."""
-
-ROUNDS = 2
-"""Of the slow noise given the jitter, and of the jitter given the slow noise."""
 
 EVALUATIONS = 30
 FARTHEST = 4.0
@@ -36,36 +32,41 @@ DEPARTURE = 1.5
 """Variance of white noise less the mean of its neighbours, over its own."""
 
 
-def wind_and_jitter(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
-    """Wind with clock jitter beside it, None where no spread grows with the speed; `start` as for `wind`."""
-    return _with_jitter(wind, fit, start)
+@dataclass(frozen=True)
+class SecondJitter:
+    """Samples off their instants by a clock of variance `square`, s^2, with the `curvature` of the
+    log-likelihood in log tau; see `SecondCause`."""
 
+    label: ClassVar[str] = JITTER.label
+    form: ClassVar[str] = "with clock jitter"
+    rounds: ClassVar[int] = 2
+    log_likelihood: ClassVar[float] = 0.0
 
-def walk_and_jitter(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
-    """A wandering encoder with clock jitter, None where no spread grows with the speed."""
-    return _with_jitter(random_walk, fit, start)
+    misfit: Misfit
+    untimely: Untimely
+    square: float
+    curvature: float = 1.0
 
+    @classmethod
+    def of(cls, fit: Misfit) -> SecondJitter | None:
+        """That of the residuals; None where no spread grows with the speed."""
+        untimely = Untimely.of(fit)
+        square = spread_with_speed(fit.residuals, untimely.speeds)
+        return cls(fit, untimely, square) if square else None
 
-def _with_jitter(
-    kind: Callable[..., StochasticFit | None], fit: Misfit, start: FloatArray | None
-) -> StochasticFit | None:
-    untimely = Untimely.of(fit)
-    square = spread_with_speed(fit.residuals, untimely.speeds)
-    if square == 0:
-        return None
-    curvature = 1.0
-    for _ in range(ROUNDS):
-        slow = kind(fit, start, untimely.variances(square))
-        if slow is None or not isinstance(slow.whitener, StateNoise):
-            return None
-        start = slow.point
-        square, curvature = _refined(fit, slow.whitener, untimely, square)
-    slow = kind(fit, start, untimely.variances(square))
-    if slow is None:
-        return None
-    spread = float(np.sqrt(square))
-    error = float(spread / np.sqrt(max(curvature, 1.0)))
-    return slow.with_second("timing_jitter", WITH_JITTER, {CLOCK_SD: (spread, error, "s")})
+    @property
+    def variances(self) -> tuple[FloatArray, ...]:
+        return self.untimely.variances(self.square)
+
+    @property
+    def parameters(self) -> dict[str, tuple[float, float, str]]:
+        spread = float(np.sqrt(self.square))
+        return {CLOCK_SD: (spread, float(spread / np.sqrt(max(self.curvature, 1.0))), "s")}
+
+    def beside(self, noise: StateNoise) -> SecondJitter:
+        """tau^2 of most likelihood, the encoder's own noise free."""
+        square, curvature = _refined(self.misfit, noise, self.untimely, self.square)
+        return replace(self, square=square, curvature=curvature)
 
 
 def spread_with_speed(residuals: Sequence[FloatArray], squares: Sequence[FloatArray]) -> float:

@@ -12,7 +12,7 @@ from bayes_hw.gap.effects.drive import KinematicBacklash, LoadRipple, TorqueRipp
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.stochastic import StochasticFit, autoregression
-from bayes_hw.gap.search.contenders import (
+from bayes_hw.gap.search.candidate_models import (
     CLOSE_PART,
     SLIGHT,
     best_of,

@@ -1,4 +1,4 @@
-"""Whether slow noise is as strong whatever the axis does, as wind or a wandering encoder would be.
+"""Heteroscedasticity: whether slow noise is as strong whatever the axis does, as wind or a walk would be.
 
 Slow noise takes up what no effect of the catalogue explains. What comes of the command then looks like gusts
 that are stronger after certain commands or motions. The variance of the disturbance's increments is

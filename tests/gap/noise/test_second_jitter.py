@@ -13,9 +13,10 @@ from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.clock_jitter import CLOCK_SD, Untimely, clock_jitter
-from bayes_hw.gap.noise.jittery_noise import spread_with_speed, walk_and_jitter, wind_and_jitter
+from bayes_hw.gap.noise.second_jitter import SecondJitter, spread_with_speed
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
 from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
 
@@ -30,8 +31,8 @@ def walking(step: float = 0.3 * SIGMA) -> list[FloatArray]:
 @pytest.mark.parametrize(
     ("slow", "both", "alone"),
     [
-        (walking(), walk_and_jitter, random_walk),
-        (seen(gusts(0.2, 0.8, 3.0)), wind_and_jitter, wind),
+        (walking(), beside(random_walk, SecondJitter.of), random_walk),
+        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondJitter.of), wind),
     ],
     ids=["walk", "wind"],
 )
@@ -57,7 +58,7 @@ def test_parameters_are_those_of_either_alone(
 
 def test_without_a_spread_that_grows_with_the_speed_there_are_not_two() -> None:
     fit = with_residuals(walking())
-    assert walk_and_jitter(fit) is None and wind_and_jitter(fit) is None
+    assert beside(random_walk, SecondJitter.of)(fit) is None and beside(wind, SecondJitter.of)(fit) is None
 
 
 def test_departures_from_neighbours_tell_the_spread() -> None:

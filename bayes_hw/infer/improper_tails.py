@@ -1,4 +1,4 @@
-"""Plains of the likelihood beyond a saturation limit that the commands hardly reach.
+"""Improper tails: the flat region of the likelihood beyond a limit that the commands hardly reach.
 
 Least squares likes to put such a limit just below the largest command, where clipping a few samples fits a
 little of the noise. Beyond, the likelihood is constant, a little lower once the other parameters have

@@ -1,4 +1,4 @@
-"""Coordinates in which the ridges of the posterior are straight.
+"""A reparameterisation in which the ridges of the posterior are straight.
 
 Behind an integrator the data fix how far the axis drifts, gain x mean(min(max(u, lower), upper)), far better
 than either limit: in the limits' own coordinates the posterior is a curved ridge, in
@@ -66,7 +66,7 @@ def _inverse(first, step, values, wanted, x, slope):  # type: ignore[no-untyped-
 
 
 @dataclass(frozen=True, eq=False)
-class Straightening:
+class Reparameterisation:
     """The map between straight coordinates and those of the parameters, for points (..., parameters).
 
     The rows are those of the limits and of the gain, all three logarithms of magnitudes; `gain_row` is None
@@ -81,7 +81,7 @@ class Straightening:
     upper: Table
 
     @classmethod
-    def of(cls, parameters: Sequence[Parameter], records: Sequence[Record]) -> Straightening | None:
+    def of(cls, parameters: Sequence[Parameter], records: Sequence[Record]) -> Reparameterisation | None:
         """For the given parameters and records; None where the commands do not go to both sides of zero."""
         names = [parameter.name for parameter in parameters]
         u = np.sort(np.concatenate([record.u for record in records]))

@@ -9,7 +9,7 @@ import pytest
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -21,8 +21,8 @@ def records(small_axis: HammersteinWiener) -> list[Record]:
 
 
 @pytest.fixture(scope="module")
-def straightening(small_axis: HammersteinWiener, records: list[Record]) -> Straightening:
-    found = Straightening.of(AxisParameters(small_axis).parameters, records)
+def straightening(small_axis: HammersteinWiener, records: list[Record]) -> Reparameterisation:
+    found = Reparameterisation.of(AxisParameters(small_axis).parameters, records)
     assert found is not None
     return found
 
@@ -35,14 +35,16 @@ def scattered(axis: HammersteinWiener, spread: float) -> FloatArray:
 
 
 @pytest.mark.parametrize("spread", [0.05, 1.0])
-def test_there_and_back(small_axis: HammersteinWiener, straightening: Straightening, spread: float) -> None:
+def test_there_and_back(
+    small_axis: HammersteinWiener, straightening: Reparameterisation, spread: float
+) -> None:
     plain = scattered(small_axis, spread)
     back, _ = straightening.to_plain(straightening.from_plain(plain))
     np.testing.assert_allclose(back, plain, rtol=1e-9, atol=1e-9)
 
 
 def test_jacobian_is_that_of_finite_differences(
-    small_axis: HammersteinWiener, straightening: Straightening
+    small_axis: HammersteinWiener, straightening: Reparameterisation
 ) -> None:
     straight = straightening.from_plain(scattered(small_axis, 0.05))
     _, log_jacobian = straightening.to_plain(straight)
@@ -53,7 +55,7 @@ def test_jacobian_is_that_of_finite_differences(
 
 
 def test_definition(
-    small_axis: HammersteinWiener, straightening: Straightening, records: list[Record]
+    small_axis: HammersteinWiener, straightening: Reparameterisation, records: list[Record]
 ) -> None:
     """s_lower is the gain times the mean of the limited command, s_upper the power of what is cut off."""
     u = np.concatenate([record.u for record in records])
@@ -65,7 +67,7 @@ def test_definition(
     assert straight[1] == pytest.approx(-(np.mean(np.maximum(u - 1.0, 0)) ** (2 / 3)), rel=1e-3)
 
 
-def test_limits_of_the_wrong_sign_are_not_a_number(straightening: Straightening) -> None:
+def test_limits_of_the_wrong_sign_are_not_a_number(straightening: Reparameterisation) -> None:
     """Coordinates of no axis: their density is zero, not an error."""
     straight = np.zeros((3, 6))
     straight[:, 1] = [-50.0, -0.01, -0.01]
@@ -76,10 +78,10 @@ def test_limits_of_the_wrong_sign_are_not_a_number(straightening: Straightening)
 
 def test_commands_on_one_side_have_none(small_axis: HammersteinWiener, records: list[Record]) -> None:
     parameters = AxisParameters(small_axis).parameters
-    assert Straightening.of(parameters, [replace(records[0], u=np.abs(records[0].u))]) is None
+    assert Reparameterisation.of(parameters, [replace(records[0], u=np.abs(records[0].u))]) is None
 
 
-def test_covariance_is_carried_over(small_axis: HammersteinWiener, straightening: Straightening) -> None:
+def test_covariance_is_carried_over(small_axis: HammersteinWiener, straightening: Reparameterisation) -> None:
     """Of a narrow normal cloud, in straight coordinates."""
     mode = scattered(small_axis, 0.0)[0]
     root = np.tril(np.random.default_rng(5).normal(0, 1e-3, (len(mode), len(mode))))

@@ -1,4 +1,4 @@
-"""A volume-preserving quadratic map that bends a straight cloud of points into one with curved ridges."""
+"""A triangular transport map, quadratic and volume-preserving, from a straight cloud to curved ridges."""
 
 from __future__ import annotations
 

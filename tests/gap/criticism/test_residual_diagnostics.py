@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.criticism.leftover import UNSTATED_NOISE, leftovers
+from bayes_hw.gap.criticism.residual_diagnostics import UNSTATED_NOISE, residual_diagnostics
 from bayes_hw.gap.fit.explanation import with_stochastic
 from bayes_hw.gap.noise.clock_jitter import clock_jitter
 from bayes_hw.gap.noise.slow_noise import random_walk
@@ -33,7 +33,7 @@ def noise(seed: int = 0) -> list[FloatArray]:
 def test_noise_leaves_nothing(seed: int, correlation: float) -> None:
     """White or first-order noise: no description gains what would count."""
     residuals = [coloured(SAMPLES, SIGMA, correlation, 100 + 2 * seed + r) for r in range(2)]
-    left = leftovers(explained(residuals), INPUTS)
+    left = residual_diagnostics(explained(residuals), INPUTS)
     assert left == sorted(left, key=lambda item: -item.surprise)
     assert left[0].surprise < 0.5 * TRIFLE, left[0]
 
@@ -41,7 +41,7 @@ def test_noise_leaves_nothing(seed: int, correlation: float) -> None:
 def test_a_sine_is_a_line_in_time() -> None:
     """Its size in units of the residual, whatever its phase in each record."""
     residuals = [e + SIGMA * np.sin(2 * np.pi * 0.83 * T + r) for r, e in enumerate(noise())]
-    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
     line = found["line in time"]
     assert line.surprise > 3 * TRIFLE
     assert line.size == pytest.approx(np.sqrt(0.5 / 1.5), rel=0.1)
@@ -52,7 +52,7 @@ def test_a_jump_is_a_step() -> None:
     """One lasting jump of five sigma a record, and the share of the residual that it makes."""
     jumps = [np.where(20 + 5 * r < T, 5 * SIGMA, 0.0) for r in range(2)]
     residuals = [e + jump for e, jump in zip(noise(1), jumps, strict=True)]
-    best = leftovers(explained(residuals), INPUTS)
+    best = residual_diagnostics(explained(residuals), INPUTS)
     step = next(item for item in best if item.kind == "step")
     assert step.surprise > TRIFLE
     share = np.mean([np.var(jump) for jump in jumps]) / np.mean(np.concatenate(residuals) ** 2)
@@ -71,7 +71,7 @@ def test_a_fast_move_between_untimely_samples_is_no_step() -> None:
         fit = replace(with_residuals(residuals), simulated=moving)
         jitter = clock_jitter(fit)
         assert jitter is not None
-        left = leftovers(with_stochastic(jitter, fit), INPUTS)
+        left = residual_diagnostics(with_stochastic(jitter, fit), INPUTS)
         found[jump] = next(item for item in left if item.kind == "step")
     assert found[0.0].surprise == 0
     assert found[5 * SIGMA].surprise > TRIFLE
@@ -84,7 +84,7 @@ def test_a_resonance_is_a_spectrum() -> None:
         e + signal.lfilter([1.0], np.real(np.poly([pole, pole.conjugate()])), 0.3 * f)
         for e, f in zip(noise(2), noise(3), strict=True)
     ]
-    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
     assert found["spectrum"].surprise > 3 * TRIFLE
     assert found["spectrum"].size > 0.35
 
@@ -95,7 +95,7 @@ def test_an_error_that_follows_the_motion_is_a_function() -> None:
     simulated = explanation.fit.simulated
     shape = [np.cos(2 * np.pi * y / np.ptp(y)) for y in simulated]
     residuals = [e + SIGMA * s for e, s in zip(noise(4), shape, strict=True)]
-    found = {item.kind: item for item in leftovers(explained(residuals), INPUTS)}
+    found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
     assert found["function at sensor"].surprise > TRIFLE
     assert 0.7 < found["function at sensor"].size / np.sqrt(0.5) < 1.1
 
@@ -111,7 +111,7 @@ def test_known_glitches_are_bridged_first() -> None:
     found = outliers(plain.fit)
     assert found is not None
     named = replace(plain, stochastic=found, fit=replace(plain.fit, whitener=found.whitener))
-    assert leftovers(named, INPUTS)[0].surprise < 0.5 * TRIFLE
+    assert residual_diagnostics(named, INPUTS)[0].surprise < 0.5 * TRIFLE
 
 
 def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
@@ -128,7 +128,7 @@ def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
         fit = with_residuals(residuals)
         walk = random_walk(fit)
         assert walk is not None
-        left = leftovers(with_stochastic(walk, fit), INPUTS)
+        left = residual_diagnostics(with_stochastic(walk, fit), INPUTS)
         found[times] = next(item for item in left if item.kind.startswith("gusts"))
     assert found[1.0].surprise < 0.5 * TRIFLE
     assert found[25.0].surprise > TRIFLE and "limit" in found[25.0].kind
@@ -148,12 +148,12 @@ def test_noise_above_the_stated_is_left() -> None:
         (0.5, 18.0, False),
     ):
         residuals = [times * e for e in noise(3)]
-        found = {item.kind: item for item in leftovers(explained(residuals), INPUTS, SIGMA)}
+        found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS, SIGMA)}
         unstated = found[UNSTATED_NOISE]
         assert (unstated.surprise > least) == counts
         if counts:
             assert unstated.size == pytest.approx(np.sqrt(1 - times**-2), rel=0.05)
-    assert UNSTATED_NOISE not in {item.kind for item in leftovers(explained(noise(3)), INPUTS)}
+    assert UNSTATED_NOISE not in {item.kind for item in residual_diagnostics(explained(noise(3)), INPUTS)}
 
 
 def test_coarse_steps_of_the_command_show_through_a_walk() -> None:
@@ -164,7 +164,7 @@ def test_coarse_steps_of_the_command_show_through_a_walk() -> None:
     fit = of_records(noisy(clean), base())
     walk = random_walk(fit)
     assert walk is not None
-    found = {item.kind: item for item in leftovers(with_stochastic(walk, fit), INPUTS)}
+    found = {item.kind: item for item in residual_diagnostics(with_stochastic(walk, fit), INPUTS)}
     detail = found["function at input in detail"]
     assert detail.surprise > TRIFLE and detail.size > 0.5
     assert found["function at input"].surprise < 0.5 * detail.surprise
@@ -178,7 +178,7 @@ def test_a_walk_as_it_is_leaves_nothing(seed: int) -> None:
     fit = with_residuals(residuals)
     walk = random_walk(fit)
     assert walk is not None
-    assert leftovers(with_stochastic(walk, fit), INPUTS)[0].surprise < 0.5 * TRIFLE
+    assert residual_diagnostics(with_stochastic(walk, fit), INPUTS)[0].surprise < 0.5 * TRIFLE
 
 
 def test_a_gain_that_jumps_shows_through_a_walk() -> None:
@@ -188,6 +188,6 @@ def test_a_gain_that_jumps_shows_through_a_walk() -> None:
     fit = of_records(noisy(clean), base())
     walk = random_walk(fit)
     assert walk is not None
-    found = {item.kind: item for item in leftovers(with_stochastic(walk, fit), INPUTS)}
+    found = {item.kind: item for item in residual_diagnostics(with_stochastic(walk, fit), INPUTS)}
     changed = found["function of the gain over time"]
     assert changed.surprise > TRIFLE and changed.size > 0.5

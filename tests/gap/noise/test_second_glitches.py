@@ -11,9 +11,10 @@ from fitted import SAMPLES, explained, with_residuals
 from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.noise.glitchy_noise import walk_and_glitches, wind_and_glitches
+from bayes_hw.gap.noise.second_glitches import SecondGlitches
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
 from bayes_hw.gap.noise.stochastic import StochasticFit, outliers
+from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
 
@@ -36,8 +37,8 @@ def walking(step: float = 0.1 * SIGMA) -> list[FloatArray]:
 @pytest.mark.parametrize(
     ("slow", "both", "alone"),
     [
-        (walking(), walk_and_glitches, random_walk),
-        (seen(gusts(0.2, 0.8, 3.0)), wind_and_glitches, wind),
+        (walking(), beside(random_walk, SecondGlitches.of), random_walk),
+        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondGlitches.of), wind),
     ],
     ids=["walk", "wind"],
 )
@@ -63,7 +64,9 @@ def test_parameters_are_those_without_the_glitches(
 
 def test_without_glitches_there_are_not_two() -> None:
     fit = with_residuals(walking())
-    assert walk_and_glitches(fit) is None and wind_and_glitches(fit) is None
+    assert (
+        beside(random_walk, SecondGlitches.of)(fit) is None and beside(wind, SecondGlitches.of)(fit) is None
+    )
 
 
 def test_the_search_finds_both() -> None:

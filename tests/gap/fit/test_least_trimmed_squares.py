@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.gap.effects.catalogue import CubicStiffness, TransportDelay
 from bayes_hw.gap.fit.fit import fit
-from bayes_hw.gap.fit.trimming import STRETCHES, best_stretches
+from bayes_hw.gap.fit.least_trimmed_squares import STRETCHES, best_stretches
 from bayes_hw.gap.noise.whitener import Plain
 
 PLAIN = Plain(SIGMA)

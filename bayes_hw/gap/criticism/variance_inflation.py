@@ -1,4 +1,4 @@
-"""Free functions where slow noise may be weaker: it grows to hold whatever no effect of the catalogue does.
+"""Inflated variance of slow noise: it grows to hold whatever no effect of the catalogue does.
 
 Held against noise that strong a cause explains little. With the cause told by a free function less noise is
 needed: what both come to is a likelihood ratio, where `free_functions` has the score at full strength.
@@ -23,7 +23,7 @@ AS_NOISE = "disturbance"
 """The block whose free function of time is what slow noise is itself: less noise beside it says nothing."""
 
 
-def free_functions_under_weaker_noise(
+def free_functions_with_free_variance(
     shown: Mapping[str, Sequence[FloatArray]],
     residuals: Sequence[FloatArray],
     fit: Fit,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bayes_hw.gap.simulate.recent import Recent
+from bayes_hw.gap.simulate.lru_cache import LruCache
 
 
 def test_what_was_asked_for_longest_ago_is_forgotten() -> None:
-    recent: Recent[str, int] = Recent(2)
+    recent: LruCache[str, int] = LruCache(2)
     recent["a"], recent["b"] = 1, 2
     assert recent["a"] == 1
     recent["c"] = 3
@@ -14,7 +14,7 @@ def test_what_was_asked_for_longest_ago_is_forgotten() -> None:
 
 
 def test_a_result_is_replaced() -> None:
-    recent: Recent[str, int] = Recent(2)
+    recent: LruCache[str, int] = LruCache(2)
     for value in range(5):
         recent["a"] = value
     recent["b"] = 7

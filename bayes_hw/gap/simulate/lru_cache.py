@@ -1,4 +1,4 @@
-"""The latest results of a computation, for threads that ask for the same again."""
+"""An LRU cache for threads, to which results are added in batches, as `functools.lru_cache` cannot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Key = TypeVar("Key")
 Result = TypeVar("Result")
 
 
-class Recent(Generic[Key, Result]):
+class LruCache(Generic[Key, Result]):
     """Keeps the `size` results that were added or asked for last."""
 
     def __init__(self, size: int) -> None:

@@ -1,4 +1,4 @@
-"""Which of the explanations found so far matter for what is tried next."""
+"""Candidate models: which of the explanations found so far matter for what is tried next."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def may_hide_a_cause(found: Sequence[Explanation]) -> bool:
 
 def hides(explanation: Explanation) -> bool:
     cause = explanation.cause_of_noise
-    return cause is not None and cause.size is not None and bool(explanation.fit.hypothesis.effects)
+    return cause is not None and cause.drifts and bool(explanation.fit.hypothesis.effects)
 
 
 def is_coloured(explanation: Explanation) -> bool:

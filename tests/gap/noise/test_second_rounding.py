@@ -13,9 +13,11 @@ from test_slow_noise import gusts, seen
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.noise.rounded_noise import walk_and_rounding, wind_and_rounding
+from bayes_hw.gap.noise.random_cause import ROUNDING
+from bayes_hw.gap.noise.second_rounding import SecondRounding
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
-from bayes_hw.gap.noise.stochastic import ROUNDING, StochasticFit
+from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
 
@@ -38,8 +40,8 @@ def rounded(residuals: list[FloatArray]) -> Fit:
 @pytest.mark.parametrize(
     ("slow", "both", "alone"),
     [
-        (walking(), walk_and_rounding, random_walk),
-        (seen(gusts(0.2, 0.8, 3.0)), wind_and_rounding, wind),
+        (walking(), beside(random_walk, SecondRounding.of), random_walk),
+        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondRounding.of), wind),
     ],
     ids=["walk", "wind"],
 )

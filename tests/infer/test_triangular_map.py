@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.bend import Bend
+from bayes_hw.infer.triangular_map import Bend
 
 ROOT = np.array([[2.0, 0.3, 0], [0, 1, 0.4], [0, 0, 0.5]])
 

@@ -1,4 +1,4 @@
-"""Walkers that side peaks of no weight hold, taken back before sampling begins."""
+"""Stuck walkers, which side peaks of no weight hold, taken back before sampling begins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an explanation leaves unexplained: the ground of the verdict "none of these".
+"""Residual diagnostics: what an explanation leaves unexplained, the ground of the verdict "none of these".
 
 Encoder noise is taken to be first-order and Gaussian. Under a right explanation the whitened residuals are
 then white, of unit variance, and independent of command, motion and time. Descriptions that name no cause
@@ -6,8 +6,8 @@ are held against that: a free function at every block, a spread that changes wit
 sine of constant frequency in time, a lasting step, a spectrum that first-order noise does not have, more
 noise than is stated, and where slow noise is part of the explanation, what follows limits and reversals,
 and noise that is stronger when the axis does certain things.
-Each says how surprising the residuals are where the explanation holds (minus the natural logarithm of the
-tail probability) and how large what it describes is, in units of the encoder's noise.
+Each says how surprising the residuals are where the explanation holds (the negative natural logarithm of the
+p-value) and how large what it describes is, in units of the encoder's noise.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from bayes_hw.gap.criticism.free_functions import (
     Motion,
     directions,
     free_functions,
-    hats,
+    linear_splines,
     motions,
     responses_of_blocks,
     shapes_that_only_tell,
 )
-from bayes_hw.gap.criticism.gusts import regimes_of, steadiness, unevenness
+from bayes_hw.gap.criticism.heteroscedasticity import regimes_of, steadiness, unevenness
 from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.surprise import chi_squared_surprise
-from bayes_hw.gap.criticism.weaker_noise import free_functions_under_weaker_noise
+from bayes_hw.gap.criticism.variance_inflation import free_functions_with_free_variance
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.clock_jitter import JitterWhitener
 from bayes_hw.gap.noise.glitches import find_glitches
+from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
-from bayes_hw.gap.noise.stochastic import ROUNDING
 from bayes_hw.gap.noise.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -58,7 +58,7 @@ LOWEST_LINE = 12
 LARGEST_SURPRISE = 1e4
 
 STATED_LOG_SD = 0.13
-"""How far a stated noise is off, in its logarithm: that of the 48 practice cases by 0.12, by 0.22 at most."""
+"""How far a stated noise is off, in its logarithm."""
 
 UNSTATED_NOISE = "noise above the stated"
 
@@ -70,25 +70,21 @@ STEADY = "constant command"
 
 SURPRISE_OF_STRUCTURE = 9.0
 SMALLEST_STRUCTURE = 0.12
-"""Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on.
-
-Of 30 simulated pairs the better effect alone left 0.46 sigma or more in 29 (slow noise hid the other). Going
-on for less (0.06) changed the answer in none of 28 cases side by side and took twice as long in two.
-"""
+"""Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
 
 
 @dataclass(frozen=True)
-class Leftover:
-    """One description: what it is, how surprising (minus log of a tail probability), its size in sigma."""
+class ResidualDiagnostic:
+    """One description: what it is, its `surprise` (negative log p-value), its size in sigma."""
 
     kind: str
     surprise: float
     size: float
 
 
-def leftovers(
+def residual_diagnostics(
     explanation: Explanation, inputs: Sequence[FloatArray], stated_sigma: float = 0.0
-) -> list[Leftover]:
+) -> list[ResidualDiagnostic]:
     """Descriptions of what is left, most surprising first; where a noise is stated (`stated_sigma`, output
     units), what is above it too."""
     residuals = _bridged(explanation)
@@ -102,28 +98,28 @@ def leftovers(
         found.append(_step(_evened(residuals, fit.whitener), _hidden(residuals, fit.whitener)))
     chain = fit.hypothesis.chain(fit.values)
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
-    drifts = stochastic is not None and stochastic.size is not None
+    drifts = explanation.drifts
     more = shapes_that_only_tell(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     shown = responses_of_blocks(moved, chain, more)
     if drifts and isinstance(fit.whitener, StateNoise):
-        functions = free_functions_under_weaker_noise(shown, residuals, fit, fit.whitener)
+        functions = free_functions_with_free_variance(shown, residuals, fit, fit.whitener)
     else:
         functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
     found += [(_named(f.block), chi_squared_surprise(2 * f.gain, f.shapes), f.size**2) for f in functions]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
-        if stochastic is None or "outliers" not in stochastic.labels:
+        if stochastic is None or not stochastic.isolates:
             found.append(_tails(white, sigma))
     if stated_sigma > 0 and explanation.display is None and not explanation.cannot_be_predicted:
         found.append(_unstated_noise(sigma, stated_sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
         found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
-        if stochastic.label == "wind":
+        if stochastic.cause.through_axis:
             found.append((STEADY, *steadiness(fit, moved)))
     return sorted(
         (
-            Leftover(
+            ResidualDiagnostic(
                 kind,
                 float(np.clip(surprise, 0.0, LARGEST_SURPRISE)),
                 float(np.sqrt(max(square, 0.0))) / sigma,
@@ -144,11 +140,11 @@ def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> 
     """Whether anything is left that a further effect could be the cause of."""
     return any(
         left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
-        for left in leftovers(explanation, inputs)
+        for left in residual_diagnostics(explanation, inputs)
     )
 
 
-def is_in_the_scatter(left: Sequence[Leftover]) -> bool:
+def is_in_the_scatter(left: Sequence[ResidualDiagnostic]) -> bool:
     """Whether anything is left, and in the scatter of single samples more than in their mean."""
     if not left:
         return False
@@ -172,7 +168,7 @@ def _bridged(explanation: Explanation) -> list[FloatArray]:
         residuals = [
             y - display.show(s, r) for r, (y, s) in enumerate(zip(fit.measured, fit.simulated, strict=True))
         ]
-    if stochastic is not None and "outliers" in stochastic.labels:
+    if stochastic is not None and stochastic.isolates:
         residuals = bridged_records(residuals, find_glitches(residuals))
     return list(residuals)
 
@@ -243,7 +239,7 @@ def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) 
     unit = every / max(float(np.sqrt(np.mean(every**2))), 1e-300)
     square = np.clip(unit, -FARTHEST_WHITE, FARTHEST_WHITE) ** 2
     square = square - square.mean()
-    shapes = [hats([getattr(m, name) for m in found]) for name in ("command", "speed", "w")]
+    shapes = [linear_splines([getattr(m, name) for m in found]) for name in ("command", "speed", "w")]
     shapes.append([np.abs(np.gradient(m.command))[:, None] for m in found])
     columns = np.concatenate([np.concatenate(list(shape)) for shape in shapes], axis=1)
     columns = columns - columns.mean(axis=0)
