@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -69,7 +69,7 @@ def end_to_end_report(study: EndToEndStudy, provenance: Provenance) -> Report:
             _where_section(study),
             _fault_section(study),
             Section("The sampler alone, structure known", (Paragraph(ranks.verdict), ranks.key_figure)),
-            *ranks.sections[:-1],
+            *(replace(part, title=f"Sampler alone: {part.title}") for part in ranks.sections[:-1]),
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
     )
