@@ -52,7 +52,8 @@ def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) 
     assert posterior["effects"] == ["sensor_drift"]
     assert posterior["parameters"]["saturation.upper"]["mean"] == pytest.approx(1.0, rel=0.05)
     assert posterior["parameters"]["sensor_drift.rate"]["mean"] == pytest.approx(0.004, rel=0.1)
-    assert not (out / "posterior.nc").exists() and not (out / "model.json").exists()
+    assert not (out / "posterior.nc").exists()
+    assert read(out, "model.json") == read(out, "corrected.json")
     assert (out / "refuted" / "model.json").is_file()
     inside = (column(out / "bands_holdout.csv", "lo") < column(out / "bands_holdout.csv", "y")).mean()
     assert inside > 0.8
