@@ -65,7 +65,7 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     assert "sensor drift" in first and "sure" in first
     for private in ("block drive", "reducible error", "tempered", "surprise (nats)", "nested R"):
         assert private not in page
-    assert page.index("Figure 1") < page.index("Does it predict what it has not seen?")
+    assert page.index('id="figure-1"') < page.index('<section id="section-1"')
     assert "Numbers of a model that does not hold" in page
     assert page.count('<ul class="badges">') == 1
     assert page.split('<ul class="badges">')[1].split("</ul>")[0].count("<li") <= 4
