@@ -6,12 +6,14 @@ members of the rounding box of the printed model). Each is simulated, identified
 alone, and every interval is held against the truth; its width against the Cramer-Rao bound. Axes of a
 simulator of their own at 20 Hz follow, and the check is made to fail: with the order capped at 8 and the
 other roots held. Last, ranks of the sampler alone with the structure known. Writes report.html, report.pdf,
-results.json; finished replicates stay in OUT/replicates, so that a run that was stopped goes on.
+results.json; finished replicates stay in OUT/replicates until all are made, so that a run that was stopped,
+or one of fewer, goes on.
 """
 
 from __future__ import annotations
 
 import hashlib
+import shutil
 from dataclasses import replace
 from typing import Any
 
@@ -32,10 +34,13 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 
-AXES = 200
-EFFECT_FREE_AXES = 30
-FAULT_AXES = 12
-QUICK_AXES = 1
+COUNTS = {"axes": 200, "effect-free": 30, "fault": 12, "ranks": 200}
+"""Axes drawn wide, effect-free ones, members of the rounding box for the fault, replicates of the ranks."""
+
+QUICK_AXES, QUICK_RANKS = 1, 4
+WRONG_SHARE = 5
+"""Replicates of the ranks for one of every likelihood made wrong and of every order of the noise."""
+
 MAX_STEPS = 1500
 """Of the sampler; by default it takes up to 5000."""
 
@@ -51,15 +56,12 @@ SAMPLES = 600
 HOLD_SAMPLES = 8
 PRIOR_WIDTH = 0.25
 SETTINGS = SamplerSettings(ensembles=2, walkers=32, max_steps=400, target_ess=400.0)
-REPLICATES = 200
-WRONG_REPLICATES = 40
-ORDER_REPLICATES = 40
 SECOND_ORDER_NOISE = (0.6, 0.5)
 NOISE_ORDERS = (0, 1, 2)
 
 
 def main() -> None:
-    study = start_study("05_calibration", __doc__, counts={"axes": AXES})
+    study = start_study("05_calibration", __doc__, counts=COUNTS)
     recovered = {name: recovered_set(study, name) for name in SETS}
     rng = np.random.default_rng(study.seed)
     summaries = {name: summarize_recovery(found, rng) for name, found in recovered.items()}
@@ -76,19 +78,26 @@ def main() -> None:
     study.write_document(end_to_end_report(result, study.origin()))
     study.write_results(
         {name: summary.to_dict() for name, summary in summaries.items()}
-        | {"axes": recovered["wide"], "ranks": ranks.right.to_dict()}
+        | {
+            "axes": recovered["wide"],
+            "ranks": {
+                "right": ranks.right.to_dict(),
+                **{name: summary.to_dict() for name, summary in ranks.wrong.items()},
+            },
+        }
     )
+    if study.quick or study.counts == COUNTS:
+        shutil.rmtree(study.out / "replicates")
     for name, summary in summaries.items():
         print(line_of(name, summary))
 
 
 def recovered_set(study: Study, name: str) -> list[dict[str, Any]]:
     """The replicates of one of SETS; those kept from a run that was stopped are not made again."""
-    count = {"wide": study.counts["axes"], "effect_free": EFFECT_FREE_AXES}.get(name, FAULT_AXES)
+    count = study.counts[{"wide": "axes", "effect_free": "effect-free"}.get(name, "fault")]
     options = SETS[name] | {"seed": 1000 + study.seed, "max_steps": MAX_STEPS}
     if study.quick:
         count, options = QUICK_AXES, options | {"max_steps": 100}
-    count = min(count, study.counts["axes"])
     digest = hashlib.sha256(f"{__version__} {sorted(options.items())}".encode()).hexdigest()
     found: list[dict[str, Any]] = study.executor().map(
         recover_axis,
@@ -112,24 +121,22 @@ def line_of(name: str, summary: RecoverySummary) -> str:
 
 def rank_study(study: Study, rng: np.random.Generator) -> CalibrationStudy:
     """Ranks among the draws of the sampler alone, with the true structure and axes from its priors."""
-    share = 50 if study.quick else 1
+    most = QUICK_RANKS if study.quick else study.counts["ranks"]
+    fewer = max(QUICK_RANKS, most // WRONG_SHARE)
     case = CalibrationCase(axis(), command(), prior_width=PRIOR_WIDTH, settings=SETTINGS)
     second_order = replace(case, partial=SECOND_ORDER_NOISE, fixed_partial=True)
     cases = {
-        "right": (case, REPLICATES),
-        "sigma_20_percent": (replace(case, sigma_factor=1.2), WRONG_REPLICATES),
-        "correlation_ignored": (replace(case, assumed_order=0), WRONG_REPLICATES),
-        **{
-            f"order_{order}": (replace(second_order, assumed_order=order), ORDER_REPLICATES)
-            for order in NOISE_ORDERS
-        },
+        "right": (case, most),
+        "sigma_20_percent": (replace(case, sigma_factor=1.2), fewer),
+        "correlation_ignored": (replace(case, assumed_order=0), fewer),
+        **{f"order_{order}": (replace(second_order, assumed_order=order), fewer) for order in NOISE_ORDERS},
     }
     executor = study.executor()
     summaries = {}
     for number, (name, (one, count)) in enumerate(cases.items()):
         replicates = executor.map(
             calibrate_once,
-            calibration_tasks(one, max(4, count // share), study.seed + 1000 * number),
+            calibration_tasks(one, count, study.seed + 1000 * number),
             progress=study.progress,
             label=name,
             kept=ResultFolder(study.out / "replicates" / name, fingerprint(study, one)),

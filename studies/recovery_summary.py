@@ -174,7 +174,7 @@ def _tail(counts: IntArray, size: int, levels: FloatArray) -> FloatArray:
 def _plain(coverage: IntervalCoverage) -> dict[str, Any]:
     return {
         "nominal": coverage.nominal,
-        "held": coverage.inside,
-        "of": coverage.replicates,
+        "hits": coverage.inside,
+        "trials": coverage.replicates,
         "interval95": list(coverage.interval),
     }

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -71,11 +71,13 @@ class Study:
         self.results_written = True
         self._finish()
 
-    def write_report(self, analysis: Analysis) -> None:
-        """Write the files of the analysis, report.html and report.pdf, and say where they are."""
+    def write_report(self, analysis: Analysis, finish: Callable[[Report], Report] | None = None) -> None:
+        """Write the files of the analysis, report.html and report.pdf, and say where they are; `finish` adds
+        what the report of the analysis lacks."""
         write_analysis(self.out, analysis)
         records = [*analysis.records, *(p.record for p in analysis.predictions if analysis.held_out)]
-        self.write_document(posterior_report(analysis, self.origin(records)))
+        report = posterior_report(analysis, self.origin(records))
+        self.write_document(report if finish is None else finish(report))
 
     def write_document(self, report: Report) -> None:
         """Write report.html and report.pdf, and say where they are."""
@@ -166,7 +168,7 @@ def start_study(
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
-        {option: getattr(parsed, option) for option in usual},
+        {option: getattr(parsed, option.replace("-", "_")) for option in usual},
         usual,
     )
     if parsed.unless_done and study.is_done():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from bayes_hw.model.rounding_box import roots_of_rows, without_integrator
+from printed.rounding_box import roots_of_rows, without_integrator
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError

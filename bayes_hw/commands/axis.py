@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.analysis import begin as begin_analysis
-from bayes_hw.commands.checking import checked, say_check, write_check
+from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
 from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
@@ -78,6 +78,8 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
+    if model is not None:
+        add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, parsed.holdout, model)
     records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
@@ -133,6 +135,8 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits, analysis.records)
         analysis.inference.posterior.write(place, analysis.records)
+        if analysis.identification is not None:
+            write_structure(place, analysis.identification.pool.to_dict())
         if analysis.check is not None:
             write_check(place, analysis.check)
         for name, prediction in zip(names, analysis.predictions, strict=True):
@@ -156,7 +160,7 @@ def write_identification(
     """model.json and fit.json, both or neither; both name the records by their digests."""
     origin = {"records": [{"name": record.name, "sha256": record.sha256} for record in records]}
     content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]} | origin
-    model = identification.model.to_dict() | origin
+    model = identification.model.to_dict() | origin | {"structure": identification.pool.to_dict()}
     with staged(out) as place:
         write_text_atomically(place / "model.json", json.dumps(model, indent=2, allow_nan=False) + "\n")
         write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -168,6 +172,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, model=model)
     records = given.records
     say_whether_resumed(parsed)
@@ -185,6 +190,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
         resume=parsed.resume,
     )
     inference.posterior.write(out, records)
+    write_structure(out, structure_in(Path(parsed.model)))
     discard_checkpoint(parsed.checkpoint)
     say_estimates(inference.posterior)
     if parsed.check > 0:
@@ -209,6 +215,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
         _predict_corrected(parsed, out, corrected)
         return
     posterior = Posterior.read(parsed.posterior)
+    add_known_inputs(parsed, posterior.axis.model)
     given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
@@ -256,6 +263,8 @@ def say_estimates(posterior: Posterior) -> None:
             rounded(value, summary.sd) for value in (summary.mean, summary.sd, low, high)
         )
         say(f"{name:32} {mean} +- {sd}{unit}, 94 % HDI [{lower}, {upper}]")
+    if posterior.trade is not None:
+        say(posterior.trade.sentence)
 
 
 def say_whether_resumed(parsed: argparse.Namespace) -> None:

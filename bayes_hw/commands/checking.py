@@ -1,4 +1,4 @@
-"""--check N: how often the intervals hold on axes like this one, run, said and written."""
+"""What is added to posterior.json: the check of the intervals (--check N) and the structures weighed."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from bayes_hw import __version__
 from bayes_hw.commands.speech import say, warn
+from bayes_hw.errors import InputError
 from bayes_hw.executor import ResultFolder, make_executor
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.infer.checkpoint import fingerprint
 from bayes_hw.infer.own_check import OwnCheck, check_own_axis
 from bayes_hw.infer.posterior import Posterior
@@ -47,8 +49,27 @@ def checked(
 
 def write_check(out: Path, check: OwnCheck) -> None:
     """The outcome into posterior.json in `out`."""
+    _add(out, {"check": check.to_dict()})
+
+
+def structure_in(model: Path) -> dict[str, Any] | None:
+    """What a model.json says of the structures that it was chosen from; None where it says nothing."""
+    try:
+        found = json.loads(read_small_text(model)).get("structure")
+    except (InputError, OSError, ValueError, AttributeError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def write_structure(out: Path, structure: dict[str, Any] | None) -> None:
+    """The same into posterior.json in `out`."""
+    if structure is not None:
+        _add(out, {"structure": structure})
+
+
+def _add(out: Path, entries: dict[str, Any]) -> None:
     path = out / "posterior.json"
-    content = json.loads(path.read_text(encoding="utf-8")) | {"check": check.to_dict()}
+    content = json.loads(path.read_text(encoding="utf-8")) | entries
     write_text_atomically(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 

@@ -67,7 +67,7 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands import inputs
-    from bayes_hw.commands.speech import note, say, say_page
+    from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.answer.sentence import sentence
     from bayes_hw.gap.case.case import Case
@@ -120,6 +120,11 @@ def run(parsed: argparse.Namespace) -> None:
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
         _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
+    if parsed.known:
+        warn(
+            f"known inputs ({', '.join(parsed.known)}) are not used beside a given model; diagnose the "
+            "records alone to ask whether the gap follows them"
+        )
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,

@@ -68,20 +68,22 @@ def _known_column(
 ) -> KnownColumn:
     longest = max(len(record) for record in records)
     length = int(np.clip(2 * longest // (SEGMENTS + 1), SHORTEST, LONGEST))
-    cross, of_error, of_column, segments = 0.0, 0.0, 0.0, 0.0
-    frequency = np.zeros(0)
+    count_of_ordinates = length // 2 + 1
+    cross = np.zeros(count_of_ordinates, dtype=np.complex128)
+    of_error, of_column = np.zeros(count_of_ordinates), np.zeros(count_of_ordinates)
+    frequency: FloatArray = np.arange(count_of_ordinates) * rate / length
+    segments = 0
     for record, error in zip(records, errors, strict=True):
         if len(record) <= length:
             continue
         e, x = np.diff(error), np.diff(record.known[name])
         count = (len(e) - length // 2) // (length - length // 2)
-        frequency, between = signal.csd(x, e, rate, nperseg=length)
-        cross = cross + count * between
-        of_error = of_error + count * signal.welch(e, rate, nperseg=length)[1]
-        of_column = of_column + count * signal.welch(x, rate, nperseg=length)[1]
+        cross += count * signal.csd(x, e, rate, nperseg=length)[1]
+        of_error += count * signal.welch(e, rate, nperseg=length)[1]
+        of_column += count * signal.welch(x, rate, nperseg=length)[1]
         segments += count
-    power = np.asarray(of_error)[1:]
-    coherence = np.abs(np.asarray(cross)[1:]) ** 2 / np.maximum(power * np.asarray(of_column)[1:], 1e-300)
+    power = of_error[1:]
+    coherence = np.abs(cross[1:]) ** 2 / np.maximum(power * of_column[1:], 1e-300)
     independent = max(EFFECTIVE * segments, 2.0)
     each = 1 - (1 - LEVEL) ** (1 / len(coherence))
     bound = 1 - each ** (1 / (independent - 1))

@@ -16,6 +16,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.holes import whitened_over_holes, with_holes
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.model.known_input import TORQUE
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
@@ -66,8 +67,24 @@ def simulated_outputs(
     for number, record in enumerate(records):
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
-        outputs.append(simulate_batch(form, record.u, axis.model.linear.delay_samples, before).y)
+        found = simulate_batch(form, record.u, axis.model.linear.delay_samples, before)
+        outputs.append(found.y if not axis.model.known else with_known(axis, values, record, found.w))
     return outputs
+
+
+def with_known(axis: AxisParameters, values: FloatArray, record: Record, w: FloatArray) -> FloatArray:
+    """y (walkers, samples) with the known inputs of the model, of w (walkers, samples) without them. Raises
+    InputError where the record lacks one."""
+    reading = np.zeros_like(w)
+    for one, rows in zip(axis.model.known, axis.known_rows, strict=True):
+        added = values[rows].T @ one.signals(record.known, len(record))
+        if one.way == TORQUE:
+            w = w + added
+        else:
+            reading += added
+    gains, half_width = axis.model.normalization, values[2][:, None]
+    above, below = np.maximum(w - half_width, 0.0), np.minimum(w + half_width, 0.0)
+    return np.asarray(gains.c2 * above + gains.c3 * below + reading)
 
 
 def whitened(

@@ -20,6 +20,7 @@ from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
+from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
@@ -28,6 +29,7 @@ from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
 from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
@@ -150,10 +152,11 @@ def infer(
                 resume=resume and not long,
             )
             reweighting = None
+    values = target.values(sampling.chain)
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
-        values=target.values(sampling.chain),
+        values=values,
         log_probability=sampling.log_probability,
         point_estimate=target.values(origin.coordinates),
         converged=sampling.convergence.converged,
@@ -161,6 +164,7 @@ def infer(
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
         reweighting=reweighting,
+        trade=trade_of(axis, values, records),
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)
@@ -191,8 +195,10 @@ def estimated(
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
+    expanded = noise == "normal" and are_long(records)
+    if not expanded:
+        axis = without_unseen_poles(axis, records)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
-        expanded = noise == "normal" and are_long(records)
         origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))
 

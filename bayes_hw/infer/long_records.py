@@ -59,9 +59,9 @@ ATTEMPTS = 2
 
 
 def are_long(records: Sequence[Record]) -> bool:
-    """Whether the likelihood of these records is expanded: long ones of which every sample was measured."""
-    complete = all(record.measured is None for record in records)
-    return complete and sum(len(record) for record in records) >= LONG_SAMPLES
+    """Whether the likelihood of these records is expanded: they are long, and every sample was measured."""
+    whole = all(record.measured is None for record in records)
+    return whole and sum(len(record) for record in records) >= LONG_SAMPLES
 
 
 def start_of_long(axis: AxisParameters, records: Sequence[Record], rng: np.random.Generator) -> StartingPoint:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.feedback import FeedbackTest, feedback_test
 from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial, burg
@@ -38,7 +39,8 @@ class ResidualReport:
     `residuals` and `innovations` are one array a record, (samples,), output units, NaN where nothing was
     measured; `autocorrelation` (lags,)
     is that of the innovations from lag 0, `bound` its two-sided 95 % bound for white noise. `fit_percent`
-    is the smallest fit (eq. 14) of the simulated output on any record.
+    is the smallest fit (eq. 14) of the simulated output on any record; `feedback` whether later commands
+    follow the innovations.
     """
 
     residuals: list[FloatArray]
@@ -47,6 +49,7 @@ class ResidualReport:
     bound: float
     tests: tuple[ResidualTest, ...]
     fit_percent: float
+    feedback: FeedbackTest
 
     @property
     def white(self) -> bool:
@@ -67,6 +70,7 @@ class ResidualReport:
         return {
             "fit_percent": float(self.fit_percent),
             "white": bool(self.white),
+            "closed_loop": self.feedback.closed_loop,
             "tests": [
                 {
                     "name": test.name,
@@ -114,7 +118,15 @@ def examine_residuals(
         _jarque_bera(_known(np.concatenate(innovations))),
     )
     fit = min(_fit(record.y_or_nan, e) for record, e in zip(records, residuals, strict=True))
-    return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests, fit)
+    return ResidualReport(
+        list(residuals),
+        innovations,
+        autocorrelation,
+        1.96 / np.sqrt(samples),
+        tests,
+        fit,
+        feedback_test(commands, innovations),
+    )
 
 
 def _fit(y: FloatArray, residual: FloatArray) -> float:

@@ -129,7 +129,7 @@ class HammersteinWiener:
             return Simulation(v, w, self.dead_zone(w))
         reading = np.zeros(len(w))
         for one in self.known:
-            added = one.gain * one.response(known, len(w))[0]
+            added = one.added(known, len(w))
             if one.way == TORQUE:
                 w = w + added
             else:

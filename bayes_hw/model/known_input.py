@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
@@ -98,29 +99,78 @@ class KnownInput:
     @property
     def lag_samples(self) -> float:
         """By how many samples the angle follows the column at its typical frequency."""
-        if self.way == READING:
-            return self.delay_samples
-        q = np.exp(-2j * np.pi * self.cycles)
-        through = complex(np.sum(self.residues * q / (1 - self.poles * q)))
-        return polar(through, self.cycles, self.delay_samples)[1]
+        return float(self.strength(self.coefficients[:, None])[1][0])
 
-    def response(self, known: Mapping[str, FloatArray], samples: int) -> tuple[FloatArray, FloatArray]:
-        """What a unit of gain adds to w, or to the reading, and its derivative by the delay in samples, both
-        (samples,). Raises InputError where the column is missing."""
+    @cached_property
+    def coefficients(self) -> FloatArray:
+        """Of `signals` (n,): their sum is what the column adds."""
+        if self.way == READING:
+            return np.array([self.gain, 0.0])
+        return self.gain * np.array([1.0 if real else 0.0 for real, _ in self._shares])
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """Magnitudes (n,) of the signals' responses at the typical frequency."""
+        return np.abs(self._transfers)
+
+    def signals(self, known: Mapping[str, FloatArray], samples: int) -> FloatArray:
+        """What a unit of each coefficient adds to w, or to the reading, (n, samples): of a torque one for
+        every real pole and two for every pair, the delay held; of a reading the column and its derivative by
+        the delay in samples. Raises InputError where the column is missing."""
         shown, by_delay = delayed_column(known, self.column, self.delay_samples, samples)
         if self.way == READING:
-            return shown, by_delay
-        return self._filtered(shown), self._filtered(by_delay)
+            return np.stack([shown, by_delay])
+        column = shown.astype(np.complex128)
+        filtered = np.stack([signal.lfilter([0.0, 1.0], [1.0, -pole], column) for pole in self.poles])
+        return np.asarray((self._weights @ filtered).real, dtype=np.float64)
 
-    def _filtered(self, values: FloatArray) -> FloatArray:
-        found = np.zeros(len(values))
-        for pole, residue in zip(self.poles, self.residues, strict=True):
-            found += signal.lfilter([0.0, residue], [1.0, -pole], values.astype(np.complex128)).real
+    def added(self, known: Mapping[str, FloatArray], samples: int) -> FloatArray:
+        """What the column adds to w, or to the reading, (samples,)."""
+        return np.asarray(self.coefficients @ self.signals(known, samples))
+
+    def strength(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gain and lag in samples, (walkers,) each, of coefficients (n, walkers) at the typical frequency."""
+        if self.way == READING:
+            gain = coefficients[0]
+            return gain, self.delay_samples + coefficients[1] / gain
+        found = [polar(complex(h), self.cycles, self.delay_samples) for h in self._transfers @ coefficients]
+        gain, lag = np.array(found, dtype=np.float64).reshape(-1, 2).T
+        return gain, lag
+
+    def with_coefficients(self, coefficients: FloatArray) -> KnownInput:
+        """The same with other coefficients (n,)."""
+        gain = float(self.strength(coefficients[:, None])[0][0])
+        if self.way == READING:
+            return replace(self, gain=gain, delay_samples=self.delay_samples + float(coefficients[1]) / gain)
+        return replace(self, gain=gain, residues=coefficients @ self._weights / gain)
+
+    @cached_property
+    def _shares(self) -> list[tuple[bool, ComplexArray]]:
+        """For every coefficient of a torque whether it is one where the model stands, and the residues that a
+        unit of it puts on the poles."""
+        found = []
+        for i, pole in enumerate(self.poles):
+            if pole.imag < 0:
+                continue
+            for turned in (1.0,) if pole.imag == 0 else (1.0, 1j):
+                own = np.zeros(len(self.poles), dtype=np.complex128)
+                own[i] = turned * self.residues[i]
+                if pole.imag > 0:
+                    own[int(np.argmin(np.abs(self.poles - np.conj(pole))))] = np.conj(own[i])
+                found.append((turned == 1.0, own))
         return found
 
-    def with_strength(self, gain: float, delay_samples: float) -> KnownInput:
-        """The same with another gain and delay."""
-        return replace(self, gain=gain, delay_samples=delay_samples)
+    @cached_property
+    def _weights(self) -> ComplexArray:
+        return np.array([own for _, own in self._shares], dtype=np.complex128)
+
+    @cached_property
+    def _transfers(self) -> ComplexArray:
+        """Of every signal at the typical frequency, the delay left out: (n,)."""
+        q = np.exp(-2j * np.pi * self.cycles)
+        if self.way == READING:
+            return np.array([1.0, q - 1.0], dtype=np.complex128)
+        return np.asarray(self._weights @ (q / (1 - self.poles * q)), dtype=np.complex128)
 
     def to_dict(self, sample_rate_hz: float) -> dict[str, Any]:
         """One entry of the key "known" of model.json."""

@@ -209,7 +209,7 @@ def _coverage_table(label: str, summary: RecoverySummary) -> Table:
         (
             kind,
             str(entries[0].replicates),
-            *(f"{100 * e.achieved:.1f} {format_interval(*(100 * x for x in e.interval))}" for e in entries),
+            *(_with_interval(entry) for entry in entries),
         )
         for kind, entries in summary.coverage.items()
     )
@@ -225,7 +225,8 @@ def _coverage_table(label: str, summary: RecoverySummary) -> Table:
 
 
 def _with_interval(coverage: IntervalCoverage) -> str:
-    return f"{100 * coverage.achieved:.1f} {format_interval(*(100 * x for x in coverage.interval))}"
+    low, high = coverage.interval
+    return f"{100 * coverage.achieved:.1f} {format_interval(100 * low, 100 * high)}"
 
 
 def _width_section(study: EndToEndStudy) -> Section:

@@ -82,8 +82,8 @@ def widths_over_bound(sets: Mapping[str, Mapping[str, FloatArray]], aim: float) 
             canvas,
             "Efficiency: widths of the 94 % intervals over those that an unbiased normal estimate at the "
             "Cramér-Rao bound would have, the true structure known. Orange: medians; dashed: the bound; "
-            f"dotted: {aim:g}. Points below the bound owe it to priors, to fewer poles than the truth "
-            "has, or are too narrow; points beyond the edges are drawn at them.",
+            f"dotted: {aim:g}. Points below the bound owe it to priors, to fewer poles than the truth has, "
+            "or are too narrow; points beyond the edges are drawn at them.",
             f"Interval widths over the bound in {len(rows)} rows with medians.",
         )
 

@@ -15,7 +15,7 @@ from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_equations
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.trimming import best_stretches
-from bayes_hw.gap.noise.whitener import Whitener
+from bayes_hw.gap.noise.whitener import Whitener, bridge, readings_of
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.columns import column, misses, only_where, square_sums
 
@@ -34,7 +34,8 @@ FARTHEST = 8.0
 class Fit:
     """A hypothesis at its best coordinates.
 
-    `residuals` are measured minus simulated outputs, a record each; `jacobians` (samples, parameters) the
+    `residuals` are measured minus simulated outputs, a record each, where nothing was measured those between
+    the neighbours; `jacobians` (samples, parameters) the
     derivatives of the simulated outputs; `cost` half the sum of squares of whitened residuals and priors.
     """
 
@@ -66,6 +67,16 @@ class Fit:
     def with_residuals(self, residuals: list[FloatArray]) -> Fit:
         """The same with other residuals (samples,), a record each."""
         return replace(self, residuals=residuals)
+
+    @property
+    def unread(self) -> tuple[BoolArray, ...] | None:
+        """Which samples were not measured, a mask a record; None where all were."""
+        return self.hypothesis.unread
+
+    @property
+    def readings(self) -> int:
+        """Samples that were measured."""
+        return readings_of(self.residuals, self.unread)
 
     @property
     def measured(self) -> list[FloatArray]:
@@ -124,7 +135,7 @@ class Fit:
         deviation = self.hypothesis.prior_deviations(self.coordinates)
         log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
         _, log_determinant = np.linalg.slogdet(self.precision())
-        samples = sum(len(e) for e in self.residuals)
+        samples = self.readings
         penalty = 0.5 * self.whitener.parameter_count * np.log(samples)
         return self.whitener.log_likelihood + log_prior - 0.5 * float(log_determinant) - float(penalty)
 
@@ -317,7 +328,10 @@ def _descended(
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     if not exact:
         derivatives = jacobians(hypothesis, at.coordinates, at.simulated)
-    residuals = [misses(y, s[:, None])[:, 0] for y, s in zip(task.measured, at.simulated, strict=True)]
+    columns = [misses(y, s[:, None]) for y, s in zip(task.measured, at.simulated, strict=True)]
+    if hypothesis.unread is not None:
+        columns = [bridge(e, mask) for e, mask in zip(columns, hypothesis.unread, strict=True)]
+    residuals = [e[:, 0] for e in columns]
     return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, task.whitener, at.cost)
 
 

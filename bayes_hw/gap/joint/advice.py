@@ -96,7 +96,7 @@ def _torque(sized: Sized, label: str) -> list[str]:
     shown = plus_minus(draws) if draws is not None else f"about {mean:.2g}"
     names = sized.posterior.fit.names
     side = "load" if any(label in n and "load" in n for n in names) else "motor"
-    where = f" and acts at the {side}" if label == "friction" else ""
+    where = f", acting at the {side}" if label == "friction" else ""
     share = 100 * mean / max(sized.acceleration(), 1e-300)
     said = [
         f"its torque{where}: {shown} {unit}/s^2 as an acceleration of the whole axis, motor and "

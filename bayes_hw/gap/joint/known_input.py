@@ -7,7 +7,7 @@ any effect of the catalogue is looked for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from bayes_hw.model.known_input import READING, TORQUE
 from bayes_hw.record import Record
 
 LABEL = "known:"
-BLOCKS = {TORQUE: "disturbance", READING: "sensor"}
+BLOCKS: Mapping[str, str] = {TORQUE: "disturbance", READING: "sensor"}
 
 LAGS_S = (0.0, 0.1, 0.3, 1.0, 3.0)
 EARLIEST_S, LATEST_S = 1.0, 10.0
@@ -97,19 +97,23 @@ def with_column(fit: JointFit, column: str) -> JointFit:
 
 
 def with_known_inputs(fit: JointFit) -> tuple[JointFit, tuple[KnownInput, ...]]:
-    """The fit with the columns that are worth it, the strongest first, and what was found of every one."""
+    """The fit with the columns that are worth it, the strongest first, and what was found of every one.
+
+    One that makes the noise more likely but the simulated error larger is none that the gap follows: noise
+    close to a random walk weighs the steps of the error, and leaves its level to itself.
+    """
     waiting = columns_of(fit.response.records)
     found: list[KnownInput] = []
     while waiting:
         trials = {column: with_column(fit, column) for column in waiting}
-        best = max(waiting, key=lambda column: trials[column].score)
-        nats = trials[best].score - fit.score
-        if nats < ASKED_NATS:
+        sound = [column for column in waiting if trials[column].point.rms <= fit.point.rms]
+        best = max(sound, key=lambda column: trials[column].score, default=None)
+        if best is None or trials[best].score - fit.score < ASKED_NATS:
             for column in waiting:
                 way = trials[column].values.effects[trials[column].known_count - 1].form.name
                 found.append(KnownInput(column, way, trials[column].score - fit.score, False))
             return fit, tuple(found)
         way = trials[best].values.effects[trials[best].known_count - 1].form.name
-        found.append(KnownInput(best, way, nats, True, fit))
+        found.append(KnownInput(best, way, trials[best].score - fit.score, True, fit))
         fit, waiting = trials[best], tuple(column for column in waiting if column != best)
     return fit, tuple(found)

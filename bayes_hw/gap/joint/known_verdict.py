@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -14,13 +14,17 @@ from bayes_hw.gap.joint.joint_decision import sure
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_search import JointAnswer
-from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, TORQUE, KnownInput
+from bayes_hw.gap.joint.known_input import ASKED_NATS, BLOCKS, LABEL, KnownInput
+from bayes_hw.model.known_input import READING, TORQUE
 from bayes_hw.record import Record
 
 CloseOn: TypeAlias = Callable[[Sequence[Record], JointFit, JointFit], Closure]
 """How far the second fit closes the gap of the first on records."""
 
-WAYS = {TORQUE: "through the load, as a torque", "reading": "at the encoder, as a part of the reading"}
+WAYS: Mapping[str, str] = {
+    TORQUE: "through the load, as a torque",
+    READING: "at the encoder, as a part of the reading",
+}
 
 DIFFERENCE = 1e-3
 """Of the draws' standard deviations."""

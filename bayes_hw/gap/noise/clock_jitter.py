@@ -96,7 +96,7 @@ class Untimely:
 
 def clock_jitter(fit: Misfit) -> StochasticFit | None:
     """First-order noise and samples off their instants, None without motion."""
-    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
+    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1, fit.unread)
     untimely = Untimely.of(fit)
     if untimely.power == 0:
         return None
@@ -106,11 +106,13 @@ def clock_jitter(fit: Misfit) -> StochasticFit | None:
         coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
         variance = np.exp(2 * p[1])
         extra = untimely.variances(float(np.exp(2 * p[2])))
-        total = 0.0
+        if fit.unread is not None:
+            extra = tuple(np.where(mask, np.inf, r) for mask, r in zip(fit.unread, extra, strict=True))
+        total = -0.5 * fit.readings * LOG_2PI
         for e, r in zip(fit.residuals, extra, strict=True):
             white = np.empty((len(e), 1))
             log_determinant = jitter_filter(e[:, None], coefficient, variance, r, white)
-            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(square_sums(white)[0]))
+            total -= 0.5 * (log_determinant + float(square_sums(white)[0]))
         return JitterWhitener(float(coefficient), float(variance), extra, total)
 
     first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
@@ -129,7 +131,7 @@ def clock_jitter(fit: Misfit) -> StochasticFit | None:
     assert best is not None
     whitener = at(best.x)
     spread = float(np.exp(best.x[2]))
-    samples = sum(len(e) for e in fit.residuals)
+    samples = fit.readings
     return StochasticFit(
         "timing_jitter",
         "clock",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.simulate.builder import SignalChain
 
@@ -15,6 +16,16 @@ class Misfit(Protocol):
     @property
     def residuals(self) -> list[FloatArray]:
         """Measured less simulated outputs."""
+        ...
+
+    @property
+    def unread(self) -> Sequence[BoolArray] | None:
+        """Which samples were not measured; None where all were."""
+        ...
+
+    @property
+    def readings(self) -> int:
+        """Samples of all records that were measured."""
         ...
 
     @property

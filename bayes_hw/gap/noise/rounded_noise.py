@@ -14,6 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
 from bayes_hw.gap.noise.stochastic import ROUNDING, StochasticFit, lattice_step, rounding_step
+from bayes_hw.gap.noise.whitener import only_read
 
 WITH_ROUNDING = "with rounding"
 
@@ -31,7 +32,7 @@ def walk_and_rounding(fit: Misfit, start: FloatArray | None = None) -> Stochasti
 def _with_rounding(
     kind: Callable[..., StochasticFit | None], fit: Misfit, start: FloatArray | None
 ) -> StochasticFit | None:
-    step = lattice_step(fit.measured)
+    step = lattice_step(only_read(fit.measured, fit.unread))
     if step == 0:
         return None
     slow = kind(fit, start, [np.full(len(e), step**2 / 12) for e in fit.residuals])

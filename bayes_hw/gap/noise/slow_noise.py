@@ -81,6 +81,7 @@ def wind(
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
     motion, dead_zone = fit.motion()
+    doubts = _with_unread(fit, doubts)
     rounds = FIRST_ROUNDS if start is None else 1
     own = [np.zeros(len(e)) for e in fit.residuals] if doubts is None else doubts
     at_rest = [
@@ -150,6 +151,7 @@ def random_walk(
 
     From `start` (3,) where given, else from the spectrum; `doubts` as for `wind`.
     """
+    doubts = _with_unread(fit, doubts)
     rate = fit.scale.rate
     duration = max(len(e) for e in fit.residuals) / rate
 
@@ -181,6 +183,14 @@ def random_walk(
         p,
         {"sensor_drift.step_sd": (step, step * float(sds[2]), unit)},
     )
+
+
+def _with_unread(fit: Misfit, doubts: Sequence[FloatArray] | None) -> Sequence[FloatArray] | None:
+    """`doubts`, infinite where nothing was measured."""
+    if fit.unread is None:
+        return doubts
+    own = [np.zeros(len(e)) for e in fit.residuals] if doubts is None else doubts
+    return [np.where(mask, np.inf, doubt) for mask, doubt in zip(fit.unread, own, strict=True)]
 
 
 def wandering_background(fit: Misfit) -> Whitener:

@@ -16,6 +16,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.lowered import beyond, clipped, commands
 from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.record import Record
@@ -125,7 +126,7 @@ class CascadeResponse:
     def intermediate(self, values: CascadeValues, number: int) -> FloatArray:
         """w of record `number`, shape (samples,)."""
         integral, real, sections = self._states(values, number)
-        v = np.clip(self._delayed(number), values.lower, values.upper)
+        v = clipped(self._delayed(number), values.lower, values.upper)
         w = np.empty(len(v))
         respond(v, values.integrator_residue, values.real, values.sections, integral, real, sections, w)
         return w
@@ -154,13 +155,13 @@ class CascadeResponse:
         values = self.values(coordinates)
         found = []
         for number in range(len(self.records)):
-            v = np.clip(self._delayed(number), values.lower, values.upper)
+            v = clipped(self._delayed(number), values.lower, values.upper)
             found.append((v, np.abs(self.intermediate(values, number)) > values.half_width))
         return found
 
     def _delayed(self, number: int) -> FloatArray:
-        u, delay = self.records[number].u, self.structure.delay_samples
-        delayed = np.full(len(u), float(u[0]) if self.structure.free_start else 0.0)
+        u, delay = commands(self.records[number]), self.structure.delay_samples
+        delayed = np.full(u.shape, u.flat[0] if self.structure.free_start else 0.0)
         if delay < len(u):
             delayed[delay:] = u[: len(u) - delay]
         return delayed
@@ -195,8 +196,8 @@ class CascadeResponse:
         size, samples = s.size(len(self.records)), len(u)
         rows = np.zeros((size + 1, samples))
         w, below_limit, above_limit = np.zeros(samples), np.zeros(samples), np.zeros(samples)
-        v = np.clip(u, values.lower, values.upper)
-        below, above = (u < values.lower).astype(float), (u > values.upper).astype(float)
+        v = clipped(u, values.lower, values.upper)
+        below, above = beyond(u, values.lower, values.upper)
         at = s.n_static
         if s.integrator:
             integrate(

@@ -53,4 +53,4 @@ def _faster(poles: ComplexArray, residues: ComplexArray, factor: int) -> tuple[C
     steady = residues / (1 - poles)
     possible = np.where((poles.imag == 0) & (poles.real < FASTEST), FASTEST, poles)
     roots = possible ** (1 / factor)
-    return roots, steady * (1 - roots)
+    return np.asarray(roots, np.complex128), np.asarray(steady * (1 - roots), np.complex128)

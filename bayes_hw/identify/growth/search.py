@@ -16,6 +16,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
 from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
+from bayes_hw.identify.growth.lowered import clipped, commands
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
 from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.record import Record
@@ -113,10 +114,10 @@ def smallest_cascade(
     records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int = MAX_ORDER
 ) -> Grown:
     """An integrator with limits and dead zone: limits by a grid, gain by least squares, then descents."""
-    commands = np.concatenate([record.u for record in records])
+    given = np.concatenate([record.u for record in records])
     shares = np.linspace(SMALLEST_LIMIT, 1.0, LIMIT_GRID)
-    lowers = float(commands.min()) * shares if structure.lower else [-np.inf]
-    uppers = float(commands.max()) * shares if structure.upper else [np.inf]
+    lowers = float(given.min()) * shares if structure.lower else [-np.inf]
+    uppers = float(given.max()) * shares if structure.upper else [np.inf]
     grid = [
         _integrated(records, structure, float(lower), float(upper)) for lower in lowers for upper in uppers
     ]
@@ -138,7 +139,7 @@ def _integrated(
     cross = power = 0.0
     parts: list[tuple[FloatArray, FloatArray]] = []
     for record in records:
-        v = np.clip(record.u, lower, upper)
+        v = clipped(commands(record), lower, upper)
         w = np.concatenate([np.zeros(structure.delay_samples + 1), np.cumsum(v)])[: len(v)]
         y = record.y
         if structure.free_start:

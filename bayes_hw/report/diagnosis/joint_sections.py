@@ -8,14 +8,14 @@ from bayes_hw.gap.joint.finding import words_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.report.diagnosis.axis_sight import axis_sight, errors_over, velocity_step
-from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
-from bayes_hw.report.diagnosis.figures_axis import (
+from bayes_hw.report.axis.axis_sight import axis_sight, errors_over, velocity_step
+from bayes_hw.report.axis.figures_axis import (
     command_and_angle,
     errors_figure,
     response_figure,
     step_figure,
 )
+from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
 from bayes_hw.report.diagnosis.figures_diagnosis import label_probabilities
 from bayes_hw.report.page.document import Block, Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name

@@ -8,9 +8,10 @@ from bayes_hw.analysis import Analysis
 from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.first_look.frequency_response import frequency_response as frequency_response_of
 from bayes_hw.identify.result import Identification
+from bayes_hw.identify.structure_pool import StructurePool
 from bayes_hw.report.page.document import Bullets, Figure, Paragraph, Section, Table
-from bayes_hw.report.page.rounding import format_number, format_p_value
-from bayes_hw.report.page.typography import typeset
+from bayes_hw.report.page.rounding import format_number, format_p_value, format_percent
+from bayes_hw.report.page.typography import MINUS, typeset
 from bayes_hw.report.posterior.figures_identification import (
     ResidualDiagnostics,
     ResponseBand,
@@ -73,6 +74,8 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
             blocks,
             _shown_table(identification),
             _order_table(identification),
+            Paragraph(typeset(_sentence_of(identification.pool))),
+            _pool_table(identification.pool),
             *_warnings(identification),
         ),
         folded=True,
@@ -143,6 +146,32 @@ def _order_table(identification: Identification) -> Table:
         ),
         "The structures tried for the whole cascade, best first.",
         (0, 1, 3, 4),
+    )
+
+
+def _sentence_of(pool: StructurePool) -> str:
+    return pool.sentence[:1].upper() + pool.sentence[1:] + "."
+
+
+def _pool_table(pool: StructurePool) -> Table:
+    return Table(
+        ("order", "delay (samples)", "slow poles added", "log-likelihood", "parameters", "weight", ""),
+        tuple(
+            (
+                str(member.order),
+                str(member.delay_samples),
+                str(member.slow_poles_added),
+                f"{member.log_likelihood - pool.chosen.log_likelihood:+.1f}".replace("-", MINUS),
+                str(member.parameters),
+                format_percent(member.weight),
+                "taken" if member.chosen else "",
+            )
+            for member in pool.members
+        ),
+        "The pool of structures: log-likelihood against that of the one taken, and weights "
+        "exp(log-likelihood − parameters) over all that were visited. The posterior is that of the one "
+        "taken.",
+        (0, 1, 2, 3, 4, 5),
     )
 
 

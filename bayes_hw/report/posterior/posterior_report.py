@@ -8,8 +8,8 @@ from bayes_hw.analysis import Analysis
 from bayes_hw.infer.prediction import Coverage, Prediction
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.diagnosis.axis_sight import STEP_DRAWS, errors_of_residuals, rise_remark, step_of_models
-from bayes_hw.report.diagnosis.figures_axis import command_and_angle, errors_figure, step_figure
+from bayes_hw.report.axis.axis_sight import STEP_DRAWS, errors_of_residuals, rise_remark, step_of_models
+from bayes_hw.report.axis.figures_axis import command_and_angle, errors_figure, step_figure
 from bayes_hw.report.page import equations
 from bayes_hw.report.page.document import (
     Bullets,
@@ -286,6 +286,12 @@ def _limits_section(analysis: Analysis) -> Section:
         "Order and delay of G are those chosen; slow poles that the evidence cannot exclude are kept in "
         "the model, and all roots are free.",
     ]
+    held = [name.replace("_pole", " pole ") for name in analysis.inference.posterior.axis.held_poles]
+    if held:
+        items.append(
+            f"Of {' and '.join(held)} of G the records say less than the prior does: the time constant stays "
+            "where the estimate has it, its weight is free."
+        )
     items += [
         f"Not estimated, but taken as known: {known}."
         for known in analysis.inference.posterior.conditional_on

@@ -13,6 +13,7 @@ from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.prior_notation import LEGEND, prior_notation
@@ -51,7 +52,11 @@ def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
     summaries = posterior.summaries
     return (
         *(() if analysis.check is None else (_check_section(analysis.check),)),
-        Section("Correlations", (_corner(posterior, summaries),), folded=True),
+        Section(
+            "Correlations",
+            (_corner(posterior, summaries), *(trade_blocks(posterior.trade) if posterior.trade else ())),
+            folded=True,
+        ),
         _convergence_section(analysis, summaries),
     )
 
@@ -194,11 +199,11 @@ def _check_section(check: OwnCheck) -> Section:
         "Do the intervals hold?",
         (
             Paragraph(
-                f"{check.replicates} axes were drawn from this posterior and simulated under the commands of "
-                "these records, each with its own noise; each was then identified and sampled anew from its "
-                f"records alone, and {check.converged} of the samplings converged. An interval of 94 % "
-                "should hold the value that was simulated with in 94 % of them. A resonance not found again "
-                "counts as not held."
+                f"{check.replicates} axes were drawn from this posterior and simulated under the commands "
+                "of these records, each with its own noise; each was then identified and sampled anew from "
+                f"its records alone, and {check.converged} of the samplings converged. An interval of 94 % "
+                "should hold the value that was simulated with in 94 % of them. A resonance that was not "
+                "found again counts as not held."
             ),
             Table(
                 ("parameter", "held", "95 % interval of the share", ""),

@@ -43,6 +43,9 @@ def verdict(analysis: Analysis) -> str:
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
+    feedback = analysis.inference.residuals.feedback
+    if feedback.closed_loop:
+        sentences.append(_capitalized(feedback.sentence) + ".")
     sentences.append(_fit_sentence(analysis))
     holds = analysis.inference.residuals.white and analysis.inference.residuals.explained
     sentences.append(_estimate_sentence(analysis) if holds else REFUTED)

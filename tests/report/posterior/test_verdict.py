@@ -7,6 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from bayes_hw.identify.feedback import FeedbackTest
+from bayes_hw.infer.own_check import Held, OwnCheck
 from bayes_hw.infer.prediction import Coverage
 from bayes_hw.infer.residual_tests import ResidualTest
 from bayes_hw.infer.summary import Summary
@@ -26,7 +28,27 @@ SUMMARIES = {
 }
 
 
-def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=True, given=()):
+OPEN, CLOSED = FeedbackTest(15.0, 0.8, 0.01), FeedbackTest(900.0, 1e-99, 0.4)
+
+
+def own_check(held, replicates):
+    """A check in which one parameter was held so often, the others always."""
+    parameters = ("saturation.upper", "dead_zone.half_width")
+    counts = dict.fromkeys(parameters, Held(replicates, replicates))
+    return OwnCheck(replicates, replicates, counts | {parameters[1]: Held(held, replicates)})
+
+
+def analysis(
+    *,
+    converged=True,
+    dominated=(),
+    hidden=(),
+    linear=83.0,
+    passed=True,
+    given=(),
+    check=None,
+    feedback=OPEN,
+):
     """What the first page reads of an Analysis, with the faults asked for."""
     posterior = SimpleNamespace(
         converged=converged,
@@ -47,6 +69,7 @@ def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=Tru
                 white=passed,
                 explained=True,
                 fit_percent=90.0,
+                feedback=feedback,
                 failures=() if passed else (f"{test.name}: {test.meaning}",),
             ),
         ),
@@ -54,9 +77,9 @@ def analysis(*, converged=True, dominated=(), hidden=(), linear=83.0, passed=Tru
             blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks}
         ),
         predictions=(SimpleNamespace(fit_percent=94.5),),
-        check=None,
         held_out=True,
         fits=(SimpleNamespace(hammerstein_wiener=94.5, linear=linear),),
+        check=check,
         coverages=(("validation_1", Coverage(0.94, 0.93, (0.9, 0.96), 200.0)),),
     )
 
@@ -108,3 +131,23 @@ def test_bands_of_one_record_are_never_a_failure():
     badge = badges(found)[2]
     assert badge.state == "warn"
     assert badge.label == "bands hold 50.0\u00a0% of one record"
+
+
+def test_intervals_hold_only_where_that_was_checked():
+    """No badge without a check; green where chance alone explains what was missed; red where it does not."""
+
+    def badge(check):
+        return [b for b in badges(analysis(check=check)) if b.label.startswith("intervals")]
+
+    assert badge(None) == []
+    (good,) = badge(own_check(18, 20))
+    assert (good.label, good.state) == ("intervals hold", "good") and "38 of 40" in good.detail
+    (bad,) = badge(own_check(14, 20))
+    assert (bad.label, bad.state) == ("intervals do not hold", "bad") and "dead-zone" in bad.detail
+    (few,) = badge(own_check(4, 5))
+    assert few.state == "warn" and "10 replicates" in few.detail
+
+
+def test_a_closed_loop_is_said_on_the_first_page():
+    assert "closed loop" in verdict(analysis(feedback=CLOSED))
+    assert "closed loop" not in verdict(analysis())

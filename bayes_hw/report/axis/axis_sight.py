@@ -204,6 +204,7 @@ def _in_cells(name: str, unit: str, x: FloatArray, before: FloatArray, after: Fl
     at = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, CELLS - 1)
     cells = [np.flatnonzero(at == i) for i in range(CELLS)]
     cells = [cell for cell in cells if len(cell) > 9]
-    first, last = (np.array([float(e[cell].mean()) for cell in cells]) for e in (before, after))
+    mean_before, mean_after = (np.array([float(e[cell].mean()) for cell in cells]) for e in (before, after))
     error = np.array([float(after[cell].std()) / np.sqrt(len(cell)) for cell in cells])
-    return ErrorOver(name, unit, np.array([float(x[cell].mean()) for cell in cells]), first, last, error)
+    middle = np.array([float(x[cell].mean()) for cell in cells])
+    return ErrorOver(name, unit, middle, mean_before, mean_after, error)

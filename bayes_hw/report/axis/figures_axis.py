@@ -9,7 +9,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.record import Record, Units
-from bayes_hw.report.diagnosis.axis_sight import ErrorOver, Sight, StepOfVelocity
+from bayes_hw.report.axis.axis_sight import ErrorOver, Sight, StepOfVelocity
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
     drawable,
