@@ -11,7 +11,7 @@ study: $(STAMP)
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs=2 lint kernels
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # Compiles what the modules of the tests need, once instead of in every worker.
 kernels: $(STAMP)

@@ -8,6 +8,7 @@ import io
 import os
 import shlex
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -200,12 +201,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     The commands are imported after the arguments are parsed, so that --help and usage errors answer at once.
     """
+    begin = time.perf_counter()
     given = sys.argv[1:] if arguments is None else list(arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     parser = build_parser()
     parsed = parser.parse_args(given)
-    parsed.parser, parsed.run_other = parser, main
+    parsed.parser, parsed.run_other, parsed.begin = parser, main, begin
     parsed.command_line = shlex.join(["bayes-hw", *given])
     if "default_out" in parsed and parsed.out is None:
         parsed.out = parsed.default_out(parsed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import subprocess
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
@@ -31,6 +32,14 @@ class Provenance:
     python: str
     machine: str
     seconds: float
+    began: float | None = None
+    """`time.perf_counter()` when the user began to wait: then what is stated counts from there until the
+    page is composed, its figures drawn."""
+
+    @property
+    def waited(self) -> float:
+        """Seconds."""
+        return self.seconds if self.began is None else time.perf_counter() - self.began
 
     def rows(self) -> tuple[tuple[str, str], ...]:
         """Name and value of every entry, for a table."""
@@ -42,12 +51,14 @@ class Provenance:
             ("packages", ", ".join(f"{name} {version}" for name, version in self.packages)),
             ("Python", self.python),
             ("machine", self.machine),
-            ("wall time", f"{self.seconds:.1f} s"),
+            ("wall time", f"{self.waited:.1f} s"),
         )
 
 
-def provenance(command: str, seed: int, records: Sequence[Record], seconds: float) -> Provenance:
-    """The provenance of a result computed here and now."""
+def provenance(
+    command: str, seed: int, records: Sequence[Record], seconds: float, began: float | None = None
+) -> Provenance:
+    """The provenance of a result computed here and now; `began` as in `Provenance`."""
     return Provenance(
         version=__version__,
         git_state=git_state(),
@@ -58,6 +69,7 @@ def provenance(command: str, seed: int, records: Sequence[Record], seconds: floa
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}",
         seconds=seconds,
+        began=began,
     )
 
 

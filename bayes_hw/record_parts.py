@@ -245,7 +245,10 @@ def _said_of(u: FloatArray, measured: BoolArray, has_output: bool, grid: Grid) -
     if has_output and not measured.all():
         said.append(f"{int((~measured).sum())} of {len(measured)} samples unmeasured, kept as such")
     if not np.isfinite(u).all():
-        said.append(f"command interpolated at {int((~np.isfinite(u)).sum())} samples")
+        said.append(
+            f"command interpolated at {int((~np.isfinite(u)).sum())} samples; where it stepped there, the "
+            "angle keeps what was missed"
+        )
     return tuple(said)
 
 

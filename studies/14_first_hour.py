@@ -22,11 +22,12 @@ from bayes_hw.gap.blind.open_case import write_open_case
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.identify.four_steps import identify
+from bayes_hw.identify.four_steps import MAX_ORDER, identify
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
 QUICK_DURATION_S = 30.0
+QUICK_ORDER = 2
 
 
 def main() -> None:
@@ -44,7 +45,7 @@ def main() -> None:
     rng = np.random.default_rng(study.seed)
     diagnosis = diagnose(case, rng, jobs=study.jobs, without=few, progress=study.progress)
     records = [plainly_named(record, Path(folder)) for record in (*case.train, *case.holdout)]
-    found = identify(case.train, name="axis")
+    found = identify(case.train, name="axis", max_order=QUICK_ORDER if study.quick else MAX_ORDER)
     (fit,) = evaluate(found, case.holdout)
     report = first_hour_report(
         diagnosis_report(diagnosis, study.origin(records)),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from printed.eq12 import nanshan_rounding_box
 from printed.rounding_box import roots_of_rows, without_integrator
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -17,7 +18,7 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model, nanshan_rounding_box
+from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from bayes_hw.model.twin import twin_records
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.excitation import FAMILIES

@@ -130,6 +130,50 @@ def test_a_record_twice_or_as_its_own_hold_out(
     assert "hold out another record" in refused(capsys, "identify", a, b, "--holdout", b, *out)
 
 
+def test_a_training_record_held_out_of_a_diagnosis(
+    records: tuple[Record, ...],
+    small_axis: HammersteinWiener,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """With a model or without one, before anything is fitted."""
+    first, second, _ = records
+    with pytest.raises(InputError, match="is held out but its samples are in first"):
+        bayes_hw.diagnose(small_axis, [first, second], first)
+    with pytest.raises(InputError, match="is held out but its samples are in first"):
+        bayes_hw.diagnose([first, second], first)
+    small_axis.write(tmp_path / "model.json")
+    a, b, _ = written(tmp_path, records, lambda record: record)
+    out = ("--holdout", a, "--out", str(tmp_path / "new"))
+    with_model = ("--model", str(tmp_path / "model.json"), "--train", a, b)
+    assert "hold out another record" in refused(capsys, "diagnose", *with_model, *out)
+    assert "hold out another record" in refused(capsys, "diagnose", a, b, *out)
+
+
+def test_a_rate_that_contradicts_the_stamps(
+    records: tuple[Record, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, *_ = written(tmp_path, records, lambda record: record)
+    with pytest.raises(InputError, match="the time stamps say 20 Hz") as caught:
+        Record.read(path, sample_rate_hz=30.0)
+    assert "\n" not in str(caught.value)
+    stated = ("--sample-rate", "30", "--out", str(tmp_path / "new"))
+    assert "the time stamps say 20 Hz" in refused(capsys, "identify", path, *stated)
+
+
+def test_units_that_are_not_the_models_on_the_command_line(
+    records: tuple[Record, ...],
+    small_axis: HammersteinWiener,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    small_axis.write(tmp_path / "model.json")
+    path, *_ = written(tmp_path, records, lambda record: record)
+    model = ("--model", str(tmp_path / "model.json"), "--out", str(tmp_path / "new"))
+    for said in (("--output-unit", "V"), ("--input-unit", "V")):
+        assert "they measure different things" in refused(capsys, "sample", path, *said, *model)
+
+
 def test_an_inverted_sign_without_a_model_is_warned_of(
     records: tuple[Record, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:

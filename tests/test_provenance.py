@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +30,15 @@ def test_everything_needed_to_repeat_it_is_there(small_record: Record) -> None:
     twice = provenance("bayes-hw sample --seed 7", 7, [measured, measured, small_record], 12.34)
     assert twice.records == found.records
     assert len(rows) == len(found.rows())
+
+
+def test_the_time_stated_is_that_which_the_user_has_waited() -> None:
+    """Until the rows are written, not until the numbers were there."""
+    began = time.perf_counter() - 100.0
+    found = provenance("bayes-hw report", 1, [], 2.0, began)
+    assert 100.0 <= found.waited <= time.perf_counter() - began
+    stated = float(dict(found.rows())["wall time"].removesuffix(" s"))
+    assert 99.9 <= stated <= time.perf_counter() - began + 0.1
 
 
 def test_git_state_without_git(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -73,7 +73,7 @@ def identify_command(parsed: argparse.Namespace) -> None:
 
 def report_command(parsed: argparse.Namespace) -> None:
     """bayes-hw report."""
-    begin = time.perf_counter()
+    begin = parsed.begin
     settings = sampler_settings(parsed)
     out = Path(parsed.out)
     check_output_folder(out)
@@ -112,7 +112,7 @@ def report_command(parsed: argparse.Namespace) -> None:
     with progress.stage("report"):
         write_analysis(out, analysis)
         origin = provenance(
-            parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin
+            parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin, begin
         )
         page = posterior_report(analysis, origin)
         written = render(page, out)

@@ -158,7 +158,7 @@ def _score(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.blind.blind_report import blind_report, share_text
     from bayes_hw.report.page.render import render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     evidence = read_evidence(
@@ -167,7 +167,7 @@ def _score(parsed: argparse.Namespace) -> None:
     score = score_evidence(evidence, np.random.default_rng(parsed.seed))
     content = json.dumps(score_to_dict(score, evidence), indent=1, allow_nan=False)
     write_text_atomically(out / "score.json", content + "\n")
-    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
     written = render(blind_report(score, evidence, origin), out)
     for name, value in score.headline.items():
         say(f"{name:48} {share_text(value)}")

@@ -77,7 +77,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.design.design_report import design_report
     from bayes_hw.report.page.render import remove_pages, render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     if not 0.5 <= parsed.share < 1:
         raise InputError(f"--share {parsed.share:g}: must be at least 0.5 and below 1")
     if parsed.draws < 100:
@@ -112,6 +112,7 @@ def run(parsed: argparse.Namespace) -> None:
             requirements=requirements,
             tuned=tuple(dict.fromkeys(parsed.tune)),
         ),
+        jobs=parsed.jobs,
         progress=progress,
         effects=corrected,
     )
@@ -122,7 +123,7 @@ def run(parsed: argparse.Namespace) -> None:
     warn_of_refuted(posterior)
     if not parsed.no_report:
         with progress.stage("report"):
-            origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+            origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
             page = design_report(found, origin)
             written = render(page, out)
     for line in headlines(found):

@@ -79,7 +79,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.experiment.experiment_report import experiment_report
     from bayes_hw.report.page.render import render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     out, progress = Path(parsed.out), Progress(parsed.quiet)
     if not parsed.duration > 0:
         raise InputError(f"--duration {parsed.duration:g}: must be positive")
@@ -119,7 +119,7 @@ def run(parsed: argparse.Namespace) -> None:
             progress=progress,
         )
     write_design(out, design, check)
-    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
+    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
     title = parsed.title or posterior.axis.model.name
     page = experiment_report(title, design, posterior, check, origin)
     written = render(page, out)

@@ -80,7 +80,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.record import Units
     from bayes_hw.report.page.render import remove_pages, render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     out = Path(parsed.out)
     drive_of(parsed)
     known = known_labels()
@@ -141,7 +141,7 @@ def run(parsed: argparse.Namespace) -> None:
 
         with progress.stage("report"):
             records = [*case.train, *case.holdout]
-            origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
+            origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
             page = diagnosis_report(diagnosis, origin)
             written = render(page, out)
     if parsed.no_report:
@@ -265,7 +265,7 @@ def _joint(
 
         with progress.stage("report"):
             seconds = time.perf_counter() - begin
-            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], seconds)
+            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], seconds, begin)
             page = joint_report(diagnosis, origin)
             written = render(page, out)
         say_page(page, written)

@@ -48,7 +48,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.identifiability.identifiability_report import identifiability_report
     from bayes_hw.report.page.render import render
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     settings = sampler_settings(parsed)
     out = Path(parsed.out)
     check_output_folder(out)
@@ -66,7 +66,7 @@ def run(parsed: argparse.Namespace) -> None:
         progress=Progress(parsed.quiet),
     )
     result.write(out)
-    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin)
+    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
     page = identifiability_report(result, origin)
     written = render(page, out)
     if not result.converged:

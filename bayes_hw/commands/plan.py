@@ -60,7 +60,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.report.page.render import render
     from bayes_hw.report.plan.plan_report import plan_report
 
-    begin = time.perf_counter()
+    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     low, high = parsed.stroke
@@ -87,7 +87,7 @@ def run(parsed: argparse.Namespace) -> None:
             )
         write_text_atomically(place / "plan.json", json.dumps(content, indent=1) + "\n")
     page = plan_report(
-        found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+        found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
     )
     written = render(page, out)
     if parsed.quiet:

@@ -60,7 +60,7 @@ def report_cause(
 ) -> bool:
     """Search for what the model lacks, and report it; False where nothing is found or records begin in
     motion, which the search cannot start from."""
-    begin = time.perf_counter()
+    begin = parsed.begin
     if given.start == "free":
         note("the plain model is doubted; what is missing is sought only of records that begin at rest")
         return False
@@ -87,7 +87,7 @@ def report_cause(
         records = [*given.records, *given.holdout]
         seconds = time.perf_counter() - begin
         page = joint_report(
-            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds), beginning
+            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds, begin), beginning
         )
         written = render(page, out)
     say_corrected(diagnosis)

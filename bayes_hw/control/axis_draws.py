@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -14,6 +15,9 @@ from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.record import Units
 
 Roots = TypeVar("Roots", FloatArray, ComplexArray)
+
+GRID_POINTS = 100
+"""Frequencies from which a response is kept, to be asked for again."""
 
 
 class EffectInLoop(Protocol):
@@ -141,8 +145,25 @@ class AxisDraws:
             effect=None if self.effect is None else self.effect.take(index),
         )
 
+    @cached_property
+    def _known(self) -> list[tuple[bytes, ComplexArray]]:
+        """The response last computed on a grid, after the bytes of its frequencies: loops of many controllers
+        ask for the same."""
+        return []
+
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """G at every frequency, shape (draws, frequencies), in output units per input unit."""
+        """G at every frequency, shape (draws, frequencies), in output units per input unit; read-only."""
+        if len(frequency_hz) < GRID_POINTS:
+            return self._response(frequency_hz)
+        grid, found = self._known[0] if self._known else (b"", None)
+        key = frequency_hz.tobytes()
+        if found is None or grid != key:
+            found = self._response(frequency_hz)
+            found.flags.writeable = False
+            self._known[:] = [(key, found)]
+        return found
+
+    def _response(self, frequency_hz: FloatArray) -> ComplexArray:
         z = np.exp(2j * np.pi * frequency_hz / self.sample_rate_hz)
         found = np.repeat(self.direct[:, None].astype(np.complex128), len(z), axis=1)
         for pole, residue in zip(self.real_poles, self.real_residues, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -117,6 +118,7 @@ def design(
     rng: np.random.Generator,
     *,
     settings: DesignSettings | None = None,
+    jobs: int = 1,
     progress: Progress | None = None,
     effects: Effects | None = None,
 ) -> Design:
@@ -126,12 +128,13 @@ def design(
     linear part.
 
     The first controller is the template of the tuned ones: its rate, limits, filters and delay are kept.
-    Raises InputError when the posterior holds too few draws, G has no integrator, or a rate does not fit.
+    Parts that do not wait for each other run in `jobs` threads; the numbers do not depend on it. Raises
+    InputError when the posterior holds too few draws, G has no integrator, or a rate does not fit.
     """
     settings = settings or DesignSettings()
     progress = progress or Progress(quiet=True)
-    with one_blas_thread():
-        return _design(posterior, controllers, rng, settings, progress, effects)
+    with one_blas_thread(), ThreadPoolExecutor(max(jobs, 1)) as pool:
+        return _design(posterior, controllers, rng, settings, pool, progress, effects)
 
 
 def _design(
@@ -139,6 +142,7 @@ def _design(
     controllers: Sequence[Controller],
     rng: np.random.Generator,
     settings: DesignSettings,
+    pool: ThreadPoolExecutor,
     progress: Progress,
     effects: Effects | None,
 ) -> Design:
@@ -157,50 +161,47 @@ def _design(
         nominal = replace(nominal, effect=effects.nominal_loop())
     for controller in controllers:
         Loop(nominal, controller)
-    with progress.stage("the axis"):
-        plant = plant_summary(posterior, values[:half], axis, nominal)
-        notches = notch_ranges(
-            plant.mode_draws("frequency_hz"), plant.mode_draws("damping_ratio"), settings.share
-        )
-        few = axis.take(np.arange(min(settings.search_draws, half)))
-        crossovers = crossover_curves(
-            nominal, few, [n.notch for n in notches], settings.requirements, settings.share
-        )
-    with progress.stage("uncertainty sets"):
-        sets = tuple(uncertainty_set(kind, nominal, axis, fresh, settings.share) for kind in KINDS)
+    few = axis.take(np.arange(min(settings.search_draws, half)))
     template = controllers[0] if controllers else Controller("template", axis.sample_rate_hz, 1.0)
-    tunings = []
-    for structure in settings.tuned:
-        with progress.stage(f"tuning of the {structure}"):
-            tunings.append(
-                tune(structure, template, nominal, few, fresh, settings.requirements, settings.share)
-            )
+    asked, share = settings.requirements, settings.share
+    with progress.stage("the axis, uncertainty sets, tuning"):
+        tuning_parts = [
+            pool.submit(tune, structure, template, nominal, few, fresh, asked, share)
+            for structure in settings.tuned
+        ]
+        plant = plant_summary(posterior, values[:half], axis, nominal)
+        notches = notch_ranges(plant.mode_draws("frequency_hz"), plant.mode_draws("damping_ratio"), share)
+        crossover_part = pool.submit(crossover_curves, nominal, few, [n.notch for n in notches], asked, share)
+        set_parts = [pool.submit(uncertainty_set, kind, nominal, axis, fresh, share) for kind in KINDS]
+        tunings = [part.result() for part in tuning_parts]
+        crossovers = crossover_part.result()
+        sets = tuple(part.result() for part in set_parts)
     signals = TestSignals.for_axis(nominal)
     tuned = [t.controller for tuning in tunings for t in (tuning.robust, tuning.point)]
     n_axis = len(posterior.axis.parameters)
     simulated = axis.take(np.arange(min(settings.simulated_draws, half)))
     own_noise = values[: simulated.count, n_axis:].T
     noise = noise_paths(own_noise[0], own_noise[1:], round(DURATION_S * axis.sample_rate_hz), rng)
-    loops = []
-    for controller in [*controllers, *tuned]:
-        with progress.stage(f"loop of {controller.name}"):
-            loop, nominal_loop = Loop(axis, controller), Loop(nominal, controller)
-            peaks: tuple[float, ...] = ()
-            if controller.ratio_to(axis.sample_rate_hz) == 1:
-                peaks = tuple(robustness_peak(w, nominal_loop, sets[0].frequency_hz) for w in sets[0].weights)
-            loops.append(
-                LoopReport(
-                    controller=controller,
-                    loop=loop,
-                    nominal_loop=nominal_loop,
-                    margins=loop_margins(loop),
-                    nominal_margins=loop_margins(nominal_loop),
-                    bands=loop_bands(loop, nominal_loop),
-                    cycles=check_cycles(loop, settings.simulated_draws),
-                    responses=responses(simulated, nominal, controller, signals, noise),
-                    robustness_peaks=peaks,
-                )
-            )
+
+    def reported(controller: Controller) -> LoopReport:
+        loop, nominal_loop = Loop(axis, controller), Loop(nominal, controller)
+        peaks: tuple[float, ...] = ()
+        if controller.ratio_to(axis.sample_rate_hz) == 1:
+            peaks = tuple(robustness_peak(w, nominal_loop, sets[0].frequency_hz) for w in sets[0].weights)
+        return LoopReport(
+            controller=controller,
+            loop=loop,
+            nominal_loop=nominal_loop,
+            margins=loop_margins(loop),
+            nominal_margins=loop_margins(nominal_loop),
+            bands=loop_bands(loop, nominal_loop),
+            cycles=check_cycles(loop, settings.simulated_draws),
+            responses=responses(simulated, nominal, controller, signals, noise),
+            robustness_peaks=peaks,
+        )
+
+    with progress.stage(f"{len(controllers) + len(tuned)} loops"):
+        loops = list(pool.map(reported, [*controllers, *tuned]))
     return Design(
         posterior=posterior,
         settings=settings,

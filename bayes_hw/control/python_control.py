@@ -12,7 +12,7 @@ from bayes_hw.control.controller import Controller
 from bayes_hw.control.loop import Loop
 from bayes_hw.control.weight import Weight
 from bayes_hw.errors import InputError
-from bayes_hw.identify.identified_model import LIGHT_DAMPING
+from bayes_hw.identify.resonances import LIGHT_DAMPING
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from bayes_hw.errors import InputError
 from bayes_hw.formats.header import bare_unit, looks_like_unit, unit_of
+from bayes_hw.formats.paired_header import paired_header
 
 HEAD_BYTES = 2**20
 HEAD_LINES = 400
@@ -135,6 +136,8 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
         commented = [i for i in before if _is_header(stripped[i], columns)]
         header = [stripped[i] for i in commented if len(stripped[i]) == columns or columns < 2]
     names, row_units = _names_and_units(header)
+    if first is not None and (paired := paired_header([rows[i] for i in before], columns)) is not None:
+        names, row_units = paired
     if first is None:
         first = last + 1 if plain else filled[-1] + 1
     elif plain:

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
+from bayes_hw.identify.resonances import dominant_modes
 from bayes_hw.identify.result import Cascade, LinearModel, Shown
 from bayes_hw.identify.whole_cascade import JointStage
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
-
-LIGHT_DAMPING = 0.3
-"""A pole pair with a smaller damping ratio is a resonance."""
 
 WEAK_INTEGRATOR = 0.5
 """Below this share of the output's spread an integrator looks like drift rather than like an axis."""
-
-FORGETTING = 0.5
-"""A resonance must decay by 1 / e within this part of the longest record; a slower one is not told from
-none."""
-
-RESONANCE_SHARE = 0.3
-"""A resonance counts as dominant when its own section makes up at least this part of |G| at its frequency;
-a pair that a neighbouring zero cancels does not."""
 
 
 def cascade_in_units(experiment: Experiment, fit: CascadeFit) -> Cascade:
@@ -73,30 +61,6 @@ def extreme_commands(experiment: Experiment) -> tuple[float, float]:
     commands = np.concatenate(experiment.commands) * experiment.input_scale
     lowest, highest = float(commands.min()), float(commands.max())
     return (lowest if lowest < 0 else -highest, highest if highest > 0 else -lowest)
-
-
-def dominant_modes(
-    structure: Structure, values: CascadeValues, sample_rate_hz: float, longest_s: float
-) -> tuple[Mode, ...]:
-    """Lightly damped pole pairs that carry their share of G at their own frequency."""
-    block = linear_block(structure, values)
-    found = []
-    for a1, a2, b1, b2 in values.sections.T:
-        if a1 * a1 / 4 - a2 >= 0:
-            continue
-        mode = Mode.from_pole(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)), sample_rate_hz)
-        if mode.damping_ratio >= LIGHT_DAMPING or mode.frequency_hz >= sample_rate_hz / 2:
-            continue
-        decay_s = 1 / (2 * np.pi * mode.frequency_hz * mode.damping_ratio)
-        if decay_s > FORGETTING * longest_s:
-            continue
-        frequency = np.array([mode.frequency_hz])
-        z = np.exp(2j * np.pi * frequency / sample_rate_hz)
-        own = np.abs((b1 * z + b2) / (z * z - a1 * z + a2))
-        whole = np.abs(block.frequency_response(frequency, sample_rate_hz))
-        if own[0] >= RESONANCE_SHARE * whole[0]:
-            found.append(mode)
-    return tuple(sorted(found, key=lambda mode: mode.frequency_hz))
 
 
 def blocks_shown(experiment: Experiment, joint: JointStage, units: Units) -> dict[str, Shown]:

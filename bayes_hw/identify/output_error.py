@@ -16,7 +16,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.holes import whitened_over_holes, with_holes
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import simulate_batch
-from bayes_hw.model.known_input import TORQUE
+from bayes_hw.model.known_input import TORQUE, behind_known
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
@@ -68,23 +68,36 @@ def simulated_outputs(
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
         found = simulate_batch(form, record.u, axis.model.linear.delay_samples, before)
-        outputs.append(found.y if not axis.model.known else with_known(axis, values, record, found.w))
+        known = known_signals(axis, record)
+        outputs.append(with_known(axis, values, known, found.w) if known else found.y)
     return outputs
 
 
-def with_known(axis: AxisParameters, values: FloatArray, record: Record, w: FloatArray) -> FloatArray:
-    """y (walkers, samples) with the known inputs of the model, of w (walkers, samples) without them. Raises
+def known_signals(axis: AxisParameters, record: Record) -> list[FloatArray]:
+    """What a unit of each coefficient of every known input of the model adds, (n, samples) each. Raises
     InputError where the record lacks one."""
-    reading = np.zeros_like(w)
-    for one, rows in zip(axis.model.known, axis.known_rows, strict=True):
-        added = values[rows].T @ one.signals(record.known, len(record))
-        if one.way == TORQUE:
-            w = w + added
-        else:
-            reading += added
-    gains, half_width = axis.model.normalization, values[2][:, None]
-    above, below = np.maximum(w - half_width, 0.0), np.minimum(w + half_width, 0.0)
-    return np.asarray(gains.c2 * above + gains.c3 * below + reading)
+    return [one.signals(record.known, len(record)) for one in axis.model.known]
+
+
+def with_known(
+    axis: AxisParameters, values: FloatArray, known: Sequence[FloatArray], w: FloatArray
+) -> FloatArray:
+    """y (walkers, samples) with the known inputs, whose signals are `known`, of w (walkers, samples) without
+    them."""
+    rows = np.concatenate([np.arange(len(values))[one] for one in axis.known_rows])
+    through = np.concatenate(
+        [np.full(len(s), one.way == TORQUE) for one, s in zip(axis.model.known, known, strict=True)]
+    )
+    gains = axis.model.normalization
+    return behind_known(
+        w,
+        np.ascontiguousarray(values[rows].T),
+        np.concatenate(list(known)),
+        through,
+        values[2],
+        gains.c2,
+        gains.c3,
+    )
 
 
 def whitened(

@@ -26,6 +26,7 @@ from bayes_hw.identify.linear_output_error import (
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
+from bayes_hw.identify.resonances import with_resonances
 from bayes_hw.identify.structure_pool import StructurePool, pool_of
 
 SMALL_ORDER = 4
@@ -93,7 +94,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = chosen(tried)
+    best = with_resonances(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:

@@ -8,6 +8,7 @@ sizes come from emcee's autocorrelation time, of the values for the bulk and of 
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,23 +114,16 @@ def assess(
     chain: FloatArray,
     names: tuple[str, ...],
     acceptance: FloatArray,
+    pool: Executor | None = None,
 ) -> Convergence:
-    """Judge chains (ensembles, steps, walkers, parameters) with acceptance fractions (ensembles,)."""
-    _, steps, walkers, dimension = chain.shape
-    r_hat, bulk, tail, tau = (np.empty(dimension) for _ in range(4))
-    for i in range(dimension):
-        one = np.ascontiguousarray(chain[..., i])
-        taus = np.array([autocorrelation_time(part) for part in one])
-        r_hat[i] = nested_r_hat(one)
-        bulk[i] = np.sum(one[0].size / taus)
-        low, high = np.quantile(
-            one[:, :: -(-steps // R_HAT_STEPS), :: -(-walkers // R_HAT_WALKERS)], [0.05, 0.95]
-        )
-        tail[i] = min(
-            effective_sample_size((one <= low).astype(np.float64)),
-            effective_sample_size((one >= high).astype(np.float64)),
-        )
-        tau[i] = np.mean(taus)
+    """Judge chains (ensembles, steps, walkers, parameters) with acceptance fractions (ensembles,).
+
+    Parameters are looked at side by side in a `pool` of threads.
+    """
+    steps = chain.shape[1]
+    columns = [chain[..., i] for i in range(chain.shape[-1])]
+    found = list(map(_diagnostics, columns) if pool is None else pool.map(_diagnostics, columns))
+    r_hat, bulk, tail, tau = np.array(found).T
     problems = _stuck(chain, acceptance)
     problems += _limits("nested R-hat", r_hat, R_HAT_LIMIT, names, above=True)
     problems += _limits("bulk effective sample size", bulk, ESS_LIMIT, names, above=False)
@@ -140,6 +134,22 @@ def assess(
             f"{steps} steps are fewer than {TIMES_TAU:.0f} autocorrelation times ({longest:.0f} steps each)"
         )
     return Convergence(r_hat, bulk, tail, tau, tuple(problems))
+
+
+def _diagnostics(chains: FloatArray) -> tuple[float, float, float, float]:
+    """Nested R-hat, effective samples of bulk and tail, and autocorrelation time of one parameter's chains
+    (ensembles, steps, walkers)."""
+    one = np.ascontiguousarray(chains)
+    _, steps, walkers = one.shape
+    taus = np.array([autocorrelation_time(part) for part in one])
+    low, high = np.quantile(
+        one[:, :: -(-steps // R_HAT_STEPS), :: -(-walkers // R_HAT_WALKERS)], [0.05, 0.95]
+    )
+    tail = min(
+        effective_sample_size((one <= low).astype(np.float64)),
+        effective_sample_size((one >= high).astype(np.float64)),
+    )
+    return nested_r_hat(one), float(np.sum(one[0].size / taus)), tail, float(np.mean(taus))
 
 
 def _limits(

@@ -107,7 +107,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
-    long = noise == "normal" and are_long(records)
+    long = noise == "normal" and are_long(records) and not model.known
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -195,7 +195,7 @@ def estimated(
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
-    expanded = noise == "normal" and are_long(records)
+    expanded = noise == "normal" and are_long(records) and not model.known
     if not expanded:
         axis = without_unseen_poles(axis, records)
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):

@@ -9,7 +9,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
-from bayes_hw.identify.output_error import with_known
+from bayes_hw.identify.output_error import known_signals, with_known
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -47,6 +47,7 @@ class LogPosterior:
         self.student_t = is_student_t(noise)
         self.non_finite = 0
         self._vector = ParameterVector(self.parameters)
+        self._known = [known_signals(axis, record) for record in records]
         self._holes = [
             None if record.measured is None else Holes.of(record.measured, self.order) for record in records
         ]
@@ -92,7 +93,7 @@ class LogPosterior:
         form = self.axis.modal_form(values, number)
         before = 0.0 if self.axis.start_positions is None else float(record.u[0])
         w = simulate_batch(form, record.u, self.axis.model.linear.delay_samples, before).w
-        return with_known(self.axis, values, record, w)
+        return with_known(self.axis, values, self._known[number], w)
 
     def log_likelihood(self, values: FloatArray) -> FloatArray:
         """Log-likelihood (walkers,) of values (parameters, walkers), summed over the records."""

@@ -113,7 +113,7 @@ def sample(
                 within_reach = DRAWS_COUNT_AT_MOST * draws >= settings.target_ess
                 if steps >= settings.max_steps or (within_reach and _is_look(steps, settings.block)):
                     chain, acceptance = _joined(blocks)
-                    convergence = assess(chain, names, acceptance)
+                    convergence = assess(chain, names, acceptance, pool)
                     smallest = min(convergence.ess_bulk.min(), convergence.ess_tail.min())
                     task.reach(
                         steps,

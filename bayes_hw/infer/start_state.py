@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener, Simulation
@@ -67,8 +68,11 @@ def _improvement(
     trials = np.repeat(values, len(rows) + 1, axis=1)
     for place, row in enumerate(rows, start=1):
         trials[row, place :: len(rows) + 1] += step
-    form, delay = axis.modal_form(trials, 0), axis.model.linear.delay_samples
-    y = simulate_batch(form, record.u[:shown], delay, float(record.u[0])).y
+    if axis.model.known:
+        y = simulated_outputs(axis, trials, [record])[0][:, :shown]
+    else:
+        form, delay = axis.modal_form(trials, 0), axis.model.linear.delay_samples
+        y = simulate_batch(form, record.u[:shown], delay, float(record.u[0])).y
     outputs = y.reshape(values.shape[1], len(rows) + 1, shown)
     measured = record.measured_samples[:shown]
     found = np.empty((len(rows), values.shape[1]))

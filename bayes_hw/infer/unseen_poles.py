@@ -1,10 +1,11 @@
-"""Real poles of which the records say less than their prior does.
+"""Real poles whose place the records hardly tell.
 
 A slow pole may stand in a model for want of evidence against it, its weight hardly told from none. Where the
 weight is nothing its time constant is anything: the posterior is a funnel that no ensemble crosses in
 reasonable time, while in the linearised response the time constant plays no part. Such a pole stays where the
 estimate has it, as a fixed function of the command whose weight is free, so that what it could take from the
-dead zone or the gain still widens their intervals.
+dead zone or the gain still widens their intervals. Of two poles that all but coincide one stays likewise: its
+weight is to first order the other's move.
 """
 
 from __future__ import annotations
@@ -14,19 +15,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.output_error import DIFFERENCE_STEP, prior_scale, simulated_outputs, whitened
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
-LEAST_SHARE = 0.5
+LEAST_SHARE = 0.8
 """Of the prior's precision and the records' together, all else free: a pole with less of it from the records
 stays where it is."""
 
 
 def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> AxisParameters:
-    """`axis` with the real poles held of which `records` say less than their priors, one after the other."""
+    """`axis` with the real poles held whose place `records` hardly tell, one after the other."""
     while True:
         shares = {
             name: share
@@ -52,11 +54,14 @@ def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatA
     steps = DIFFERENCE_STEP * np.eye(len(centre))
     trials = np.concatenate([centre, centre + steps, centre - steps], axis=1)
     outputs = simulated_outputs(axis, as_values(axis.parameters, trials), records)
-    noise = estimate_noise([record.y - output[0] for record, output in zip(records, outputs, strict=True)])
+    noise = estimate_noise(
+        [with_holes(r.y - output[0], r.measured) for r, output in zip(records, outputs, strict=True)]
+    )
     _, prior_sd = prior_scale(axis)
     information = np.eye(len(centre))
-    for output in outputs:
+    for record, output in zip(records, outputs, strict=True):
         slopes = (output[1 : len(centre) + 1] - output[len(centre) + 1 :]) / (2 * DIFFERENCE_STEP)
-        rows = whitened(slopes, noise.autoregression) / noise.innovation_sigma * prior_sd[:, None]
+        rows = whitened(slopes, noise.autoregression, record.measured)
+        rows *= prior_sd[:, None] / noise.innovation_sigma
         information += rows @ rows.T
     return np.asarray(1 - np.diag(np.linalg.inv(information)))

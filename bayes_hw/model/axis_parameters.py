@@ -294,7 +294,8 @@ class AxisParameters:
     def _known_parameters(self) -> list[Parameter]:
         found = []
         for one in self.model.known:
-            spreads = WEIGHT_SD * np.max(np.abs(one.coefficients) * one.sizes) / one.sizes
+            largest = np.max(np.abs(one.coefficients) * one.sizes)
+            spreads = WEIGHT_SD * largest / np.maximum(one.sizes, NEGLIGIBLE * np.max(one.sizes))
             for i, (value, spread) in enumerate(zip(one.coefficients, spreads, strict=True), start=1):
                 name = f"known.{one.column}.weight{i}"
                 found.append(_weight(name, "", float(value), float(spread)))

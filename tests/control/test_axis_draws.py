@@ -89,3 +89,14 @@ def test_units_and_blocks_come_from_the_model(posterior: Posterior, nominal: Axi
     assert nominal.units == model.units
     assert (nominal.lower[0], nominal.upper[0]) == (model.saturation.lower, model.saturation.upper)
     assert nominal.half_width[0] == model.dead_zone.half_width
+
+
+def test_a_response_asked_for_again_is_that_of_its_own_grid(axis: AxisDraws) -> None:
+    """Kept by its frequencies, not by their number; nobody can change what others are given."""
+    one, other = np.geomspace(0.01, 9.0, 300), np.geomspace(0.02, 8.0, 300)
+    first, second, again = axis.response(one), axis.response(other), axis.response(one)
+    np.testing.assert_array_equal(first, again)
+    at = np.arange(axis.count)
+    np.testing.assert_allclose(second[:, 7], axis.response_at(at, np.full(axis.count, other[7])), rtol=1e-9)
+    with pytest.raises(ValueError, match="read-only"):
+        again[0, 0] = 0.0

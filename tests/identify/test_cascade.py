@@ -14,7 +14,7 @@ from bayes_hw.identify.cascade import Structure, simulate, to_coordinates, to_va
 from bayes_hw.identify.cascade_basis import linear_basis, with_linear_solution
 from bayes_hw.identify.cascade_fit import evaluated, solve_linear_part
 from bayes_hw.identify.cascade_roots import linear_block, poles_of, with_poles
-from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.identify.resonances import dominant_modes
 
 AXIS = known_axis()
 RNG = np.random.default_rng(1)

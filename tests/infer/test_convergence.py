@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from arviz_stats.base import array_stats
@@ -130,3 +132,13 @@ def test_one_constant_ensemble_does_not_hide_behind_the_others() -> None:
     verdict = assess(chain, ("a",), np.array([0.5, 0.5, 0.5, 0.0]))
     assert not verdict.converged
     assert any("ensemble 4 is stuck" in text for text in verdict.problems)
+
+
+def test_parameters_looked_at_side_by_side_are_judged_the_same() -> None:
+    chain = np.random.default_rng(8).standard_normal((4, 120, 16, 3))
+    alone = assess(chain, ("a", "b", "c"), np.full(4, 0.5))
+    with ThreadPoolExecutor(2) as pool:
+        beside = assess(chain, ("a", "b", "c"), np.full(4, 0.5), pool)
+    assert beside.problems == alone.problems
+    for name in ("r_hat", "ess_bulk", "ess_tail", "autocorrelation_time"):
+        np.testing.assert_array_equal(getattr(beside, name), getattr(alone, name))

@@ -14,6 +14,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.prediction import predict
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -114,3 +116,22 @@ def test_files_keep_known_inputs_and_need_their_column(small_axis: HammersteinWi
     data["known"][0]["poles"][0] = [1.2, 0.0]
     with pytest.raises(InputError, match="known"):
         HammersteinWiener.from_dict(data)
+
+
+def test_prediction_follows_the_column(small_axis: HammersteinWiener) -> None:
+    """The draws' outputs hold the known input's part, block by block or not; a column missing is refused."""
+    model = with_wind(small_axis, "torque")
+    record = record_of(model, 300, 7)
+    axis = AxisParameters(model, output_scale=2.0)
+    estimate = NoiseEstimate(0.012, np.array([0.5]), np.zeros(2))
+    parameters = (*axis.parameters, *noise_parameters(estimate, "deg"))
+    values = np.broadcast_to([p.nominal for p in parameters], (1, 2, 20, len(parameters))).copy()
+    posterior = Posterior(
+        axis, noise_parameters(estimate, "deg"), values, np.zeros((1, 2, 20)), values[0, 0, 0], True, (), 1.0
+    )
+    found = predict(posterior, record, np.random.default_rng(1))
+    np.testing.assert_allclose(found.mean, model.simulate(record.u, known=record.known).y, atol=1e-9)
+    assert posterior.derived["known.wind.gain"].mean == pytest.approx(0.08)
+    assert list(posterior.reported).index("known.wind.lag_s") < list(posterior.reported).index("noise.sigma")
+    with pytest.raises(InputError, match="wind"):
+        predict(posterior, replace(record, known={}), np.random.default_rng(1))

@@ -11,10 +11,13 @@ from simulated_records import measured
 
 from bayes_hw.errors import InputError
 from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
+from bayes_hw.infer.start_state import with_start_state
 from bayes_hw.infer.starting_point import starting_point
+from bayes_hw.model import streaming
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import as_values
@@ -152,3 +155,35 @@ def test_free_start_without_an_integrator(small_axis: HammersteinWiener, small_r
     y = model.dead_zone(model.simulate(quiet).w + 0.7 * 0.9 ** np.arange(len(quiet)))
     found = predict(posterior, replace(small_record, u=quiet, y=y), np.random.default_rng(1))
     np.testing.assert_allclose(found.mean, y, atol=1e-8)
+
+
+def test_every_draw_begins_where_its_own_poles_say(small_axis: HammersteinWiener) -> None:
+    """Draws of different gains need different states for the same beginning: one state for all would leave
+    their errors in it, and the mean of the predictions would be off."""
+    (record,) = [measured(small_axis, 600, 11)]
+    late = replace(record, t=record.t[150:], u=record.u[150:], y=record.y[150:])
+    axis = AxisParameters(small_axis, "all", output_scale=1.0, start_positions=np.array([float(late.y[0])]))
+    draws = np.repeat(axis.nominal[None], 30, axis=0)
+    row = axis.names.index("velocity_gain")
+    draws[:, row] *= 1 + 0.02 * np.random.default_rng(1).standard_normal(30)
+    own, values = with_start_state(axis, draws, late)
+    outputs = simulated_outputs(own, values, [late])[0][:, :100]
+    states = [name for name in own.names if name.startswith("start1.")]
+    spread = np.std(values[[own.names.index(name) for name in states]], axis=1)
+    assert np.max(spread) > 0
+    shared = values.copy()
+    for name in states:
+        shared[own.names.index(name)] = values[own.names.index(name)].mean()
+    one_state = simulated_outputs(own, shared, [late])[0][:, :100]
+    errors = [float(np.sqrt(np.mean((late.y[:100] - y) ** 2))) for y in (outputs, one_state)]
+    assert errors[0] < errors[1]
+
+
+def test_bands_do_not_depend_on_where_blocks_end(
+    posterior: Posterior, small_record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = predict(posterior, small_record, np.random.default_rng(1))
+    monkeypatch.setattr(streaming, "SAMPLES", 64)
+    parts = predict(posterior, small_record, np.random.default_rng(1))
+    for name in ("mean", "lower", "upper_parameters", "predicted_probability"):
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=1e-9, atol=1e-12)

@@ -10,7 +10,7 @@ import pytest
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
-from bayes_hw.infer.unseen_poles import shares_of_records, without_unseen_poles
+from bayes_hw.infer.unseen_poles import LEAST_SHARE, shares_of_records, without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
@@ -52,7 +52,7 @@ def test_the_records_decide_which_poles_move(small_axis: HammersteinWiener, zero
     assert (name in chosen.names) is not held
     assert name.replace(".value", ".weight") in chosen.names
     share = dict(zip(axis.names, shares_of_records(axis, records), strict=True))
-    assert bool(share[name] < 0.5) is held
+    assert bool(share[name] < LEAST_SHARE) is held
     assert share["saturation.upper"] > 0.9
 
 

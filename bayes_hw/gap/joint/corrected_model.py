@@ -33,6 +33,9 @@ from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
 DRAWS_KEPT = 600
+SILENT = 1e-9
+"""Share of the largest part of a known input's response below which a pole has no part in it."""
+
 COINCIDING = 1e-6
 """Share by which two equal real poles are put apart, so that they have residues."""
 
@@ -129,6 +132,8 @@ def known_input_of(fit: JointFit, effect: Effect, unit: str) -> KnownInput:
         poles += pair.tolist()
         residues += [(one * pair[i] + two) / (pair[i] - pair[1 - i]) for i in (0, 1)]
     everywhere = np.array(poles, dtype=np.complex128), np.array(residues, dtype=np.complex128)
+    size = np.abs(everywhere[1]) / np.abs(1 - everywhere[0])
+    everywhere = everywhere[0][size > SILENT * size.max()], everywhere[1][size > SILENT * size.max()]
     return KnownInput(column, TORQUE, gain, delay, cycles, unit, everywhere[0], everywhere[1] / gain)
 
 

@@ -13,7 +13,7 @@ from bayes_hw.gap.joint.joint_response import Effect, JointValues
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
-from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.identify.resonances import dominant_modes
 from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units

@@ -26,8 +26,8 @@ WAYS: Mapping[str, str] = {
     READING: "at the encoder, as a part of the reading",
 }
 
-DIFFERENCE = 1e-3
-"""Of the draws' standard deviations."""
+DIFFERENCE = 1e-6
+"""Of a coordinate: the step of a difference quotient."""
 
 MOST_WITHOUT = 0.3
 """Probability of a column that falls short by little."""
@@ -63,7 +63,7 @@ def _drawn(posterior: JointPosterior, column: str) -> tuple[FloatArray, FloatArr
     from linear where its weights are poorly known one by one."""
     fit, label = posterior.fit, LABEL + column
     centre = fit.point.coordinates
-    steps = DIFFERENCE * np.maximum(posterior.coordinates.std(axis=0), 1e-12)
+    steps = DIFFERENCE * np.maximum(np.abs(centre), 1e-3)
 
     def at(x: FloatArray) -> FloatArray:
         found = effect_quantities(fit, fit.response.values(x))

@@ -10,7 +10,7 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
 from bayes_hw.identify.growth.descent import innovations
 from bayes_hw.identify.holes import without_holes
-from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.identify.resonances import dominant_modes
 
 
 @dataclass(frozen=True)

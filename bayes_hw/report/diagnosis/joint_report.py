@@ -10,8 +10,8 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_view import EffectView, Seen, effect_view
-from bayes_hw.gap.joint.finding import MOST_SAID, sentence, words_of
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.gap.joint.finding import MOST_SAID, words_of
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
@@ -87,7 +87,7 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginni
     return Report(
         title=diagnosis.name,
         subtitle=_subtitle(diagnosis),
-        verdict=typeset(sentence(diagnosis)),
+        verdict=typeset(summary(diagnosis)),
         badges=_badges(page),
         key_figure=page.prediction if page.view is None else effect_figure(page.view),
         sections=(

@@ -289,8 +289,8 @@ def _limits_section(analysis: Analysis) -> Section:
     held = [name.replace("_pole", " pole ") for name in analysis.inference.posterior.axis.held_poles]
     if held:
         items.append(
-            f"Of {' and '.join(held)} of G the records say less than the prior does: the time constant stays "
-            "where the estimate has it, its weight is free."
+            f"The records hardly tell where {' and '.join(held)} of G lies: it stays where the estimate has "
+            "it, its weight is free."
         )
     items += [
         f"Not estimated, but taken as known: {known}."

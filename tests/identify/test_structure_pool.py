@@ -1,0 +1,63 @@
+"""The weights of the structures visited, and which of them is taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayes_hw.identify import resonances
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.resonances import with_resonances
+from bayes_hw.identify.structure_pool import LISTED, pool_of
+
+BASE = Structure(2, integrator=True, real_poles=0, sections=2, lower=True, upper=True, dead_zone=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """As much of a fitted cascade as is weighed."""
+
+    structure: Structure
+    log_likelihood: float
+    parameters: int
+    resonances: int = 0
+
+    @property
+    def criterion(self) -> float:
+        return -2 * self.log_likelihood + 9.0 * self.parameters
+
+
+def fit(sections: int, log_likelihood: float, parameters: int, found: int = 0) -> Any:
+    return Fit(replace(BASE, sections=sections), log_likelihood, parameters, found)
+
+
+def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() -> None:
+    small, worse, large = fit(1, 100.0, 8), fit(1, 90.0, 8), fit(2, 106.0, 12)
+    pool = pool_of([small, worse, large], small, 0)
+    assert pool.visited == 2 and [member.order for member in pool.members] == [5, 3]
+    assert pool.members[0].weight / pool.members[1].weight == pytest.approx(np.exp(2.0))
+    assert sum(member.weight for member in pool.members) == pytest.approx(1.0)
+    assert pool.chosen.order == 3 and "order 5" in pool.sentence
+    content = pool.to_dict()
+    assert content["pool"][0]["blocks"] == ["lower limit", "upper limit", "dead zone"]
+    assert content["visited"] == 2
+
+
+def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() -> None:
+    others = [fit(number, 500.0 + number, 10) for number in range(3, 3 + LISTED + 4)]
+    chosen = fit(2, 400.0, 9)
+    pool = pool_of(others, chosen, 2)
+    assert len(pool.members) == LISTED + 1 and pool.chosen.weight < 1e-20
+    assert "2 slow real poles" in pool.sentence and "cannot exclude" in pool.sentence
+
+
+def test_a_resonance_that_the_pool_has_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The criterion alone would take one resonance; the weights are for two."""
+    monkeypatch.setattr(resonances, "_count", lambda item: item.resonances)
+    one, two, more = fit(1, 100.0, 8, 1), fit(2, 110.0, 12, 2), fit(3, 111.0, 16, 2)
+    assert min([one, two, more], key=lambda item: item.criterion) is one
+    assert with_resonances([one, two, more]) is two
+    assert with_resonances([one, fit(2, 101.0, 12, 2)]) is one
