@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import time
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from bayes_hw.report.page.render import render
 CORRECTED_FILES = ["corrected.json", "verdict.json", "holdout_prediction.csv"]
 """What a folder holds where the model of the records was refuted and corrected."""
 
-PLAIN_FILES = ["posterior.nc", "model.json", "fit.json", "free_residual.csv"]
+PLAIN_FILES = ["posterior.nc", "fit.json", "free_residual.csv"]
 """What it holds where it was not."""
 
 LARGEST_PLAIN_ORDER = 1
@@ -96,13 +97,14 @@ def report_cause(
 
 
 def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chosen: HeldOut) -> None:
-    """verdict.json, corrected.json, posterior.json of the corrected model, bands of what was held out; the
-    model that does not hold goes into a folder of that name. All or none."""
+    """verdict.json, corrected.json (model.json is the same), posterior.json of the corrected model, bands of
+    what was held out; the model that does not hold goes into a folder of that name. All or none."""
     from bayes_hw.commands.axis import band_file_names, write_identification
 
     names = band_file_names([record.name for record in chosen.holdout])
     with staged(out, instead_of=PLAIN_FILES) as place:
         write_results(diagnosis, place)
+        shutil.copyfile(place / "corrected.json", place / "model.json")
         content = json.dumps(corrected_posterior(diagnosis), indent=1, allow_nan=False)
         write_text_atomically(place / "posterior.json", content + "\n")
         for name, record in zip(names, chosen.holdout, strict=True):

@@ -13,8 +13,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.confusable import next_experiment
 from bayes_hw.gap.joint.finding import words_of
-from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.joint_posterior import TORQUES, JointPosterior
 from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
 
 DEGREES = MappingProxyType(
     {"deg": 1.0, "rad": 180 / np.pi, "mrad": 0.18 / np.pi, "mdeg": 1e-3, "arcmin": 1 / 60, "arcsec": 1 / 3600}
@@ -56,6 +57,14 @@ class Sized:
         draws = self.draws(name)
         return None if draws is None else plus_minus(factor * draws)
 
+    def torque_at_fit(self, label: str) -> float | None:
+        """Of the best fit, output units/s^2; None where it is no torque, or the axis is no single inertia."""
+        fit = self.posterior.fit
+        for effect in fit.values.effects:
+            if effect.form.label == label and effect.ports is not None and effect.form.law in TORQUES:
+                return acceleration_of_unit(fit.structure, fit.values, effect, fit.response.scale.rate_hz)
+        return None
+
     def acceleration(self) -> float:
         """The largest acceleration that the drive showed in the records, output units/s^2."""
         fit = self.posterior.fit
@@ -80,23 +89,26 @@ Size: TypeAlias = Callable[[Sized, str], list[str]]
 def _torque(sized: Sized, label: str) -> list[str]:
     """Torque as acceleration of the axis, as a share of the drive's, in N m where the inertia is known."""
     draws = sized.draws(f"{label}.torque")
-    if draws is None:
+    at_fit = sized.torque_at_fit(label)
+    if draws is None and at_fit is None:
         return []
-    unit, mean = sized.unit, float(draws.mean())
+    unit, mean = sized.unit, float(draws.mean()) if draws is not None else float(at_fit or 0.0)
+    shown = plus_minus(draws) if draws is not None else f"about {mean:.2g}"
     names = sized.posterior.fit.names
     side = "load" if any(label in n and "load" in n for n in names) else "motor"
-    where = f" and acts at the {side}" if label == "friction" else ""
+    where = f", acting at the {side}" if label == "friction" else ""
     share = 100 * mean / max(sized.acceleration(), 1e-300)
     said = [
-        f"its torque{where}: {plus_minus(draws)} {unit}/s^2 as an acceleration of the whole axis, motor and "
+        f"its torque{where}: {shown} {unit}/s^2 as an acceleration of the whole axis, motor and "
         f"load together, seen at the encoder: {share:.2g} % of the largest that these records show"
     ]
     degrees = DEGREES.get(unit)
     if sized.drive.inertia is not None and degrees is not None:
-        newton = sized.drive.inertia * np.deg2rad(degrees) * draws
+        per = sized.drive.inertia * float(np.deg2rad(degrees))
         rated = sized.drive.rated_torque
-        of = f", {100 * float(newton.mean()) / rated:.2g} % of the rated torque" if rated else ""
-        said.append(f"with an inertia of {sized.drive.inertia:g} kg m^2 that is {plus_minus(newton)} N m{of}")
+        of = f", {100 * per * mean / rated:.2g} % of the rated torque" if rated else ""
+        newton = plus_minus(per * draws) if draws is not None else f"about {per * mean:.2g}"
+        said.append(f"with an inertia of {sized.drive.inertia:g} kg m^2 that is {newton} N m{of}")
     return said
 
 

@@ -47,7 +47,8 @@ def sentence(diagnosis: JointDiagnosis) -> str:
     share = verdict.gap_holdout.closed
     size = f"more than {100 * MOST_SAID:.0f} %" if share > MOST_SAID else f"{100 * max(share, 0.0):.0f} %"
     held_out = diagnosis.holdout[0].name
-    return f"{said} With it in the model, {size} of the avoidable error is gone on {held_out}, held out."
+    them = "it" if len(verdict.answer) == 1 else "them"
+    return f"{said} With {them} in the model, {size} of the avoidable error is gone on {held_out}, held out."
 
 
 def axis_words(base: Mapping[str, Estimate]) -> str:

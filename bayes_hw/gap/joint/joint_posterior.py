@@ -79,7 +79,11 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
-    effects |= torque_draws(fit, drawn)
+    if chaotic:
+        # Torques are held while the poles that they enter by move: what follows from both means nothing.
+        effects = {name: draws for name, draws in effects.items() if not name.endswith(".displacement")}
+    else:
+        effects |= torque_draws(fit, drawn)
     unit = {
         "saturation.lower": units.input,
         "saturation.upper": units.input,

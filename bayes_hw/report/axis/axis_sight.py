@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse, frequency_response
 from bayes_hw.gap.joint.effect_paths import drive_response, through_drive
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 CELLS = 20
@@ -133,6 +135,37 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     return StepOfVelocity(t, command, velocity(fit.point.coordinates), low, high, plain)
 
 
+def step_of_models(models: Sequence[HammersteinWiener], mean: HammersteinWiener) -> StepOfVelocity:
+    """The same of models alone, the first draws of a posterior; `without` is the mean's own."""
+    rate, modes = mean.sample_rate_hz, [mode.frequency_hz for mode in mean.dominant_modes]
+    seconds = STEP_PERIODS / min(modes) if modes else 5.0
+    lead = max(round(0.05 * seconds * rate), 2)
+    command = STEP_SHARE * min(abs(mean.saturation.lower), mean.saturation.upper)
+    u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
+
+    def velocity(model: HammersteinWiener) -> FloatArray:
+        return np.asarray(np.diff(model.linear.filter(model.saturation(u)), prepend=0.0) * rate)
+
+    low, high = np.quantile([velocity(model) for model in models], [0.03, 0.97], axis=0)
+    at_mean = velocity(mean)
+    return StepOfVelocity((np.arange(len(u)) - lead) / rate, command, at_mean, low, high, at_mean)
+
+
+def errors_of_residuals(
+    records: Sequence[Record], residuals: Sequence[FloatArray]
+) -> tuple[ErrorOver, ErrorOver]:
+    """Mean residuals over speed, that of the readings, and over position."""
+    rate, unit = records[0].sample_rate_hz, records[0].units.output
+    error = np.nan_to_num(np.concatenate(list(residuals)))
+    smooth = max(round(0.1 * rate), 3)
+    speed = np.concatenate([uniform_filter1d(np.gradient(r.y) * rate, smooth) for r in records])
+    position = np.concatenate([r.y + r.origin for r in records])
+    return (
+        _in_cells("speed", f"{unit}/s", speed, error, error),
+        _in_cells("position", unit, position, error, error),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class ErrorOver:
     """Mean error (cells,) in cells, before and after the effects, and its standard error."""
@@ -143,6 +176,11 @@ class ErrorOver:
     before: FloatArray
     after: FloatArray
     standard_error: FloatArray
+
+    @property
+    def compared(self) -> bool:
+        """Whether before and after differ at all."""
+        return not np.array_equal(self.before, self.after)
 
 
 def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tuple[ErrorOver, ErrorOver]:

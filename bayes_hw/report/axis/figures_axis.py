@@ -110,7 +110,9 @@ def step_figure(step: StepOfVelocity, units: Units) -> Figure:
         canvas = new_canvas(2.3)
         axes = canvas.subplots()
         axes.fill_between(step.t, step.low, step.high, color=BAND_PARAMETERS, alpha=0.6, linewidth=0)
-        axes.plot(step.t, step.without, color=VERMILLION, linewidth=1.0, label="without the effect")
+        plain = step.without is step.velocity
+        if not plain:
+            axes.plot(step.t, step.without, color=VERMILLION, linewidth=1.0, label="without the effect")
         axes.plot(step.t, step.velocity, color=MODEL, label="model")
         axes.set_xlabel(with_unit("time from the step", units.time))
         axes.set_ylabel(with_unit("velocity", f"{units.output}/s"))
@@ -119,7 +121,7 @@ def step_figure(step: StepOfVelocity, units: Units) -> Figure:
         return finished(
             canvas,
             f"Velocity after a step of the command from rest to {step.command:.3g} {units.input}, as the "
-            "corrected model has it (band: 94 %), and its linear part alone.",
+            f"model has it (band: 94 %){'' if plain else ', and its linear part alone'}.",
             "Step response of the velocity with a band.",
         )
 
@@ -131,19 +133,26 @@ def errors_figure(errors: Sequence[ErrorOver], unit: str) -> Figure:
         panels = canvas.subplots(1, len(errors), sharey=True, squeeze=False)[0]
         for axes, error in zip(panels, errors, strict=True):
             axes.axhline(0, color=INK, linewidth=0.6)
-            axes.plot(error.x, error.before, "o-", color=VERMILLION, markersize=3, label="before")
+            if error.compared:
+                axes.plot(error.x, error.before, "o-", color=VERMILLION, markersize=3, label="before")
             axes.errorbar(
                 error.x, error.after, yerr=2 * error.standard_error, fmt="o-", color=MODEL, markersize=3,
                 elinewidth=1, label="after",
             )  # fmt: skip
             axes.set_xlabel(with_unit(error.name, error.unit))
         panels[0].set_ylabel(with_unit("mean error", unit))
+        compared = any(error.compared for error in errors)
         handles, labels = panels[0].get_legend_handles_labels()
-        canvas.legend(handles, labels, loc="outside upper right", ncols=2)
+        if compared:
+            canvas.legend(handles, labels, loc="outside upper right", ncols=2)
         return finished(
             canvas,
-            "Mean error over speed and over position on the training records: of the best model without the "
-            "effect (before) and with it (after, two standard errors).",
+            "Mean error over speed and over position on the training records"
+            + (
+                ": of the best model without the effect (before) and with it (after, two standard errors)."
+                if compared
+                else ", two standard errors of white noise. Friction, play and waves of the reading show."
+            ),
             "Mean error over speed and position, before and after.",
         )
 

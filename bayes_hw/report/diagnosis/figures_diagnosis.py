@@ -128,7 +128,7 @@ def label_probabilities(probability: Mapping[str, float], answer: Sequence[str])
         ordered,
         set(answer) or {"none"},
         "probability (%)",
-        "Which: tempered probability that each effect is present. The bars need not add up to 100 %: two "
+        "Which: probability that each effect is present. The bars need not add up to 100 %: two "
         "effects can be present at once. Blue: the answer.",
         f"Bars of {len(ordered)} labels; the answer is {', '.join(answer) or 'none'}.",
         100.0,

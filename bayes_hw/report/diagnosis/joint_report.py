@@ -28,7 +28,7 @@ from bayes_hw.report.diagnosis.joint_sections import (
     residuals_section,
 )
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Report, Section
-from bayes_hw.report.page.rounding import format_interval, format_percent
+from bayes_hw.report.page.rounding import format_percent
 from bayes_hw.report.page.typography import typeset
 
 SURE = 0.9
@@ -131,7 +131,11 @@ def _gone(diagnosis: JointDiagnosis) -> Badge:
     if np.array_equal(diagnosis.before, diagnosis.after):
         detail = f"the error on {diagnosis.holdout[0].name} is that of the plain model"
         return Badge("nothing was added", "warn" if diagnosis.verdict.answer else "good", detail)
-    sure = "" if low > MOST_SAID else f" (94 % interval {format_interval(100 * low, 100 * high, '%')})"
+    sure = (
+        ""
+        if low > MOST_SAID
+        else f" (94 %: {format_percent(low, 1)} to {format_percent(min(high, 0.999), 1)})"
+    )
     size = "over 99 %" if gap.closed > MOST_SAID else format_percent(max(gap.closed, 0.0))
     return Badge(
         f"{size} of the error gone",

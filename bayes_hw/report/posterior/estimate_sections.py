@@ -92,7 +92,7 @@ def response_figure(analysis: Analysis, measured: FrequencyResponse | None) -> F
         response.model,
         f"{units.output} per {units.input}",
         response.baseline,
-        ResponseBand("94 % of posterior draws", *response.magnitude_db, *response.phase_deg),
+        ResponseBand("94 % of the draws", *response.magnitude_db, *response.phase_deg),
         measured=measured,
         modes_hz=modes,
     )

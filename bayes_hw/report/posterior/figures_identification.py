@@ -196,7 +196,7 @@ def frequency_response(
             phase.fill_between(frequency_hz, band.phase_lower_deg, band.phase_upper_deg, **shade)
         if baseline is not None:
             _draw_response(magnitude, phase, frequency_hz, baseline, LINEAR_BASELINE, "linear baseline")
-        _draw_response(magnitude, phase, frequency_hz, model, MODEL, "G of the Hammerstein-Wiener model")
+        _draw_response(magnitude, phase, frequency_hz, model, MODEL, "model")
         magnitude.set_xscale("log")
         magnitude.set_xlim(frequency_hz[0], frequency_hz[-1])
         lowest = below[0] if below else phase

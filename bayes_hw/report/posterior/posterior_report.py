@@ -8,8 +8,8 @@ from bayes_hw.analysis import Analysis
 from bayes_hw.infer.prediction import Coverage, Prediction
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.axis.axis_sight import rise_remark
-from bayes_hw.report.axis.figures_axis import command_and_angle
+from bayes_hw.report.axis.axis_sight import STEP_DRAWS, errors_of_residuals, rise_remark, step_of_models
+from bayes_hw.report.axis.figures_axis import command_and_angle, errors_figure, step_figure
 from bayes_hw.report.page import equations
 from bayes_hw.report.page.document import (
     Bullets,
@@ -81,6 +81,9 @@ def _axis_section(analysis: Analysis) -> Section:
     ]
     if remark:
         blocks.append(Callout("warn", "The model beyond what was measured", remark))
+    draws = posterior.draws(STEP_DRAWS, np.random.default_rng(0))[:, : len(posterior.axis.parameters)]
+    step = step_of_models([posterior.axis.to_model(values) for values in draws], posterior.mean_model())
+    blocks.append(step_figure(step, analysis.records[0].units))
     return Section("The axis", tuple(blocks))
 
 
@@ -128,6 +131,14 @@ def _data_section(analysis: Analysis) -> Section:
         blocks += [Paragraph("What was done to the data after reading:"), Bullets(tuple(treated))]
     else:
         blocks.append(Paragraph("Nothing was done to the data after reading."))
+    blocks.append(
+        Table(
+            ("record", "nominal", "achieved", "95 % interval", "effective samples"),
+            tuple(_coverage_row(name, covered) for name, covered in analysis.coverages),
+            "Share of samples inside the equal-tailed predictive bands, noise included.",
+            (1, 2, 3, 4),
+        )
+    )
     return Section("Data", tuple(blocks), folded=True)
 
 
@@ -146,6 +157,7 @@ def _model_section() -> Section:
             ),
             Equation(equations.DEAD_ZONE, "The dead zone simplifies backlash and friction of the gears."),
             Equation(equations.MODE_POLE, "A dominant mode has frequency f and damping ratio ζ."),
+            Equation(equations.FIT, "Fit percentage (eq. 14)."),
             Equation(
                 equations.NOISE, "The noise is coloured; its order is chosen by the criterion of Schwarz."
             ),
@@ -216,14 +228,14 @@ def _prediction_section(analysis: Analysis) -> Section:
         )
     if analysis.fits:
         blocks += [
-            Equation(equations.FIT, "Fit percentage (eq. 14)."),
             Table(
                 ("record", "Hammerstein-Wiener", "linear"),
                 tuple(
-                    (f.record, f"{f.hammerstein_wiener:.1f} %", f"{f.linear:.1f} %") for f in analysis.fits
+                    (f.record, *(format_percent(x / 100, 1) for x in (f.hammerstein_wiener, f.linear)))
+                    for f in analysis.fits
                 ),
-                "Fit of the point estimates on records not used for them. The linear model had the same "
-                "choice of order and delay, the same refinement, and an offset of its own.",
+                "Fit (eq. 14) of the point estimates on records not used for them. The linear model had the "
+                "same choice of order and delay, the same refinement, and an offset of its own.",
                 (1, 2),
             ),
         ]
@@ -245,11 +257,9 @@ def _prediction_section(analysis: Analysis) -> Section:
     blocks += [_prediction_figure(analysis, prediction) for prediction in analysis.predictions[1:]]
     blocks += [
         coverage_figure(rows, "95 % interval (binomial, effective sample size)"),
-        Table(
-            ("record", "nominal", "achieved", "95 % interval", "effective samples"),
-            tuple(_coverage_row(name, covered) for name, covered in analysis.coverages),
-            "Share of samples inside the equal-tailed predictive bands, noise included.",
-            (1, 2, 3, 4),
+        errors_figure(
+            errors_of_residuals(analysis.records, analysis.inference.residuals.residuals),
+            analysis.records[0].units.output,
         ),
     ]
     return Section("Prediction", tuple(blocks))

@@ -73,6 +73,14 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
     smallest = min(min(summary.ess_bulk, summary.ess_tail) for summary in summaries)
     hidden = [name for name in (*LIMITS, DEAD_ZONE, *_modes(posterior)) if name in not_shown(analysis)]
     smallest_p = min(test.p_value for test in residuals.tests if test.passed or not residuals.white)
+    sampled = (
+        Badge(
+            "sampled to the end" if posterior.converged else "not converged",
+            ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
+            f"{smallest:.0f} independent draws or more of every number"
+            + "".join(f"; {problem}" for problem in posterior.problems[:1]),
+        ),
+    )
     conditional = (Badge("conditional", "warn", f"given {' and '.join(posterior.conditional_on)}"),)
     return (
         Badge(
@@ -81,12 +89,7 @@ def badges(analysis: Analysis) -> tuple[Badge, ...]:
             "; ".join(residuals.failures)
             or f"whiteness and independence of the command, smallest p‑value {format_p_value(smallest_p)}",
         ),
-        Badge(
-            "intervals computed to the end" if posterior.converged else "not converged",
-            ("warn" if posterior.conditional_on else "good") if posterior.converged else "bad",
-            f"{smallest:.0f} independent draws or more of every number"
-            + "".join(f"; {problem}" for problem in posterior.problems[:1]),
-        ),
+        *(sampled if analysis.check is None or not posterior.converged else ()),
         *(conditional if posterior.conditional_on else ()),
         *(() if analysis.check is None else (_check_badge(analysis.check),)),
         _band_badge(analysis),
