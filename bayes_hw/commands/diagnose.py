@@ -13,6 +13,7 @@ from bayes_hw.commands.options import add_common, add_output, add_record_options
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
+    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.record import Record
 
 NAME = "diagnose"
@@ -68,6 +69,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import note, say, say_page
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.answer.sentence import sentence
+    from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
     from bayes_hw.gap.case.posed_case import posed_case
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
@@ -116,6 +118,9 @@ def run(parsed: argparse.Namespace) -> None:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
         _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
+        return
+    if isinstance(case, Case) and not parsed.without and needs_ports(case.model):
+        _joint(parsed, out, begin, case.train, case.holdout, case.name, (), case.model)
         return
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
@@ -228,8 +233,9 @@ def _joint(
     holdout: Sequence[Record],
     name: str,
     notes: Sequence[str],
+    model: HammersteinWiener | None = None,
 ) -> None:
-    """Infer structure, effect and noise together, and write."""
+    """Infer structure (that of `model` where given), effect and noise together, and write."""
     import numpy as np
 
     from bayes_hw.commands.speech import say, say_page
@@ -239,7 +245,7 @@ def _joint(
 
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
-    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress)
+    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress, model=model)
     write_results(diagnosis, out)
     remove_pages(out)
     if not parsed.no_report:

@@ -23,6 +23,10 @@ from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
+from bayes_hw.gap.joint.given_posterior import laplace_given
+from bayes_hw.gap.joint.given_response import GivenFit
+from bayes_hw.gap.joint.given_search import search_given
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
@@ -30,6 +34,7 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -73,10 +78,13 @@ def diagnose_records(
     name: str = "records",
     notes: Sequence[str] = (),
     progress: Progress | None = None,
+    model: HammersteinWiener | None = None,
 ) -> JointDiagnosis:
-    """Diagnose `records` without any model; the outputs of `holdout` only score the finished prediction.
+    """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
+    the outputs of `holdout` only score the finished prediction.
 
-    Raises InputError where there is no record, one at another rate or one too short.
+    Raises InputError where there is no record, one at another rate or one too short, and where a model's G
+    answers within the sample.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
@@ -91,12 +99,19 @@ def diagnose_records(
             f"only the beginnings of the records were used, {MOST_SAMPLES} of {whole} samples",
         )
     with one_blas_thread(), np.errstate(all="ignore"):
-        found = search(records, progress.say)
-        decision = decide_jointly(found)
+        if model is None:
+            found = search(records, progress.say)
+            decision = decide_jointly(found)
+        else:
+            found = search_given(records, model, progress.say)
+            decision = decide_jointly(found, ())
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
-        wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
-        posterior = laplace(fit, records[0].units, rng, wide)
+        rounded = OF_ROUNDED / INFLATION if "encoder_quantization" in decision.answer else 1.0
+        if isinstance(fit, GivenFit):
+            posterior = laplace_given(fit, records[0].units, rng, GIVEN_INFLATION * rounded)
+        else:
+            posterior = laplace(fit, records[0].units, rng, INFLATION * rounded)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
         )
@@ -295,13 +310,20 @@ def _regimes(
 
 def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
     fit = found.fit
-    said = [
-        "no model was given: the structure of G, effects and noise were inferred together from the records, "
-        f"G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
-        "a longer delay or a further mode is part of such a G and cannot be a gap",
-    ]
+    if isinstance(fit, GivenFit):
+        said = [
+            "no drive train was read back from the model's G: torques and speeds of the effects enter "
+            "through its poles, at weights of their own (ports)"
+        ]
+    else:
+        said = [
+            "no model was given: the structure of G, effects and noise were inferred together from the "
+            f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
+            "a longer delay or a further mode is part of such a G and cannot be a gap",
+        ]
+    again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
-        f"without {label} the records are {found.nats[label]:.0f} nats less likely, G regrown"
+        f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
         for label in fit.labels
         if label in found.nats and label in decision.answer
     ]
@@ -332,16 +354,19 @@ def summary(diagnosis: JointDiagnosis) -> str:
     """One or two sentences: what the axis lacks and how sure that is."""
     verdict = diagnosis.verdict
     gap = verdict.gap_holdout
+    given = isinstance(diagnosis.found.fit, GivenFit)
     if not verdict.answer:
+        model = "the model" if given else "a cascade inferred from the records"
         return (
-            "No structural gap: a cascade inferred from the records and its noise explain them "
+            f"No structural gap: {model} and its noise explain them "
             f"({100 * verdict.probability['none']:.3g} % sure)."
         )
     if verdict.answer == (OTHER,):
         sure = 100 * verdict.probability[OTHER]
         return f"Something is missing that no entry of the catalogue explains ({sure:.3g} % sure)."
     parts = [f"{label} ({100 * verdict.probability[label]:.3g} % sure)" for label in verdict.answer]
-    said = f"From the records alone: {' and '.join(parts)}. "
+    source = "The model lacks" if given else "From the records alone"
+    said = f"{source}: {' and '.join(parts)}. "
     if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
         return said + "It is random, so that no simulation follows it: the band holds it."
     return said + f"With it {100 * max(gap.closed, 0):.3g} % of the reducible error held out is gone."

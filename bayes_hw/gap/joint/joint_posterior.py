@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,7 +49,7 @@ def laplace(
     fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`."""
-    factor, chaotic = _factor(fit)
+    factor, chaotic = whitened_factor(fit)
     if chaotic:
         inflation *= CHAOTIC
     size = len(factor) - 1
@@ -77,18 +78,7 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
-    unit = {
-        "saturation.lower": units.input,
-        "saturation.upper": units.input,
-        "dead_zone.half_width": units.output,
-    }
-    unit["gain"] = (
-        f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
-    )
-    for name in base:
-        if name.endswith("frequency_hz"):
-            unit[name] = "Hz"
-    unit.update(effect_units(fit, units))
+    unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
         drawn,
@@ -98,7 +88,19 @@ def laplace(
     )
 
 
-def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
+def base_units(names: Iterable[str], units: Units) -> dict[str, str]:
+    """Units of base parameters."""
+    gain = f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
+    known = {
+        "saturation.lower": units.input,
+        "saturation.upper": units.input,
+        "dead_zone.half_width": units.output,
+        "gain": gain,
+    }
+    return known | {name: "Hz" for name in names if name.endswith("frequency_hz")}
+
+
+def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
     """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
     effects' torques held as they are and their parameters not moved."""
     whole = triangular_factor(fit.response, fit.point)

@@ -49,7 +49,7 @@ class JointAnswer:
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step."""
-    told = say or _silent
+    told = say or silent
     base, readings = _begun(records, told)
     fit, base, readings, rivals = _grown(base, readings, told)
     if fit.labels:
@@ -66,7 +66,7 @@ def described(fit: JointFit) -> str:
     return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
 
 
-def _silent(message: str) -> None:
+def silent(message: str) -> None:
     del message
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
@@ -20,7 +21,7 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance) -> Report:
     verdict = diagnosis.verdict
     return Report(
         title=f"What the records of {diagnosis.name} say",
-        subtitle="Structure, effect and noise inferred together, without any model",
+        subtitle=_subtitle(diagnosis),
         verdict=typeset(summary(diagnosis)),
         badges=_badges(diagnosis),
         key_figure=gap_on_record(
@@ -40,6 +41,12 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance) -> Report:
             Section("Provenance", (KeyValues(origin.rows()),)),
         ),
     )  # fmt: skip
+
+
+def _subtitle(diagnosis: JointDiagnosis) -> str:
+    if isinstance(diagnosis.found.fit, GivenFit):
+        return "Base parameters of the model, effect and noise inferred together, through ports on its G"
+    return "Structure, effect and noise inferred together, without any model"
 
 
 def _badges(diagnosis: JointDiagnosis) -> tuple[Badge, ...]:
@@ -79,10 +86,16 @@ def _evidence(diagnosis: JointDiagnosis) -> tuple[Table, ...]:
         Table(
             ("effect", "nats"),
             tuple(rows),
-            "What each is worth, G and noise free (and grown again without it).",
+            _worth(diagnosis),
             (1,),
         ),
     )
+
+
+def _worth(diagnosis: JointDiagnosis) -> str:
+    if isinstance(diagnosis.found.fit, GivenFit):
+        return "What each is worth, base parameters and noise free."
+    return "What each is worth, G and noise free (and grown again without it)."
 
 
 def _table(diagnosis: JointDiagnosis) -> Table:
