@@ -29,7 +29,7 @@ def needs_ports(model: HammersteinWiener) -> bool:
 def diagnose_by_ports(
     case: Case, rng: np.random.Generator, *, notes: Sequence[str] = (), progress: Progress | None = None
 ) -> JointDiagnosis:
-    """Diagnose a case around its model without any drive train; raises InputError where G has a direct path."""
+    """Diagnose a case around its model without any drive train; raises InputError on a direct path."""
     return diagnose_records(
         case.train, case.holdout, rng, name=case.name, notes=notes, progress=progress, model=case.model
     )
@@ -44,7 +44,7 @@ def diagnose_any_case(
     without: str = "",
     calibration: Calibration | None = None,
 ) -> Diagnosis | JointDiagnosis:
-    """Diagnose the case in `folder` and write its results to `out`; with labels struck, as `diagnose_case`."""
+    """Diagnose the case in `folder`, results to `out`; with labels struck as `diagnose_case` does."""
     case = Case.read(folder)
     if without or not needs_ports(case.model):
         return diagnosis.diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)

@@ -36,6 +36,9 @@ APART = 1e-5
 HARDLY = 0.02
 """Poles with a modulus or a real part below: a part of a sample of delay leaves them as they are."""
 
+NEARLY_ONE = 1 - 1e-7
+"""A pole that the command does not reach: where a loop has no integral, torques shift the axis for good."""
+
 SMALLEST_HALF_WIDTH = 1e-9
 LIGHTEST, HEAVIEST = np.log(0.001), np.log(0.6)
 
@@ -106,7 +109,7 @@ class GivenModel:
         return Structure(
             self.delay_samples + extra_delay,
             self.integrator,
-            len(self.real) + int(part),
+            len(self.real) + int(self.integrator) + int(part),
             len(self.pairs) + len(self.modes) + int(further),
             lower=True,
             upper=True,
@@ -165,6 +168,8 @@ class GivenModel:
         if self.integrator:
             integral, real_residues = float(real_residues[0]), real_residues[1:]
         rows = np.stack([self.real, real_residues])
+        if self.integrator:
+            rows = np.column_stack([rows, [NEARLY_ONE, 0.0]])
         if part:
             rows = np.column_stack([rows, [0.0, direct]])
         lower, upper_limit, half_width = np.exp(theta[:3]) * [self.lower, self.upper, self.half_width]

@@ -30,16 +30,13 @@ UNSEEN = 1e-12
 def laplace_given(
     fit: GivenFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
-    """Draws of likelihood times prior, standard deviations times `inflation`, with G's sections free."""
+    """Draws of likelihood times prior, standard deviations times `inflation`, told with G's sections free."""
     factor, chaotic = whitened_factor(fit)
     if chaotic:
         inflation *= CHAOTIC
     size, given = len(factor) - 1, fit.response.given
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     precision = factor[:size, :size].T @ factor[:size, :size] / variance
-    prior = np.zeros(size)
-    prior[: given.size] = given.prior_sd() ** -2.0
-    precision += np.diag(prior)
     scale = np.sqrt(np.diag(precision))
     seen = scale > 0
     scale[~seen] = 1.0
@@ -47,8 +44,7 @@ def laplace_given(
     values = np.maximum(values, UNSEEN * values[-1])
     root = vectors / np.sqrt(values) / scale[:, None]
     centre = fit.point.coordinates
-    shift = -root @ (root.T @ (prior * centre))
-    steps = shift + inflation * rng.standard_normal((DRAWS, size)) @ root.T
+    steps = inflation * rng.standard_normal((DRAWS, size)) @ root.T
     steps[:, ~seen] = 0.0
     drawn = [fit.response.admissible(centre + step, centre) for step in steps]
     base: dict[str, list[float]] = {}

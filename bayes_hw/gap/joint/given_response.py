@@ -50,6 +50,12 @@ class GivenResponse(JointResponse):
         cascade = self.given.cascade(coordinates[: self._n_base], self.part, self.further)
         return JointValues(cascade, self._effect_values(coordinates[self._n_base :]))
 
+    def prior_precision(self) -> FloatArray:
+        """That of the nominal model for its base coordinates."""
+        found = np.zeros(self.size)
+        found[: self.given.size] = self.given.prior_sd() ** -2.0
+        return found
+
     def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
         step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
         return np.clip(previous + step, *self._bounds)

@@ -42,6 +42,7 @@ FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
 MOST_STEPS = 5
 LONGEST_DELAY = 4
+FEW_STARTS = 3
 
 
 def search_given(
@@ -97,13 +98,17 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
     low, high = response.given.bounds(response.part, response.further)
     rest = fit.point.coordinates[n:]
 
+    root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
+
     def residual(theta: FloatArray) -> FloatArray:
-        found = np.concatenate(response.residuals(np.concatenate([theta, rest])))
-        return np.clip(np.nan_to_num(found, nan=LARGEST), -LARGEST, LARGEST)
+        errors = np.concatenate(response.residuals(np.concatenate([theta, rest])))
+        bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
+        return np.concatenate([bounded, root * theta])
 
     def slope(theta: FloatArray) -> FloatArray:
         rows = [r[:n] for r, _ in response.linearise(np.concatenate([theta, rest]), 0)]
-        return -np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+        whole = np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+        return np.concatenate([-whole, np.diag(root)])
 
     inside = 1e-6 * (high - low)
     start = np.clip(fit.theta, low + inside, high - inside)
@@ -137,6 +142,7 @@ def _extended(
         if len(set(fit.labels)) < MOST_EFFECTS:
             found = [_fit(t) for t in effect_candidates(fit, FORMS)]
             trials += found + with_signals(found) + further_modes(fit) + later(fit)
+            trials += other_laws(_best(trials))
         if step == 0:
             for t in trials:
                 label = t.labels[0]
@@ -162,6 +168,20 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
         ports = effects[-1].ports
         if ports is not None and not ports.signal:
             found.append(_fit(fit.with_signal(len(effects) - 1).descended()))
+    return found
+
+
+def other_laws(fit: GivenFit) -> list[GivenFit]:
+    """Where the last effect is a torque: other labels' laws of the same signal, through the same ports."""
+    last = len(fit.values.effects) - 1
+    if last < 0 or fit.values.effects[last].ports is None:
+        return []
+    form, scale = fit.values.effects[last].form, fit.response.scale
+    found = []
+    for other in FORMS:
+        if other.is_law and other.base == form.base and other.label not in fit.labels:
+            starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
+            found.append(_fit(_best([start.descended(SECOND_STEPS) for start in starts]).descended()))
     return found
 
 

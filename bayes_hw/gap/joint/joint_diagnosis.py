@@ -23,6 +23,7 @@ from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.given_decision import decide_given
 from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
@@ -104,7 +105,7 @@ def diagnose_records(
             decision = decide_jointly(found)
         else:
             found = search_given(records, model, progress.say)
-            decision = decide_jointly(found, ())
+            decision = decide_given(found, model.noise_sigma)
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
         rounded = OF_ROUNDED / INFLATION if "encoder_quantization" in decision.answer else 1.0

@@ -23,6 +23,9 @@ INFLATION = 1.7
 docs/decisions/0016-joint-search.md."""
 
 RIDGE = 1e-9
+NEVER_SETTLES = 1 - 1e-6
+"""Pole from which a constant torque moves the axis on and on: no displacement is told."""
+
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
 
@@ -165,7 +168,9 @@ def static_gain(effect: Effect, values: JointValues) -> float:
     p = effect.ports
     assert p is not None
     c = values.cascade
-    total = float(p.direct[0] / (1 - p.direct[1])) + float(np.sum(p.real / (1 - c.real[0])))
+    settling = c.real[0] < NEVER_SETTLES
+    total = float(p.direct[0] / (1 - p.direct[1]))
+    total += float(np.sum(p.real[settling] / (1 - c.real[0, settling])))
     a1, a2 = c.sections[:2]
     return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import linalg
@@ -33,9 +33,19 @@ class Response(Protocol):
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray: ...
 
 
+@runtime_checkable
+class PriorResponse(Protocol):
+    """A response some of whose coordinates have a normal prior about zero."""
+
+    def prior_precision(self) -> FloatArray:
+        """Inverse variances (size,); zero where nothing is known."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood."""
+    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood (and
+    log-prior, up to its constant, where the response has one)."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -57,7 +67,21 @@ def evaluate(response: Response, coordinates: FloatArray, whitener: Whitener | N
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
     whitener = whitener or Whitener.of_residuals(residuals)
-    return Point(coordinates, residuals, whitener, whitener.log_likelihood(residuals))
+    return _point(response, coordinates, residuals, whitener)
+
+
+def log_prior(response: Response, coordinates: FloatArray) -> float:
+    """Up to its constant; zero without one."""
+    if not isinstance(response, PriorResponse):
+        return 0.0
+    return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
+
+
+def _point(
+    response: Response, coordinates: FloatArray, residuals: tuple[FloatArray, ...], whitener: Whitener
+) -> Point:
+    reached = whitener.log_likelihood(residuals) + log_prior(response, coordinates)
+    return Point(coordinates, residuals, whitener, reached)
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:
@@ -70,6 +94,11 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
             raise FloatingPointError("derivatives are not finite")
         factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(rows)]
     assert factor is not None
+    if isinstance(response, PriorResponse):
+        root = np.sqrt(response.prior_precision() * (np.sum(factor[:, -1] ** 2) / point.samples))
+        known = np.column_stack([np.diag(root), -root * point.coordinates])[root > 0]
+        stacked = np.concatenate([factor, known])
+        factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: factor.shape[1]]
     return factor
 
 
@@ -88,20 +117,19 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         point, damping = moved
         accepted += 1
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
-            point = _with_fresh_noise(point)
+            point = _with_fresh_noise(response, point)
             if point.log_likelihood - reference < CONVERGED_NATS:
                 return _ended(point, True)
             reference = point.log_likelihood
-    return _ended(_with_fresh_noise(point), accepted < steps)
+    return _ended(_with_fresh_noise(response, point), accepted < steps)
 
 
 def _ended(point: Point, converged: bool) -> Point:
     return Point(point.coordinates, point.residuals, point.whitener, point.log_likelihood, converged)
 
 
-def _with_fresh_noise(point: Point) -> Point:
-    whitener = Whitener.of_residuals(point.residuals)
-    return Point(point.coordinates, point.residuals, whitener, whitener.log_likelihood(point.residuals))
+def _with_fresh_noise(response: Response, point: Point) -> Point:
+    return _point(response, point.coordinates, point.residuals, Whitener.of_residuals(point.residuals))
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -124,7 +152,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             residuals = tuple(response.residuals(coordinates))
             gained = all(np.isfinite(e).all() for e in residuals)
             if gained:
-                reached = point.whitener.log_likelihood(residuals)
+                reached = point.whitener.log_likelihood(residuals) + log_prior(response, coordinates)
                 gained = reached > point.log_likelihood
         if gained:
             moved = Point(coordinates, residuals, point.whitener, reached)
