@@ -7,10 +7,11 @@ over a zero pair of unit gain at rest; a delay of a part of a sample is exact fo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.fit.nominal_prior import (
     DAMPING_LOG_SD,
@@ -29,6 +30,9 @@ STATIC = 4
 FURTHER = 4
 """Coordinates of a further mode: logarithms of frequency (Hz) and damping of its poles, then of its zeros."""
 
+LOOSE_FREQUENCY_SD, LOOSE_DAMPING_SD = 0.04, 0.3
+"""Standard deviations of logarithms by which a further mode moves the other roots of G, poles and zeros."""
+
 WIDEST = 4.0
 """Standard deviations of the nominal prior within which base parameters are looked for."""
 
@@ -36,6 +40,7 @@ APART = 1e-5
 HARDLY = 0.02
 """Poles with a modulus or a real part below: a part of a sample of delay leaves them as they are."""
 
+NEAR_ONE = 1e-4
 NEARLY_ONE = 1 - 1e-7
 """A pole that the command does not reach: where a loop has no integral, torques shift the axis for good."""
 
@@ -104,6 +109,35 @@ class GivenModel:
         modes = [FREQUENCY_LOG_SD, DAMPING_LOG_SD] * len(self.modes)
         return np.array([LIMIT_LOG_SD, LIMIT_LOG_SD, DEAD_ZONE_LOG_SD, GAIN_LOG_SD, *modes])
 
+    @cached_property
+    def loose_sd(self) -> FloatArray:
+        """Standard deviations of the coordinates that loosen the other roots beside a further mode."""
+        pairs = len(self.pairs) + int(np.sum(self.zeros.imag > 0))
+        real = int(np.sum(_loosened(self.real))) + int(np.sum(_loosened(_real(self.zeros))))
+        return np.array([LOOSE_FREQUENCY_SD, LOOSE_DAMPING_SD] * pairs + [LOOSE_FREQUENCY_SD] * real)
+
+    def all_sd(self, part: bool, further: bool) -> FloatArray:
+        """Of every coordinate; infinite where nothing is known."""
+        loose = self.loose_sd if further else np.empty(0)
+        open_ended = np.full(int(part) + FURTHER * int(further), np.inf)
+        return np.concatenate([self.prior_sd(), open_ended, loose])
+
+    def _with_loose(self, loose: FloatArray) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+        """Real poles, pairs and zeros moved by these coordinates."""
+        upper = self.zeros[self.zeros.imag > 0]
+        roots = np.concatenate([self.pairs, upper])
+        count = 2 * len(roots)
+        moved = _scaled(roots, loose[:count:2], loose[1:count:2])
+        real, zeros = self.real.copy(), _real(self.zeros)
+        at = count
+        for values in (real, zeros):
+            chosen = _loosened(values)
+            n = int(chosen.sum())
+            values[chosen] = np.exp(np.log(values[chosen]) * np.exp(loose[at : at + n]))
+            at += n
+        pairs, upper = moved[: len(self.pairs)], moved[len(self.pairs) :]
+        return real, pairs, np.concatenate([upper, upper.conj(), zeros.astype(np.complex128)])
+
     def structure(self, part: bool, further: bool, extra_delay: int = 0) -> Structure:
         """That of `cascade`."""
         return Structure(
@@ -130,26 +164,30 @@ class GivenModel:
             f = [np.log(0.02), np.log(0.47 * self.rate_hz)]
             low = np.append(low, [f[0], LIGHTEST, f[0], LIGHTEST])
             high = np.append(high, [f[1], HEAVIEST, f[1], HEAVIEST])
+            low, high = np.append(low, -WIDEST * self.loose_sd), np.append(high, WIDEST * self.loose_sd)
         return low, high
 
     def cascade(self, theta: FloatArray, part: bool, further: bool) -> GivenCascade:
-        """The cascade at coordinates: base, then a part of a sample of delay, then a further mode."""
+        """The cascade at coordinates: base, part of a sample of delay, a further mode and what it loosens."""
         gain = self.gain * float(np.exp(theta[3]))
         moved = np.exp(theta[STATIC : self.size].reshape(-1, 2))
         light = [
             Mode(m.frequency_hz * f, min(m.damping_ratio * d, 0.99)).pole(self.rate_hz)
             for m, (f, d) in zip(self.modes, moved, strict=True)
         ]
-        zeros = self.zeros
+        zeros, pairs, fixed = self.zeros, self.pairs, self.real
         if further:
-            f, d, f_zero, d_zero = np.exp(theta[-FURTHER:])
+            begin = self.size + int(part)
+            fixed, pairs, zeros = self._with_loose(theta[begin + FURTHER :])
+            gain *= self._unmoved(fixed, pairs, zeros)
+            f, d, f_zero, d_zero = np.exp(theta[begin : begin + FURTHER])
             pole = Mode(float(f), float(d)).pole(self.rate_hz)
             zero = Mode(float(f_zero), float(d_zero)).pole(self.rate_hz)
             light.append(pole)
             zeros = np.append(zeros, [zero, np.conjugate(zero)])
             gain *= abs(1 - pole) ** 2 / abs(1 - zero) ** 2
-        upper = np.concatenate([self.pairs, np.array(light, dtype=np.complex128)])
-        real = np.append(1.0, self.real) if self.integrator else self.real
+        upper = np.concatenate([pairs, np.array(light, dtype=np.complex128)])
+        real = np.append(1.0, fixed) if self.integrator else fixed
         poles = np.concatenate([real.astype(np.complex128), upper, upper.conj()])
         count = len(real) + len(upper)
         difference = poles[:count, None] - poles[None, :]
@@ -167,7 +205,7 @@ class GivenModel:
         integral = 0.0
         if self.integrator:
             integral, real_residues = float(real_residues[0]), real_residues[1:]
-        rows = np.stack([self.real, real_residues])
+        rows = np.stack([fixed, real_residues])
         if self.integrator:
             rows = np.column_stack([rows, [NEARLY_ONE, 0.0]])
         if part:
@@ -178,6 +216,14 @@ class GivenModel:
             float(lower), float(upper_limit), float(half_width), 0.0, integral, rows, sections,
             np.zeros((0, order)), theta,
         )  # fmt: skip
+
+    def _unmoved(self, real: FloatArray, pairs: ComplexArray, zeros: ComplexArray) -> float:
+        """Factor on the gain that keeps G at rest what it is while these roots move."""
+        at_rest = [
+            float(np.prod(np.abs(1 - z)) * np.prod(np.abs(1 - p) ** -2.0) / np.prod(np.abs(1 - r)))
+            for r, p, z in ((self.real, self.pairs, self.zeros), (real, pairs, zeros))
+        ]
+        return at_rest[0] / at_rest[1]
 
     def named(self, theta: FloatArray) -> dict[str, float]:
         """Base parameters, named as in posterior.json, less the noise."""
@@ -198,6 +244,21 @@ class GivenModel:
         for number, (f, d) in enumerate(pairs, start=1):
             found[f"mode{number}.frequency_hz"], found[f"mode{number}.damping_ratio"] = float(f), float(d)
         return found
+
+
+def _real(roots: ComplexArray) -> FloatArray:
+    return roots[roots.imag == 0].real.copy()
+
+
+def _loosened(real: FloatArray) -> BoolArray:
+    """Real roots with a logarithm that is not nearly zero."""
+    return (real > HARDLY) & (np.abs(real - 1) > NEAR_ONE)
+
+
+def _scaled(roots: ComplexArray, frequency: FloatArray, damping: FloatArray) -> ComplexArray:
+    """Roots whose logarithms grow by exp(frequency), the real parts by exp(damping) beside."""
+    s = np.log(roots)
+    return np.exp((s.real * np.exp(damping) + 1j * s.imag) * np.exp(frequency))
 
 
 def _separated(poles: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ class GivenResponse(JointResponse):
     def prior_precision(self) -> FloatArray:
         """That of the nominal model for its base coordinates."""
         found = np.zeros(self.size)
-        found[: self.given.size] = self.given.prior_sd() ** -2.0
+        found[: self._n_base] = self.given.all_sd(self.part, self.further) ** -2.0
         return found
 
     def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
@@ -112,6 +112,14 @@ class GivenFit(JointFit):
         return (*self.added, *super().names)
 
     @property
+    def score(self) -> float:
+        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        if not self.response.further:
+            return super().score
+        loosened = len(self.response.given.loose_sd)
+        return super().score + 0.5 * loosened * float(np.log(self.point.samples))
+
+    @property
     def added(self) -> tuple[str, ...]:
         """Labels of what is added to G itself."""
         r = self.response
@@ -146,7 +154,8 @@ class GivenFit(JointFit):
 
     def with_mode(self, hz: float, damping_ratio: float) -> GivenFit:
         """With one more mode that changes nothing yet."""
-        added = np.log([hz, damping_ratio, hz, damping_ratio])
+        mode = np.log([hz, damping_ratio, hz, damping_ratio])
+        added = np.concatenate([mode, np.zeros(len(self.response.given.loose_sd))])
         effects = _with_ports(self.values.effects, _one_more_section)
         return self.at(
             np.concatenate([self.theta, added]), self.response.part, True, self.extra_delay, effects
@@ -159,7 +168,7 @@ class GivenFit(JointFit):
             theta = np.delete(self.theta, n)
             return self.at(theta, False, r.further, 0, _with_ports(effects, _one_pole_fewer))
         if label == MODE:
-            theta = self.theta[:-4]
+            theta = self.theta[: n + r.part]
             return self.at(theta, r.part, False, self.extra_delay, _with_ports(effects, _one_section_fewer))
         kept = tuple(e for e in effects if e.form.label != label)
         return self.at(self.theta, r.part, r.further, self.extra_delay, kept)

@@ -218,8 +218,8 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
     promised = []
     for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
         larger = fit.with_mode(float(hz), FURTHER_DAMPING)
-        n = len(larger.theta)
-        rows = [r[n - FURTHER : n] for r, _ in larger.response.linearise(larger.point.coordinates, 0)]
+        at = larger.response.given.size + int(larger.response.part)
+        rows = [r[at : at + FURTHER] for r, _ in larger.response.linearise(larger.point.coordinates, 0)]
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
     tried = [_fit(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]

@@ -39,7 +39,8 @@ def model(lower: float = -0.35, upper: float = 0.3, gain: float = 1.0) -> Hammer
     )
 
 
-ADDED = ((), (0.4,), (0.4, np.log(2.0), np.log(0.02), np.log(2.2), np.log(0.03)))
+LOOSE = tuple(0.01 for _ in GivenModel.of(model(), 1e-6).loose_sd)
+ADDED = ((), (0.4,), (0.4, np.log(2.0), np.log(0.02), np.log(2.2), np.log(0.03), *LOOSE))
 
 
 @pytest.mark.parametrize("added", ADDED, ids=["base", "delay", "delay and mode"])
