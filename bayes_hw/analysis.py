@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,14 +11,18 @@ import numpy as np
 from scipy import signal, stats
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint.known_model import with_known
 from bayes_hw.identify.four_steps import identify
+from bayes_hw.identify.holes import with_holes
+from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
-from bayes_hw.infer.inference import Inference, StartCondition, discard_checkpoint, infer
+from bayes_hw.infer.inference import Estimate, Inference, StartCondition, discard_checkpoint, estimated, infer
+from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
-from bayes_hw.infer.residual_tests import ResidualReport
+from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
@@ -60,13 +65,28 @@ class ResidualSpectrum:
 
 
 @dataclass(frozen=True, eq=False)
+class Beginning:
+    """The point estimate of an axis before any sampling: the model, how it was identified (None where it was
+    given), where sampling would begin (None where that is not known yet), the order of its noise, the tests
+    of its residuals, and the generators left."""
+
+    model: HammersteinWiener
+    identification: Identification | None
+    estimate: Estimate | None
+    noise_order: int
+    residuals: ResidualReport
+    infer_rng: np.random.Generator
+    predict_rng: np.random.Generator
+
+
+@dataclass(frozen=True, eq=False)
 class Analysis:
     """Everything that a report on one axis says.
 
     `predictions` are those of the held-out records, or, where there are none, of the last training record
     (`held_out` False). `coverages` are pairs of record name and coverage. `autocorrelations`
     (parameters, lags) are averaged over the ensembles. `truth` holds true parameter values where they are
-    known.
+    known; `check` how often the intervals held on simulated axes like this one, where that was run.
     """
 
     title: str
@@ -82,6 +102,7 @@ class Analysis:
     spectrum: ResidualSpectrum
     autocorrelations: FloatArray
     truth: dict[str, float]
+    check: OwnCheck | None = None
 
 
 def analyse(
@@ -100,25 +121,25 @@ def analyse(
     checkpoint_folder: Path | None = None,
     resume: bool = False,
     truth: dict[str, float] | None = None,
+    beginning: Beginning | None = None,
 ) -> Analysis:
-    """Identify (unless `model` is given), sample and predict.
+    """Identify (unless `model` is given), sample and predict; after `beginning`, which was made from the same
+    arguments, where it is given.
 
     With `checkpoint_folder` the chains are kept there, and with `resume` they go on from what is there; the
     caller removes it with `discard_checkpoints`. Raises InputError when records and model differ in sample
     rate.
     """
     progress = progress or Progress(quiet=True)
-    infer_rng, predict_rng = rng.spawn(2)
-    identification = None
-    if model is None:
-        identification = identify_with_progress(records, title, start, progress)
-        model = identification.model
-    check_rates(model, [*records, *holdout])
+    begun = beginning or begin(
+        title, records, holdout, rng, model=model, start=start, noise=noise, free=free, progress=progress
+    )
+    identification, model = begun.identification, begun.model
     progress.say("posterior")
     inference = infer(
         model,
         records,
-        infer_rng,
+        begun.infer_rng,
         free=free,
         start=start,
         noise=noise,
@@ -127,9 +148,10 @@ def analyse(
         progress=progress,
         checkpoint_folder=checkpoint_folder,
         resume=resume,
+        estimate=begun.estimate,
     )
     predicted = tuple(holdout) or (records[-1],)
-    predictions = tuple(predict(inference.posterior, record, predict_rng) for record in predicted)
+    predictions = tuple(predict(inference.posterior, record, begun.predict_rng) for record in predicted)
     return Analysis(
         title=title,
         records=tuple(records),
@@ -151,6 +173,43 @@ def analyse(
     )
 
 
+def begin(
+    title: str,
+    records: Sequence[Record],
+    holdout: Sequence[Record],
+    rng: np.random.Generator,
+    *,
+    model: HammersteinWiener | None = None,
+    start: StartCondition = "rest",
+    noise: NoiseKind = "normal",
+    free: FreeSet = "all",
+    progress: Progress | None = None,
+) -> Beginning:
+    """Identify (unless `model` is given) and test the residuals, before anything is sampled.
+
+    Raises InputError when records and model differ in sample rate.
+    """
+    progress = progress or Progress(quiet=True)
+    infer_rng, predict_rng = rng.spawn(2)
+    identification = None
+    if model is None:
+        identification = identify_with_progress(records, title, start, progress)
+        model = identification.model
+    check_rates(model, [*records, *holdout])
+    if identification is not None and start == "rest":
+        errors = [
+            with_holes(record.y - model.simulate(record.u, known=record.known).y, record.measured)
+            for record in records
+        ]
+        found = estimate_noise(errors)
+        residuals = examine_residuals(records, errors, found.autoregression)
+        return Beginning(model, identification, None, len(found.partial), residuals, infer_rng, predict_rng)
+    (start_rng,) = copy.deepcopy(infer_rng).spawn(1)
+    estimate = estimated(model, records, start_rng, free=free, start=start, noise=noise, progress=progress)
+    order = len(estimate.start.noise.partial)
+    return Beginning(model, identification, estimate, order, estimate.residuals, infer_rng, predict_rng)
+
+
 def discard_checkpoints(folder: Path) -> None:
     """Remove the checkpoint that `analyse` kept in `folder`."""
     discard_checkpoint(folder)
@@ -162,7 +221,7 @@ def identify_with_progress(
     start: StartCondition,
     progress: Progress,
 ) -> Identification:
-    """The four-step estimate, its stages shown as one task."""
+    """The four-step estimate, its stages shown as one task, with the known inputs of the records."""
     with progress.task("four-step identification", 1000) as task:
         stages: list[str] = []
 
@@ -173,7 +232,7 @@ def identify_with_progress(
 
         found = identify(records, name=name, free_start=start == "free", report=report)
         task.reach(1000)
-    return found
+    return with_known(found, records)
 
 
 def response_band(posterior: Posterior, identification: Identification | None) -> ResponseBand:
@@ -199,12 +258,16 @@ def response_band(posterior: Posterior, identification: Identification | None) -
 
 
 def residual_spectrum(residuals: ResidualReport, sample_rate_hz: float) -> ResidualSpectrum:
-    """Welch's periodogram of the innovations and their order statistics."""
+    """Welch's periodogram of the innovations, zero where there are none, over the share of samples that have
+    one; and their order statistics."""
     joined = np.concatenate(residuals.innovations)
+    joined = joined[~np.isnan(joined)]
     length = min(256, min(len(part) for part in residuals.innovations))
-    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in residuals.innovations]
+    filled = [np.nan_to_num(part) for part in residuals.innovations]
+    share = len(joined) / sum(map(len, filled))
+    spectra = [signal.welch(part, sample_rate_hz, nperseg=length) for part in filled]
     frequency = spectra[0][0]
-    density = np.mean([density for _, density in spectra], axis=0)
+    density = np.mean([density for _, density in spectra], axis=0) / share
     ordered = np.sort(joined) / np.std(joined)
     levels = (np.arange(len(ordered)) + 0.5) / len(ordered)
     return ResidualSpectrum(

@@ -31,8 +31,10 @@ from bayes_hw.commands import (
 from bayes_hw.commands.options import (
     FREE_HELP,
     RECORD_HELP,
+    add_check,
     add_command,
     add_common,
+    add_drive,
     add_noise,
     add_output,
     add_record_options,
@@ -148,14 +150,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_start(sub)
     add_noise(sub)
     sub.add_argument("--free", choices=("dominant", "all"), default="all", help=FREE_HELP)
-    sub.add_argument(
-        "--check",
-        type=int,
-        default=0,
-        metavar="N",
-        help="simulate N times from the posterior under the same commands, identify and sample each anew, "
-        "and say how often the intervals held (default 0; goes on from OUT/check where interrupted)",
-    )
+    add_check(sub)
     add_sampling(sub)
     add_common(sub)
 
@@ -188,7 +183,9 @@ def build_parser() -> argparse.ArgumentParser:
     add_record_options(sub)
     add_start(sub)
     add_noise(sub)
+    add_check(sub)
     add_sampling(sub)
+    add_drive(sub)
     add_common(sub)
 
     for module in MODULES:

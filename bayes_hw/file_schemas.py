@@ -70,6 +70,21 @@ def model_schema() -> Schema:
         {"numerator": listed(NUMBER, 1), "denominator": listed(NUMBER, 1)}, {"delay_samples": COUNT}
     )
     mode = record_of({"frequency_hz": POSITIVE, "damping_ratio": NUMBER})
+    known = record_of(
+        {
+            "column": TEXT,
+            "way": {"enum": ["torque", "reading"]},
+            "gain": NUMBER,
+            "delay_samples": NUMBER,
+            "frequency_hz": POSITIVE,
+        },
+        {
+            "unit": TEXT,
+            "lag_s": NUMBER,
+            "poles": listed(pair(NUMBER)),
+            "residues": listed(pair(NUMBER)),
+        },
+    )
     return record_of(
         {
             "sample_rate_hz": POSITIVE,
@@ -83,6 +98,7 @@ def model_schema() -> Schema:
             "dominant_modes": listed(mode),
             "noise": record_of({}, {"sigma": NOT_NEGATIVE}),
             "normalization": record_of({}, {"c1": NUMBER, "c2": NUMBER, "c3": NUMBER}),
+            "known": listed(known),
         },
     )
 
@@ -149,6 +165,17 @@ def verdict_schema() -> Schema:
             "closed_hdi94": pair(NUMBER_OR_NULL),
         }
     )
+    followed = record_of(
+        {"follows": {"type": "boolean"}, "probability": PROBABILITY, "nats": NUMBER},
+        {
+            "way": {"enum": ["torque", "reading"]},
+            "block": {"enum": list(BLOCKS)},
+            "gain": estimate,
+            "lag_s": estimate,
+            "gap": record_of({"train": closure, "holdout": closure}),
+            "sentence": TEXT,
+        },
+    )
     return record_of(
         {
             "schema": {"const": VERDICT_SCHEMA},
@@ -173,7 +200,7 @@ def verdict_schema() -> Schema:
             "next_experiment": {"type": ["string", "null"]},
             "seconds": NOT_NEGATIVE,
         },
-        {"notes": listed(TEXT), "white_choice": listed(TEXT)},
+        {"notes": listed(TEXT), "white_choice": listed(TEXT), "known": named(followed)},
     )
 
 

@@ -46,10 +46,11 @@ class Record:
     the source, so it may start at any value and carry their rounding; the step to compute with is
     1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`; see `bayes_hw.posing`.
 
-    `measured`, shape (samples,), is False where y was not measured and holds a value between its
-    neighbours; None where every sample was measured. A command without any output is a record of which no
-    sample was measured. `known` are further measured columns (samples,) by name, in `known_units`.
-    `stated_units` are the roles whose unit the file or the reader stated; the others are taken for granted.
+    `measured`, shape (samples,), is False where y was not measured; y then lies between its measured
+    neighbours, whatever was given there, zero where there are none. It is None where every sample was
+    measured. A command without any output is a record of which no sample was measured. `known` are further
+    measured columns (samples,) by name, in `known_units`. `stated_units` are the roles whose unit the file
+    or the reader stated; the others are taken for granted.
 
     Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
@@ -70,22 +71,32 @@ class Record:
     origin: float = 0.0
 
     def __post_init__(self) -> None:
-        for column in ("t", "u", "y"):
+        for column in ("t", "u"):
             object.__setattr__(self, column, self._column(column, getattr(self, column)))
+        self._set_measured()
+        object.__setattr__(self, "y", self._column("y", self.y))
         known = {name: self._column(f"known {name!r}", values) for name, values in self.known.items()}
         object.__setattr__(self, "known", known)
-        if self.measured is not None:
-            mask = np.asarray(self.measured)
-            if mask.shape != (len(self.t),) or mask.dtype != np.bool_:
-                raise InputError(
-                    f"record {self.name}: measured has shape {mask.shape} and type {mask.dtype}; "
-                    "give True or False for every sample"
-                )
-            object.__setattr__(self, "measured", None if mask.all() else mask)
         if not (math.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise InputError(
                 f"record {self.name}: sample rate {self.sample_rate_hz!r}; give a positive one in Hz"
             )
+
+    def _set_measured(self) -> None:
+        """No mask where every sample was measured; y between its neighbours where one was not."""
+        if self.measured is None:
+            return
+        mask, y = np.asarray(self.measured), np.asarray(self.y, dtype=np.float64)
+        if mask.shape != (len(self.t),) or mask.dtype != np.bool_:
+            raise InputError(
+                f"record {self.name}: measured has shape {mask.shape} and type {mask.dtype}; "
+                "give True or False for every sample"
+            )
+        object.__setattr__(self, "measured", None if mask.all() else mask)
+        if not mask.all() and y.shape == mask.shape:
+            at = np.arange(len(y))
+            between = np.interp(at, at[mask], y[mask]) if mask.any() else np.zeros(len(y))
+            object.__setattr__(self, "y", np.where(mask, y, between))
 
     def _column(self, name: str, given: Any) -> FloatArray:
         values = np.asarray(given, dtype=np.float64)

@@ -20,6 +20,9 @@ MOST_BRIDGED = 3
 FIRST_STAMPS = 16
 STARTS = (0.0, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
 LAWSON_ROUNDS = 30
+SCANNED_STAMPS = 256
+RHYTHM_RANGE, RHYTHM_POINTS = 0.15, 8
+"""Of the median step: how far the period may be from it; points of the scan a cycle over all stamps."""
 
 
 class Grid(NamedTuple):
@@ -60,7 +63,8 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
 
     Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
     a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs
-    to the place nearest to it, from which it may be off by `LARGEST_JITTER`.
+    to the place nearest to it, from which it may be off by `LARGEST_JITTER`. Where no line from the first few
+    stamps holds, the rhythm of some hundred is sought.
     """
     rows = len(t)
     if rows < 2:
@@ -69,17 +73,38 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
         return Grid(first, first + rows, np.arange(rows), float(t[0]), time_stamps.mean_rate(t), 0.0)
     in_a_row = _fitted(t, np.arange(rows, dtype=np.float64))
     found = [in_a_row] if in_a_row is not None else []
-    found = found or [line for start in STARTS if (line := _follow(t, start)) is not None]
+    found = found or [line for begin in _beginnings(t) if (line := _follow(t, *begin)) is not None]
+    if not found and (line := _follow(t, *_rhythm(t[:SCANNED_STAMPS]), SCANNED_STAMPS)) is not None:
+        found = [line]
     if not found:
         return None
     places, start_s, rate_hz, jitter = min(found, key=lambda each: each[3])
     return Grid(first, first + rows, places, start_s, rate_hz, jitter)
 
 
-def _follow(t: FloatArray, start: float) -> tuple[IntArray, float, float, float] | None:
+def _beginnings(t: FloatArray) -> list[tuple[float, float]]:
+    """Period and time of a place by the first stamp, which may be off."""
     period = float(np.median(np.diff(t)))
-    offset = float(t[0]) + start * period
-    known = min(FIRST_STAMPS, len(t))
+    return [(period, float(t[0]) + start * period) for start in STARTS]
+
+
+def _rhythm(t: FloatArray) -> tuple[float, float]:
+    """Period and time of a place for which the phases of stamps (rows,) lie closest together: the peak of
+    their periodogram as a point process (Bartlett 1963) near the median step."""
+    median, span = float(np.median(np.diff(t))), float(t[-1] - t[0])
+    steps = int(np.ceil(2 * RHYTHM_RANGE * span / median * RHYTHM_POINTS)) + 1
+    frequencies = np.linspace(1 - RHYTHM_RANGE, 1 + RHYTHM_RANGE, steps) / median
+    sums = np.exp(2j * np.pi * np.outer(frequencies, t - t[0])).sum(axis=1)
+    best = int(np.argmax(np.abs(sums)))
+    period = float(1 / frequencies[best])
+    return period, float(t[0] + np.angle(sums[best]) / (2 * np.pi) * period)
+
+
+def _follow(
+    t: FloatArray, period: float, offset: float, known: int = FIRST_STAMPS
+) -> tuple[IntArray, float, float, float] | None:
+    """The grid that a line from a period and the time of a place grows into, over `known` stamps at first."""
+    known = min(known, len(t))
     while True:
         places = np.rint((t[:known] - offset) / period)
         if places[-1] > places[0]:

@@ -19,7 +19,9 @@ from pathlib import Path
 
 import numpy as np
 from arviz_stats.base import array_stats
+from calibration_summary import summarize_calibration
 from gradient_rivals import numpyro_runner, nutpie_runner
+from hard_axes import HARD_AXES, HARD_AXES_SEED, hard_axis
 from pages.figures_performance import Scaling
 from pages.performance_report import HardCase, OrderRow, Performance, Rival, performance_report
 from performance_cases import (
@@ -40,12 +42,10 @@ from study import start_study
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.calibration import CalibrationCase, calibrate_once, calibration_tasks
-from bayes_hw.infer.calibration_summary import summarize_calibration
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.ensemble import advance, start_ensemble
 from bayes_hw.infer.moves import DifferentialEvolutionMove
 from bayes_hw.infer.sampler import SamplerSettings
-from bayes_hw.model.hard_axes import HARD_AXES, HARD_AXES_SEED, hard_axis
 from bayes_hw.threads import one_blas_thread
 
 MANY_WALKERS = SamplerSettings(walkers=1024, max_steps=200, target_ess=1e9)

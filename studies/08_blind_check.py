@@ -26,8 +26,8 @@ ROUND = 15
 NUMBERS = {"easy": 240, "hard": 140, "wide": 20}
 QUICK_NUMBERS = {"easy": 2}
 BASELINES = {
-    "largest correlation": "bayes_hw.gap.blind.largest_correlation:largest_correlation",
-    "black box": "bayes_hw.gap.blind.black_box:black_box",
+    "largest correlation": "blind_check.largest_correlation:largest_correlation",
+    "black box": "blind_check.black_box:black_box",
 }
 
 

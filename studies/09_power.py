@@ -14,13 +14,13 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from blind_check.power import SmallestGap, smallest_gap
 from pages.power_report import PowerStudy, power_report
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.counts import BLOCKS, named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, Evidence
-from bayes_hw.gap.blind.power import SmallestGap, smallest_gap
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.plant.kinds import CAMPAIGN
 

@@ -20,6 +20,17 @@ LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json"
 NAMES = {"emps": "EMPS", "rubin": "Rubin"}
 """Words of a study's file name that are written otherwise."""
 
+GROUPS: tuple[tuple[str, str, tuple[int, ...]], ...] = (
+    ("Start here", "a first hour, a whole report, and how often the answers are right", (14, 2, 8)),
+    ("Is it right?", "intervals and answers against truths known", (5, 7, 9, 10, 16, 17, 19, 20)),
+    ("Is it fast?", "against rivals on the same machine", (6,)),
+    ("What it says of real axes", "measured records, whose truth nobody knows", (3, 4, 15)),
+    ("What the paper leaves open", "its printed model, gains, experiments, loops", (1, 11, 12, 13, 18)),
+)
+"""Title, a line, and the numbers of the studies; the first group's are shown as cards."""
+
+REST = ("More studies", "")
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -34,6 +45,15 @@ class Entry:
     links: tuple[tuple[str, str], ...]
 
 
+@dataclass(frozen=True)
+class Group:
+    """Studies that answer one kind of question."""
+
+    title: str
+    line: str
+    studies: tuple[Entry, ...]
+
+
 def write_index(reports: Path) -> Path:
     """Write index.html into the folder of reports; the same manifests give the same page."""
     environment = Environment(
@@ -42,7 +62,7 @@ def write_index(reports: Path) -> Path:
     environment.filters["breakable"] = breakable
     style = files("bayes_hw.report.page") / "templates" / "report.css"
     page = environment.from_string((STUDIES / "index.html").read_text(encoding="utf-8")).render(
-        studies=list(entries(reports)),
+        groups=grouped(list(entries(reports))),
         style=Markup(style.read_text(encoding="utf-8")),
         colours=page_colours(),
     )
@@ -55,6 +75,17 @@ def heading_of(study: str) -> str:
     """The name of a study without its number, as words; an acronym stays one."""
     words = " ".join(NAMES.get(word, word) for word in study.split("_")[1:])
     return words[0].upper() + words[1:]
+
+
+def grouped(studies: list[Entry]) -> list[Group]:
+    """The studies by GROUPS, those that none names last."""
+    by_number = {study.number: study for study in studies}
+    groups = [
+        Group(title, line, tuple(by_number.pop(number) for number in numbers if number in by_number))
+        for title, line, numbers in GROUPS
+    ]
+    groups.append(Group(*REST, tuple(by_number.values())))
+    return [group for group in groups if group.studies]
 
 
 def entries(reports: Path) -> Iterator[Entry]:

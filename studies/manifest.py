@@ -124,7 +124,11 @@ def question_of(script: Path) -> str:
 def code_digest(script: Path) -> str:
     """SHA-256 over the sources of the package, what studies import beside it, and the script, with names."""
     sources = sorted(path for path in PACKAGE.rglob("*") if path.suffix in SOURCE_ENDINGS)
-    beside = sorted(p for p in STUDIES.glob("[a-z]*.py") if p.name not in WITHOUT_NUMBERS)
+    beside = sorted(
+        path
+        for path in (*STUDIES.glob("[a-z]*.py"), *STUDIES.glob("pages/*.py"))
+        if path.name not in WITHOUT_NUMBERS
+    )
     total = hashlib.sha256()
     for path in [*sources, *beside, script]:
         name = path.relative_to(PACKAGE.parent) if path.is_relative_to(PACKAGE) else path.name

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,8 @@ class Study:
     scheduler: str | None = None
     diagnosis: str = DIAGNOSIS
     share: float = 1.0
+    counts: Mapping[str, int] = field(default_factory=dict)
+    usual_counts: Mapping[str, int] = field(default_factory=dict)
     began_at: float = field(default_factory=time.time)
     report: Report | None = None
     results_written: bool = False
@@ -69,11 +71,13 @@ class Study:
         self.results_written = True
         self._finish()
 
-    def write_report(self, analysis: Analysis) -> None:
-        """Write the files of the analysis, report.html and report.pdf, and say where they are."""
+    def write_report(self, analysis: Analysis, finish: Callable[[Report], Report] | None = None) -> None:
+        """Write the files of the analysis, report.html and report.pdf, and say where they are; `finish` adds
+        what the report of the analysis lacks."""
         write_analysis(self.out, analysis)
         records = [*analysis.records, *(p.record for p in analysis.predictions if analysis.held_out)]
-        self.write_document(posterior_report(analysis, self.origin(records)))
+        report = posterior_report(analysis, self.origin(records))
+        self.write_document(report if finish is None else finish(report))
 
     def write_document(self, report: Report) -> None:
         """Write report.html and report.pdf, and say where they are."""
@@ -110,6 +114,8 @@ class Study:
         """What makes the same numbers again."""
         another = f" --diagnosis {self.diagnosis}" * (self.diagnosis != DIAGNOSIS)
         another += f" --share {self.share:g}" * (self.share != 1)
+        for name, count in self.counts.items():
+            another += f" --{name} {count}" * (count != self.usual_counts[name])
         return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
@@ -118,8 +124,16 @@ class Study:
         return provenance(self.command, self.seed, named, time.perf_counter() - self.begin)
 
 
-def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> Study:
+def start_study(
+    name: str,
+    question: str | None,
+    *,
+    diagnoses: bool = False,
+    counts: Mapping[str, int] | None = None,
+) -> Study:
     """Parse the options of a study script; one that `diagnoses` can be given another diagnosis to check.
+
+    `counts` are further options, each a number by name, with what they are when left out.
 
     Ends the script where --unless-done is given and nothing is to be done.
     """
@@ -138,6 +152,9 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
         parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
+    usual = dict(counts or {})
+    for option, count in usual.items():
+        parser.add_argument(f"--{option}", type=int, default=count, help=f"how many (default: {count})")
     parsed = parser.parse_args()
     study = Study(
         name,
@@ -151,6 +168,8 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
+        {option: getattr(parsed, option.replace("-", "_")) for option in usual},
+        usual,
     )
     if parsed.unless_done and study.is_done():
         print(

@@ -31,6 +31,7 @@ DEAD_LINKS = """
 
 def check_page(browser: Browser) -> None:
     """What holds of every page, once opened."""
+    browser.evaluate("document.querySelectorAll('details').forEach(folded => { folded.open = true; })")
     assert browser.errors == []
     assert len(browser.requests) == 1
     assert browser.evaluate(NOT_DRAWN) == []

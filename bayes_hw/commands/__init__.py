@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from bayes_hw.errors import InputError
 from bayes_hw.folder_claim import claimed_folder
+
+LIGHT = frozenset({"completion", "convert", "demo", "inspect", "plan", "validate"})
+"""Commands that run no compiled code themselves."""
 
 
 def run(parsed: argparse.Namespace) -> None:
@@ -27,7 +30,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     refuse_early(parsed)
     try:
-        with claim:
+        with claim, _told_of_compilation(parsed):
             if "run" in parsed:
                 parsed.run(parsed)
             else:
@@ -43,3 +46,13 @@ def run(parsed: argparse.Namespace) -> None:
             "check the units of the records and of the model, and that the records hold measured noise: "
             "a simulation without any leaves nothing to estimate it from"
         ) from None
+
+
+def _told_of_compilation(parsed: argparse.Namespace) -> AbstractContextManager[None]:
+    """A word where a command has to wait for what the first use compiles."""
+    if parsed.command in LIGHT:
+        return nullcontext()
+    from bayes_hw.first_use import told_of_compilation
+    from bayes_hw.progress import Progress
+
+    return told_of_compilation(Progress(parsed.quiet).say)

@@ -3,36 +3,34 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bayes_hw import __version__
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
-from bayes_hw.commands.inputs import sampler_settings
+from bayes_hw.analysis import begin as begin_analysis
+from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
+from bayes_hw.commands.corrected import warn_of_refuted
+from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
+from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import rounded, say, say_page, warn
 from bayes_hw.csv_output import write_csv
-from bayes_hw.executor import ResultFolder, make_executor
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
-from bayes_hw.infer.checkpoint import fingerprint
 from bayes_hw.infer.doubts import said_of
 from bayes_hw.infer.inference import discard_checkpoint, infer
-from bayes_hw.infer.own_check import check_own_axis
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_coverage, predict
-from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -80,15 +78,24 @@ def report_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model) if parsed.model else None
+    if model is not None:
+        add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, parsed.holdout, model)
     records, holdout = given.records, given.holdout
     progress = Progress(parsed.quiet)
     say_whether_resumed(parsed)
+    title = parsed.title or out.resolve().name or records[0].name
+    rng = np.random.default_rng(parsed.seed)
+    beginning = begin_analysis(
+        title, records, holdout, rng, model=model, start=given.start, noise=parsed.noise, progress=progress
+    )
+    if suspicions(beginning) and report_cause(parsed, title, given, beginning, progress):
+        return
     analysis = analyse(
-        parsed.title or out.resolve().name or records[0].name,
+        title,
         records,
         holdout,
-        np.random.default_rng(parsed.seed),
+        rng,
         model=model,
         start=given.start,
         noise=parsed.noise,
@@ -97,7 +104,11 @@ def report_command(parsed: argparse.Namespace) -> None:
         progress=progress,
         checkpoint_folder=parsed.checkpoint,
         resume=parsed.resume,
+        beginning=beginning,
     )
+    if parsed.check > 0:
+        check = checked(parsed, out, analysis.inference.posterior, records, settings)
+        analysis = replace(analysis, check=check)
     with progress.stage("report"):
         write_analysis(out, analysis)
         origin = provenance(
@@ -107,6 +118,8 @@ def report_command(parsed: argparse.Namespace) -> None:
         written = render(page, out)
     discard_checkpoints(parsed.checkpoint)
     say_estimates(analysis.inference.posterior)
+    if analysis.check is not None:
+        say_check(analysis.check)
     say_page(page, written)
     following = ["design", "--posterior", str(out), "--out", "design/"]
     if not analysis.inference.residuals.white:
@@ -118,10 +131,14 @@ def report_command(parsed: argparse.Namespace) -> None:
 def write_analysis(out: Path, analysis: Analysis) -> None:
     """The files of identify, sample and predict in one folder, all or none."""
     names = band_file_names([prediction.record.name for prediction in analysis.predictions])
-    with staged(out) as place:
+    with staged(out, instead_of=CORRECTED_FILES) as place:
         if analysis.identification is not None:
             write_identification(place, analysis.identification, analysis.fits, analysis.records)
         analysis.inference.posterior.write(place, analysis.records)
+        if analysis.identification is not None:
+            write_structure(place, analysis.identification.pool.to_dict())
+        if analysis.check is not None:
+            write_check(place, analysis.check)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
 
@@ -143,7 +160,7 @@ def write_identification(
     """model.json and fit.json, both or neither; both name the records by their digests."""
     origin = {"records": [{"name": record.name, "sha256": record.sha256} for record in records]}
     content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]} | origin
-    model = identification.model.to_dict() | origin
+    model = identification.model.to_dict() | origin | {"structure": identification.pool.to_dict()}
     with staged(out) as place:
         write_text_atomically(place / "model.json", json.dumps(model, indent=2, allow_nan=False) + "\n")
         write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -155,6 +172,7 @@ def sample_command(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_folder(out)
     model = HammersteinWiener.read(parsed.model)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, parsed.records, model=model)
     records = given.records
     say_whether_resumed(parsed)
@@ -172,51 +190,19 @@ def sample_command(parsed: argparse.Namespace) -> None:
         resume=parsed.resume,
     )
     inference.posterior.write(out, records)
+    write_structure(out, structure_in(Path(parsed.model)))
     discard_checkpoint(parsed.checkpoint)
     say_estimates(inference.posterior)
     if parsed.check > 0:
-        _check(parsed, out, inference.posterior, records, settings)
+        check = checked(parsed, out, inference.posterior, records, settings)
+        write_check(out, check)
+        say_check(check)
     for doubt in said_of(inference)[not inference.posterior.converged :]:
         warn(doubt)
     following = ["design", "--posterior", parsed.out, "--out", "design/"]
     if not inference.residuals.white:
         following = diagnose_next(parsed.model, parsed.records, []) or following
     say_next(parsed, *following, *(reading_options(parsed) if following[0] == "diagnose" else []))
-
-
-def _check(
-    parsed: argparse.Namespace,
-    out: Path,
-    posterior: Posterior,
-    records: Sequence[Record],
-    settings: SamplerSettings,
-) -> None:
-    """How often intervals hold on axes like this one: said, and written into posterior.json."""
-    digests = [hashlib.sha256(record.u.tobytes() + record.y.tobytes()).hexdigest() for record in records]
-    kept = ResultFolder(out / "check", fingerprint(__version__, *digests, str(parsed.seed), repr(settings)))
-    (out / "check").mkdir(exist_ok=True)
-    check = check_own_axis(
-        posterior,
-        records,
-        parsed.check,
-        parsed.seed,
-        make_executor(parsed.jobs),
-        settings=settings,
-        kept=kept,
-        progress=Progress(parsed.quiet),
-    )
-    path = out / "posterior.json"
-    content = json.loads(path.read_text(encoding="utf-8")) | {"check": check.to_dict()}
-    write_text_atomically(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
-    whole = check.all_parameters
-    low, high = whole.interval95
-    say(
-        f"check: in {check.replicates} replicates ({check.converged} converged) {whole.held} of {whole.of}"
-        f" intervals of 94 % held the values simulated with, {100 * whole.held / whole.of:.0f} %"
-        f" (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
-    )
-    for name, one in check.held.items():
-        say(f"  {name:32} {one.held} of {one.of}")
 
 
 def predict_command(parsed: argparse.Namespace) -> None:
@@ -229,6 +215,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
         _predict_corrected(parsed, out, corrected)
         return
     posterior = Posterior.read(parsed.posterior)
+    add_known_inputs(parsed, posterior.axis.model)
     given = records_of(parsed, [parsed.record], model=posterior.axis.model, needs_output=False)
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
@@ -236,6 +223,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
     write_prediction(out, prediction)
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
+    warn_of_refuted(posterior)
     if record.has_output:
         achieved = band_coverage(prediction)
         low, high = achieved.interval
@@ -249,8 +237,9 @@ def predict_command(parsed: argparse.Namespace) -> None:
 def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping[str, Any]) -> None:
     """Predict from the corrected model of a diagnosis."""
     model = HammersteinWiener.from_dict(corrected)
+    add_known_inputs(parsed, model)
     (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
-    mean, low, high = predict_corrected(corrected, record.u)
+    mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
     write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})
@@ -274,6 +263,8 @@ def say_estimates(posterior: Posterior) -> None:
             rounded(value, summary.sd) for value in (summary.mean, summary.sd, low, high)
         )
         say(f"{name:32} {mean} +- {sd}{unit}, 94 % HDI [{lower}, {upper}]")
+    if posterior.trade is not None:
+        say(posterior.trade.sentence)
 
 
 def say_whether_resumed(parsed: argparse.Namespace) -> None:

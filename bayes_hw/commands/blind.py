@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from bayes_hw.commands.options import add_command, add_common, add_output
+from bayes_hw.errors import InputError
 
 NAME = "blind"
 SUMMARY = "make withheld cases, diagnose them without their truth, score the verdicts"
@@ -57,6 +58,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     run_step.add_argument(
         "--without", metavar="LABEL", help="strike this effect from the catalogue of the diagnosis"
+    )
+    run_step.add_argument(
+        "--from-records",
+        action="store_true",
+        help="withhold the model of every case: the diagnosis is given the records alone",
     )
     run_step.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
     add_output(run_step, "folder for the verdicts; a run that was stopped goes on from there")
@@ -114,17 +120,20 @@ def _run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.executor import make_executor
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.blind.run import DIAGNOSIS, failures, run_set
+    from bayes_hw.gap.blind.run import failures, run_set
     from bayes_hw.progress import Progress
 
+    if parsed.without and parsed.from_records:
+        raise InputError("--without goes with a model; without one every effect is tried")
     out = Path(parsed.out)
     check_output_folder(out)
     digest = run_set(
         Path(parsed.set),
         out,
         parsed.seed,
-        diagnosis=parsed.diagnosis or DIAGNOSIS,
+        diagnosis=parsed.diagnosis,
         options={"without": parsed.without} if parsed.without else {},
+        from_records=parsed.from_records,
         truth_is_open=parsed.practice,
         executor=make_executor(parsed.jobs, parsed.scheduler),
         progress=Progress(parsed.quiet),

@@ -18,7 +18,10 @@ EXAMPLE = "bayes-hw design --posterior posterior/ --controller pi.json --out des
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of the command."""
     parser.add_argument(
-        "--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample"
+        "--posterior",
+        required=True,
+        metavar="DIR",
+        help="the --out folder of bayes-hw sample, report or diagnose",
     )
     parser.add_argument(
         "--controller",
@@ -58,6 +61,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     import numpy as np
 
+    from bayes_hw.commands.corrected import refuse_refuted, warn_of_refuted
     from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.control.controller import Controller
@@ -66,6 +70,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.control.margins import Requirements
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
+    from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
@@ -79,7 +84,9 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError(f"--draws {parsed.draws}: must be 100 or more")
     out = Path(parsed.out)
     check_output_folder(out)
-    posterior = Posterior.read(parsed.posterior)
+    corrected = CorrectedAxis.read(parsed.posterior)
+    refuse_refuted(corrected, parsed.posterior)
+    posterior = Posterior.read(parsed.posterior) if corrected is None else corrected.posterior
     delay = parsed.delay_margin
     if delay is None:
         delay = 1 / posterior.axis.model.sample_rate_hz
@@ -106,11 +113,13 @@ def run(parsed: argparse.Namespace) -> None:
             tuned=tuple(dict.fromkeys(parsed.tune)),
         ),
         progress=progress,
+        effects=corrected,
     )
     write_design(out, found)
     remove_pages(out)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
+    warn_of_refuted(posterior)
     if not parsed.no_report:
         with progress.stage("report"):
             origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)

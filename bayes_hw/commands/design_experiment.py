@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--posterior",
         required=True,
         metavar="DIR",
-        help="the --out folder of bayes-hw sample: what is known now",
+        help="the --out folder of bayes-hw sample, report or diagnose: what is known now",
     )
     parser.add_argument(
         "--about",
@@ -61,10 +61,13 @@ def run(parsed: argparse.Namespace) -> None:
     """Design, check when asked to, write, and say what won."""
     import numpy as np
 
+    from bayes_hw.commands.confirm import confirm
+    from bayes_hw.commands.corrected import warn_of_refuted
     from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
+    from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
     from bayes_hw.identifiability.excitation_families import Circumstances
     from bayes_hw.identifiability.experiment_check import check_design, write_design
     from bayes_hw.identifiability.motion_limits import limits_for
@@ -84,6 +87,10 @@ def run(parsed: argparse.Namespace) -> None:
         if value < least:
             raise InputError(f"{option} {value}: must be {least} or more")
     check_output_folder(out)
+    corrected = CorrectedAxis.read(parsed.posterior)
+    if corrected is not None:
+        confirm(parsed, corrected)
+        return
     posterior = Posterior.read(parsed.posterior)
     records = stored_records(parsed.posterior, posterior)
     if parsed.check and not records:
@@ -118,6 +125,7 @@ def run(parsed: argparse.Namespace) -> None:
     written = render(page, out)
     if not posterior.converged:
         warn(f"the posterior has not converged: {posterior.problems[0]}")
+    warn_of_refuted(posterior)
     if check is not None and not check.passed:
         warn(f"predicted and obtained widths differ by {100 * check.largest_error:.0f} %")
     for candidate in design.candidates:

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import reading_options, say_next
-from bayes_hw.commands.options import add_common, add_output, add_record_options, add_start
+from bayes_hw.commands.options import add_common, add_drive, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(default_out=default_out)
     add_record_options(parser)
     add_start(parser)
+    add_drive(parser)
     add_common(parser)
 
 
@@ -66,7 +68,7 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands import inputs
-    from bayes_hw.commands.speech import note, say, say_page
+    from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.answer.sentence import sentence
     from bayes_hw.gap.any_train import needs_ports
@@ -82,6 +84,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     begin = time.perf_counter()
     out = Path(parsed.out)
+    drive_of(parsed)
     known = known_labels()
     if parsed.simulator is not None:
         known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
@@ -119,6 +122,11 @@ def run(parsed: argparse.Namespace) -> None:
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
         _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
+    if parsed.known:
+        warn(
+            f"known inputs ({', '.join(parsed.known)}) are not used beside a given model; diagnose the "
+            "records alone to ask whether the gap follows them"
+        )
     if isinstance(case, Case) and not parsed.without and needs_ports(case.model):
         _joint(parsed, out, begin, case.train, case.holdout, case.name, (), case.model)
         return
@@ -207,6 +215,13 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
     return any(record.sha256 in digests for record in train)
 
 
+def axis_name(records: Sequence[str]) -> str:
+    """What a page on records alone is called: the folder that holds them all, else the first record."""
+    folders = {Path(record).resolve().parent for record in records}
+    name = folders.pop().name if len(folders) == 1 else ""
+    return name or Path(records[0]).stem
+
+
 def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
     """Diagnose records without any model."""
     from bayes_hw.commands.records import records_of
@@ -222,7 +237,7 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout)
-    _joint(parsed, out, begin, given.records, given.holdout, given.records[0].name, ())
+    _joint(parsed, out, begin, given.records, given.holdout, axis_name(parsed.case), ())
 
 
 def _joint(
@@ -245,7 +260,16 @@ def _joint(
 
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
-    diagnosis = diagnose_records(train, holdout, rng, name=name, notes=notes, progress=progress, model=model)
+    diagnosis = diagnose_records(
+        train,
+        holdout,
+        rng,
+        name=name,
+        notes=notes,
+        progress=progress,
+        drive=drive_of(parsed),
+        model=model,
+    )
     write_results(diagnosis, out)
     remove_pages(out)
     if not parsed.no_report:
@@ -264,4 +288,7 @@ def _joint(
     holdout_path = parsed.holdout[0] if parsed.holdout else str(Path(parsed.case[0]) / "holdout.csv")
     again = reading_options(parsed)
     corrected = ["simulate", "--model", str(out / "corrected.json"), holdout_path, *again]
-    say_next(parsed, *corrected, "--out", "repaired.csv")
+    if diagnosis.verdict.answer:
+        say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
+    else:
+        say_next(parsed, *corrected, "--out", "repaired.csv")

@@ -77,6 +77,8 @@ def run(parsed: argparse.Namespace) -> None:
         say(f"{verdict.name:32} {verdict.verdict}: {verdict.reason}")
     for test in result.assumptions:
         say(f"{test.name + ' = 1':32} {test.decision}")
+    if result.trade is not None:
+        say(result.trade.sentence)
     say_page(page, written)
     again = reading_options(parsed)
     say_next(parsed, "sample", "--model", parsed.model, *parsed.records, *again, "--out", "posterior/")

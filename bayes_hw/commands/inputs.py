@@ -14,6 +14,7 @@ from bayes_hw.record import Columns, ReadingOptions, Record, Units
 
 if TYPE_CHECKING:
     from bayes_hw.infer.sampler import SamplerSettings
+    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 
 def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) -> ReadingOptions:
@@ -138,3 +139,10 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
         max_steps=parsed.max_steps,
         target_ess=parsed.target_ess,
     )
+
+
+def add_known_inputs(parsed: argparse.Namespace, model: HammersteinWiener) -> None:
+    """The known inputs that a model takes are read from the record even where nobody asks."""
+    for one in model.known:
+        if one.column not in parsed.known:
+            parsed.known.append(one.column)

@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Look, write, and say what was seen; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.next_step import reading_options
     from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_folder
     from bayes_hw.first_look.look import look
@@ -39,4 +40,5 @@ def run(parsed: argparse.Namespace) -> None:
     for line in str(seen.advice).splitlines():
         say(line)
     say(f"page: {out / PAGE}")
-    say(f"next: bayes-hw identify {shlex.join(parsed.records)} --out model/")
+    again = [*parsed.records, *reading_options(parsed)]
+    say(f"next: bayes-hw identify {shlex.join(again)} --out model/")

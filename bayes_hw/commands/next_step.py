@@ -33,7 +33,11 @@ def reading_options(parsed: argparse.Namespace) -> list[str]:
             if isinstance(value, Sequence) and not isinstance(value, str)
             else [value]
         )
-        found += [action.option_strings[-1], *(str(each) for each in values)]
+        option = action.option_strings[-1]
+        if isinstance(action, argparse._AppendAction):
+            found += [part for each in values for part in (option, str(each))]
+        else:
+            found += [option, *(str(each) for each in values)]
     return found
 
 

@@ -130,6 +130,13 @@ def add_start(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_drive(parser: argparse.ArgumentParser) -> None:
+    """--inertia and --rated-torque: what states torques in N m and as a share."""
+    group = parser.add_argument_group("the drive, as seen at the axis (torques are then stated in N m)")
+    group.add_argument("--inertia", type=float, metavar="KGM2", help="inertia of the whole axis, kg m^2")
+    group.add_argument("--rated-torque", type=float, metavar="NM", help="rated torque of the drive, N m")
+
+
 def add_noise(parser: argparse.ArgumentParser) -> None:
     """--noise normal, student-t or auto."""
     parser.add_argument(
@@ -138,6 +145,18 @@ def add_noise(parser: argparse.ArgumentParser) -> None:
         default="normal",
         help="innovations of the noise: normal (default); student-t, for outliers; auto: student-t where the"
         " Bayesian information criterion says so",
+    )
+
+
+def add_check(parser: argparse.ArgumentParser) -> None:
+    """--check N."""
+    parser.add_argument(
+        "--check",
+        type=int,
+        default=0,
+        metavar="N",
+        help="simulate N times from the posterior under the same commands, identify and sample each anew, "
+        "and say how often the intervals held (default 0; goes on from OUT/check where interrupted)",
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 from pathlib import Path
 
 from bayes_hw.commands.options import add_common, add_output
@@ -39,21 +40,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, default=300.0, metavar="S", help="length of the record in s (default 300)"
     )
-    add_output(parser, "folder for train.csv and holdout.csv, columns t,u, and plan.json")
+    add_output(parser, "folder for train.csv and holdout.csv, columns t,u, plan.json and the report")
     add_common(parser)
 
 
 def run(parsed: argparse.Namespace) -> None:
     """Plan, write, and say why; raises InputError before anything is written."""
     import json
+    from dataclasses import asdict
 
     import numpy as np
 
-    from bayes_hw.commands.speech import say
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_folder, staged, write_text_atomically
     from bayes_hw.first_look.plan import AxisLimits, plan
+    from bayes_hw.provenance import provenance
+    from bayes_hw.report.page.render import render
+    from bayes_hw.report.plan.plan_report import plan_report
 
+    begin = time.perf_counter()
     out = Path(parsed.out)
     check_output_folder(out)
     low, high = parsed.stroke
@@ -69,6 +76,7 @@ def run(parsed: argparse.Namespace) -> None:
         "schema": "bayes-hw/plan/1",
         "sample_rate_hz": found.sample_rate_hz,
         "duration_s": len(found.train) / found.sample_rate_hz,
+        "parts": [asdict(part) for part in found.parts],
         "reasons": list(found.reasons),
         "command": parsed.command_line,
     }
@@ -78,9 +86,12 @@ def run(parsed: argparse.Namespace) -> None:
                 place / f"{name}.csv", {"t": np.arange(len(command)) / found.sample_rate_hz, "u": command}
             )
         write_text_atomically(place / "plan.json", json.dumps(content, indent=1) + "\n")
+    page = plan_report(
+        found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+    )
+    written = render(page, out)
     if parsed.quiet:
         return
-    for reason in found.reasons:
-        say(reason)
-    say(f"commands: {out / 'train.csv'}, to play twice, and {out / 'holdout.csv'}")
-    say("next: bayes-hw look RECORD... --out look/, once they are recorded")
+    say(f"commands: {out / 'train.csv'}, to play twice, and {out / 'holdout.csv'}, once")
+    say_page(page, written)
+    say_next(parsed, "look", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "look/")

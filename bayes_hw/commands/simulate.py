@@ -36,6 +36,7 @@ def run(parsed: argparse.Namespace) -> None:
     """Simulate and write; raises InputError where the response overflows."""
     import numpy as np
 
+    from bayes_hw.commands.inputs import add_known_inputs
     from bayes_hw.commands.next_step import reading_options, say_next
     from bayes_hw.commands.records import records_of
     from bayes_hw.commands.speech import say
@@ -48,16 +49,17 @@ def run(parsed: argparse.Namespace) -> None:
     out = Path(parsed.out)
     check_output_file(out, [Path(parsed.record), Path(parsed.model)], ".csv")
     model = HammersteinWiener.read(parsed.model)
+    corrected = read_corrected(parsed.model)
+    add_known_inputs(parsed, model)
     given = records_of(parsed, [parsed.record], model=model, needs_output=False)
     (record,) = given.records
-    corrected = read_corrected(parsed.model)
     simulation: Simulation | Simulated
     if corrected is not None:
-        simulation = simulate_corrected(corrected, record.u)
+        simulation = simulate_corrected(corrected, record.u, record.known)
     elif given.start == "free" and record.has_output:
         simulation = simulate_from_motion(model, record)
     else:
-        simulation = model.simulate(record.u)
+        simulation = model.simulate(record.u, known=record.known)
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     columns = {name: values for name, values in record.columns().items() if name not in record.known}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,27 @@ from bayes_hw.record import Units
 Roots = TypeVar("Roots", FloatArray, ComplexArray)
 
 
+class EffectInLoop(Protocol):
+    """Draws of an axis with an effect that its linear part does not hold, simulated in a position loop."""
+
+    def take(self, index: IntArray) -> EffectInLoop:
+        """The draws of the given indices."""
+        ...
+
+    def simulate(
+        self,
+        numbers: FloatArray,
+        sections: FloatArray,
+        ratio: int,
+        delay: int,
+        reference: FloatArray,
+        noise: FloatArray,
+        start: FloatArray,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Command, w and output (draws, samples); see `bayes_hw.control.simulator`."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class AxisDraws:
     """y = n(G(z) f(u)) for `draws` parameter vectors, G by its poles and residues.
@@ -25,6 +46,7 @@ class AxisDraws:
     `real_poles`, `real_residues` (n_real, draws); `pair_poles`, `pair_residues` (n_pairs, draws) complex, one
     of each pair; `direct`, `lower`, `upper` (limits of v, input units) and `half_width` (dead zone, output
     units) (draws,). `gains` are c1, c2, c3 of the static blocks. Residues are output units per input unit.
+    Simulations in time are those of `effect`, where there is one, which holds the same draws.
     """
 
     sample_rate_hz: float
@@ -39,6 +61,7 @@ class AxisDraws:
     upper: FloatArray
     half_width: FloatArray
     gains: tuple[float, float, float]
+    effect: EffectInLoop | None = None
 
     @property
     def count(self) -> int:
@@ -115,6 +138,7 @@ class AxisDraws:
             lower=self.lower[index],
             upper=self.upper[index],
             half_width=self.half_width[index],
+            effect=None if self.effect is None else self.effect.take(index),
         )
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.allowance import CrossoverCurve, NotchRange, crossover_curves, notch_ranges
-from bayes_hw.control.axis_draws import AxisDraws
+from bayes_hw.control.axis_draws import AxisDraws, EffectInLoop
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.limit_cycles import CycleCheck, check_cycles
 from bayes_hw.control.loop import Loop
@@ -40,6 +41,27 @@ class DesignSettings:
     share: float = 0.95
     requirements: Requirements = field(default_factory=Requirements)
     tuned: tuple[Structure, ...] = ("PI",)
+
+
+class Effects(Protocol):
+    """What a corrected model holds beside its linear part; `words` say what it is and how sure."""
+
+    @property
+    def words(self) -> str: ...
+
+    @property
+    def answer(self) -> tuple[str, ...]: ...
+
+    @property
+    def simulated(self) -> bool: ...
+
+    def loop_of(self, values: FloatArray) -> EffectInLoop:
+        """Of draws (draws, parameters) of the posterior."""
+        ...
+
+    def nominal_loop(self) -> EffectInLoop:
+        """Of the point estimate."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +108,7 @@ class Design:
     loops: tuple[LoopReport, ...]
     sets: tuple[UncertaintySet, ...]
     tunings: tuple[Tuning, ...]
+    effects: Effects | None = None
 
 
 def design(
@@ -95,8 +118,12 @@ def design(
     *,
     settings: DesignSettings | None = None,
     progress: Progress | None = None,
+    effects: Effects | None = None,
 ) -> Design:
     """Everything above for `controllers`; without any, for the settings that are tuned here.
+
+    `effects` of a corrected model act in the simulations in time and nowhere else: margins are those of the
+    linear part.
 
     The first controller is the template of the tuned ones: its rate, limits, filters and delay are kept.
     Raises InputError when the posterior holds too few draws, G has no integrator, or a rate does not fit.
@@ -104,7 +131,7 @@ def design(
     settings = settings or DesignSettings()
     progress = progress or Progress(quiet=True)
     with one_blas_thread():
-        return _design(posterior, controllers, rng, settings, progress)
+        return _design(posterior, controllers, rng, settings, progress, effects)
 
 
 def _design(
@@ -113,6 +140,7 @@ def _design(
     rng: np.random.Generator,
     settings: DesignSettings,
     progress: Progress,
+    effects: Effects | None,
 ) -> Design:
     needed = 2 * settings.draws
     values = posterior.draws(needed, rng)
@@ -124,6 +152,9 @@ def _design(
     axis = AxisDraws.of_posterior(posterior, values[:half])
     fresh = AxisDraws.of_posterior(posterior, values[half:])
     nominal = AxisDraws.nominal(posterior)
+    if effects is not None:
+        axis = replace(axis, effect=effects.loop_of(values[:half]))
+        nominal = replace(nominal, effect=effects.nominal_loop())
     for controller in controllers:
         Loop(nominal, controller)
     with progress.stage("the axis"):
@@ -183,4 +214,5 @@ def _design(
         loops=tuple(loops),
         sets=sets,
         tunings=tuple(tunings),
+        effects=effects,
     )

@@ -34,24 +34,32 @@ def simulate_loop(
 ) -> LoopSignals:
     """The loop's response to `reference` (samples,) at the axis's rate, output units.
 
-    The axis starts at rest at w = `initial_position` ((draws,) or one number), and the controller with the
-    error it then sees, so that nothing moves until the reference does. `noise` (draws, samples) is added to
-    what the controller measures.
+    Where `axis` has an effect, that is in the loop. The axis starts at rest at w = `initial_position`
+    ((draws,) or one number), and the controller with the error it then sees, so that nothing moves until the
+    reference does. `noise` (draws, samples) is added to what the controller measures.
     """
     samples = len(reference)
     shape = (axis.count, samples)
-    signals = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
-    numbers = (
-        controller.proportional,
-        controller.integral * controller.period_s,
-        controller.derivative / (controller.derivative_filter_s + controller.period_s),
-        controller.derivative_filter_s / (controller.derivative_filter_s + controller.period_s),
-        *controller.speed_limit,
-        controller.rate_of_change_limit * controller.period_s,
-        controller.memory_share,
+    numbers = np.array(
+        (
+            controller.proportional,
+            controller.integral * controller.period_s,
+            controller.derivative / (controller.derivative_filter_s + controller.period_s),
+            controller.derivative_filter_s / (controller.derivative_filter_s + controller.period_s),
+            *controller.speed_limit,
+            controller.rate_of_change_limit * controller.period_s,
+            controller.memory_share,
+        )
     )
     sections = np.array(controller.sections, dtype=np.float64).reshape(-1, 5)
     ratio = controller.ratio_to(axis.sample_rate_hz)
+    given = np.ascontiguousarray(reference, dtype=np.float64)
+    added = np.zeros((0, 0)) if noise is None else np.ascontiguousarray(noise)
+    start = np.broadcast_to(np.asarray(initial_position, dtype=np.float64), (axis.count,)).copy()
+    if axis.effect is not None:
+        delay = ratio * controller.delay_samples
+        return LoopSignals(*axis.effect.simulate(numbers, sections, ratio, delay, given, added, start))
+    signals = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
     _simulate(
         np.ascontiguousarray(axis.real_poles),
         np.ascontiguousarray(axis.real_residues),
@@ -61,12 +69,12 @@ def simulate_loop(
         axis.delay_samples + ratio * controller.delay_samples,
         np.stack([axis.lower, axis.upper, axis.half_width]),
         np.array(axis.gains),
-        np.array(numbers),
+        numbers,
         sections,
         ratio,
-        np.ascontiguousarray(reference, dtype=np.float64),
-        np.zeros((0, 0)) if noise is None else np.ascontiguousarray(noise),
-        np.broadcast_to(np.asarray(initial_position, dtype=np.float64), (axis.count,)).copy(),
+        given,
+        added,
+        start,
         *signals,
     )
     return signals

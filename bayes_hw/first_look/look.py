@@ -15,6 +15,7 @@ from bayes_hw.first_look.advice import Advice, advice
 from bayes_hw.first_look.delay import Delay, delay
 from bayes_hw.first_look.distortion import Distortion, Feedback, distortion, feedback
 from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.first_look.known_columns import KnownColumn, known_columns
 from bayes_hw.first_look.motion import (
     PositionError,
     Regime,
@@ -71,6 +72,7 @@ class Look:
     regimes: dict[str, Regime]
     reversals: int
     at_limits: tuple[float, float]
+    known: tuple[KnownColumn, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -131,6 +133,17 @@ class Look:
                 "standard_error": _list(self.position.standard_error),
             },
             "regimes": {name: asdict(regime) for name, regime in self.regimes.items()},
+            "known": {
+                column.name: {
+                    "unit": column.unit,
+                    "frequency_hz": _list(column.frequency_hz),
+                    "coherence": _list(column.coherence),
+                    "bound": column.bound,
+                    "share_of_error": column.share,
+                    "follows": column.follows,
+                }
+                for column in self.known
+            },
             "shows": list(self.advice.shows),
             "cannot_show": list(self.advice.cannot_show),
             "record_next": list(self.advice.record_next),
@@ -176,6 +189,7 @@ def look(records: Sequence[Record]) -> Look:
         regimes=regimes(outputs, commands, rate, sigma),
         reversals=sum(reversals(y, max(6 * sigma, 0.02 * float(np.ptp(y)))) for y in outputs),
         at_limits=_at_limits(found, np.concatenate(commands)),
+        known=known_columns(records, errors, rate),
     )
 
 

@@ -8,6 +8,7 @@ model that has learnt the sweeps by heart is found out.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -34,6 +35,19 @@ SAMPLES_A_CYCLE = 4.0
 
 LEAST_SWEEP_S = 30.0
 
+PARTS = (
+    ("rest", "noise of the encoder, drift, and that the start is at rest"),
+    ("small sweep", "the response where no limit is met"),
+    ("rest", "how the axis settles"),
+    ("full sweep", "the limits, and modes that a small command does not move"),
+    ("rest", "how the axis settles"),
+    ("slow triangles", "dead zone, play and friction, at each reversal"),
+    ("rest", "creep and drift after motion"),
+    ("steps", "delay, rise and settling time, limits on both sides"),
+    ("rest", "noise of the encoder, and drift over the record"),
+)
+"""Names and what they show, of the parts of the training command in the order of `plan`."""
+
 
 @dataclass(frozen=True)
 class AxisLimits:
@@ -53,15 +67,27 @@ class AxisLimits:
         return STROKE_SHARE * min(-self.low, self.high)
 
 
+@dataclass(frozen=True)
+class Part:
+    """A stretch of the training command in s, and what it shows, in words."""
+
+    name: str
+    start_s: float
+    end_s: float
+    shows: str
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Commands (samples,) at `sample_rate_hz`: one to play twice, for training, and one to hold out;
-    reasons in words.
+    """Commands (samples,) at `sample_rate_hz`: one to play twice, for training, and one to hold out; the
+    parts of the first, which follow each other without a gap; reasons in words.
     """
 
     sample_rate_hz: float
+    highest_hz: float
     train: FloatArray
     holdout: FloatArray
+    parts: tuple[Part, ...]
     reasons: tuple[str, ...]
 
 
@@ -89,8 +115,8 @@ def plan(
         _sweep(limits, sample_rate_hz, left / 2, lowest, highest_hz, size * limits.velocity)
         for size in (SMALL, 1.0)
     ]
-    parts = (rest, sweeps[0], rest, sweeps[1], rest, triangles, rest, steps, rest)
-    train = np.concatenate(parts)
+    pieces = (rest, sweeps[0], rest, sweeps[1], rest, triangles, rest, steps, rest)
+    train = np.concatenate(pieces)
     holdout = np.concatenate(
         [rest, _multisine(limits, rng, sample_rate_hz, duration_s / 2, lowest, highest_hz), rest]
     )
@@ -98,9 +124,20 @@ def plan(
         _within(limits, command, sample_rate_hz)
     return Plan(
         sample_rate_hz,
+        highest_hz,
         train,
         holdout,
+        _parts(pieces, sample_rate_hz),
         _reasons(limits, sample_rate_hz, lowest, highest_hz, duration_s, left / 2),
+    )
+
+
+def _parts(pieces: Sequence[FloatArray], rate: float) -> tuple[Part, ...]:
+    ends = np.cumsum([len(piece) for piece in pieces]) / rate
+    starts = np.concatenate([[0.0], ends[:-1]])
+    return tuple(
+        Part(name, float(start), float(end), shows)
+        for (name, shows), start, end in zip(PARTS, starts, ends, strict=True)
     )
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-UNIT_WORDS = frozenset(
+from bayes_hw.quantities import COUNTS
+
+UNIT_WORDS = COUNTS | frozenset(
     [
         "s",
         "sec",
@@ -74,19 +76,8 @@ UNIT_WORDS = frozenset(
         "degps",
         "hourangle",
         "hms",
-        "count",
-        "counts",
-        "cts",
-        "ct",
-        "tick",
-        "ticks",
-        "lsb",
-        "inc",
-        "increments",
         "step",
         "steps",
-        "pulse",
-        "pulses",
         "gon",
         "mil",
         "v",

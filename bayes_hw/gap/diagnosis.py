@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,6 @@ from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.notes import notes_on
 from bayes_hw.gap.answer.shrink import (
     DRAWS_SIMULATED,
-    NORMAL_HALF_WIDTH,
     Closure,
     closure,
     hides_motion,
@@ -51,15 +50,18 @@ from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.exact_maximum import with_exact_maxima
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.display_likelihood import with_exact_maxima
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.search.attribute import Attribution, Attributor
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.identify.holes import masks_of
 from bayes_hw.progress import Progress
+from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 UNKNOWN_NOISE_SHARE = 1e-3
@@ -125,7 +127,7 @@ def diagnose(
         if not nominal > 0:
             attribution = without_small_seconds(attribution)
         best, scores = choose(attribution, nominal, calibration)
-        attribution = with_exact_maxima(attribution, best)
+        attribution = replace(attribution, explanations=with_exact_maxima(attribution.explanations, best))
         best, scores = choose(attribution, nominal, calibration)
         progress.say("what is left")
         left = leftovers(best, inputs, nominal)
@@ -162,6 +164,8 @@ def _posed(
     floor = repeated_floor(case.train)
     sigma = nominal if nominal > 0 else min(floor, UNKNOWN_NOISE_SHARE * travel)
     inputs = [record.u for record in case.train]
+    masks = masks_of(case.train)
+    unread = None if masks is None else tuple(~mask for mask in masks)
     builder: Builder
     if isinstance(case, Case):
         builder = chains = ChainBuilder(case.model)
@@ -175,14 +179,16 @@ def _posed(
             sigma = (
                 floor
                 if np.isfinite(floor)
-                else first_sigma(Hypothesis(builder, scale, inputs), [record.y for record in case.train])
+                else first_sigma(
+                    Hypothesis(builder, scale, inputs, unread=unread), [record.y for record in case.train]
+                )
             )
             scale = simulator_scale(case.model, case.train, sigma)
         effects, known = effects_for(scale, case.model.force_door, without), set(STOCHASTIC_ON_OUTPUT)
     known |= {effect.label for effect in effects}
     labels = [label for label in LABEL_BLOCKS if label in known - without]
     labels += sorted(known - without - set(labels))
-    return Hypothesis(builder, scale, inputs), effects, labels
+    return Hypothesis(builder, scale, inputs, unread=unread), effects, labels
 
 
 def _finished(
@@ -206,7 +212,7 @@ def _finished(
     if decision.answer == (OTHER,):
         sigma, _ = noise_beside(decision.explanation, case.model.noise_sigma, repeated_floor(case.train))
     correlation = final.noise_correlation
-    samples = sum(len(e) for e in final.fit.residuals)
+    samples = final.fit.readings
     noise_error = sigma * np.sqrt((1 + correlation**2) / (1 - correlation**2) / (2 * samples))
     some = draws[rng.choice(len(draws), min(DRAWS_SIMULATED, len(draws)), replace=False)]
     if final.cannot_be_predicted:
@@ -217,11 +223,10 @@ def _finished(
     after_held: list[FloatArray] = []
     shown_held: list[FloatArray] = []
     draws_held: list[list[FloatArray]] = []
-    for commands, outputs in (
-        (list(inputs), [record.y for record in case.train]),
-        (case.held_out_inputs, [record.y for record in case.holdout]),
-    ):
-        at = partial(_predicted_ends, commands, [len(y) for y in outputs])
+    for commands, records in ((list(inputs), case.train), (case.held_out_inputs, case.holdout)):
+        at = partial(_predicted_ends, commands, [len(record) for record in records])
+        read = partial(_only_measured, records)
+        outputs = read([record.y for record in records])
         before = at(base, base.fit.values)
         after = before if final is base else at(final, final.fit.values, drift=False)
         shown = before if final is base else at(final, final.fit.values)
@@ -229,23 +234,29 @@ def _finished(
         if final.followed is not None:
             after, shown = _mean(drawn), _mean([at(final, values) for values in some])
         if final is base:
-            gaps.append(_unchanged(before, outputs, sigma))
+            gaps.append(_unchanged(read(before), outputs, sigma))
         else:
-            readings = without_glitches(final, outputs, shown)
+            seen_before, seen_after, seen = read(before), read(after), read(shown)
+            seen_drawn = [read(each) for each in drawn]
+            readings = without_glitches(final, outputs, seen)
             if moves_unseen(final) or final.cannot_be_predicted:
-                drift = _differences(shown, after)
+                drift = _differences(seen, seen_after)
                 drifts = []
                 if any(np.any(record) for record in drift):
                     drifts = [
-                        _differences(_differences(at(final, values), angle), drift)
-                        for values, angle in zip(some, drawn, strict=True)
+                        _differences(_differences(read(at(final, values)), angle), drift)
+                        for values, angle in zip(some, seen_drawn, strict=True)
                     ]
                 steady = _differences(readings, drift)
-                found = measured_closure(before, after, steady, sigma, noise_error, correlation, rng, drifts)
+                found = measured_closure(
+                    seen_before, seen_after, steady, sigma, noise_error, correlation, rng, drifts
+                )
             else:
                 hidden = hides_motion(final)
-                found = closure(before, after, drawn, readings, shown, sigma, correlation, rng, hidden)
-            gaps.append(found.with_errors_of(outputs, before, shown, sigma))
+                found = closure(
+                    seen_before, seen_after, seen_drawn, readings, seen, sigma, correlation, rng, hidden
+                )
+            gaps.append(found.with_errors_of(outputs, seen_before, seen, sigma))
         before_held, after_held, shown_held, draws_held = before, after, shown, drawn
     spread = np.sqrt(_marginal_variance(final))
     first = np.array([d[0] for d in draws_held])
@@ -309,6 +320,14 @@ def _predicted_ends(
     """The last samples, as many as `lengths` say, of the prediction for every command."""
     whole = predicted(explanation, values, commands, drift)
     return [y[len(y) - length :] for y, length in zip(whole, lengths, strict=True)]
+
+
+def _only_measured(records: Sequence[Record], signals: Sequence[FloatArray]) -> list[FloatArray]:
+    """Of a signal (samples,) a record the samples that were measured."""
+    return [
+        y if record.measured is None else y[record.measured]
+        for record, y in zip(records, signals, strict=True)
+    ]
 
 
 def _mean(drawn: Sequence[Sequence[FloatArray]]) -> list[FloatArray]:

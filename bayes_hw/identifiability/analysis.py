@@ -23,16 +23,21 @@ from bayes_hw.identifiability.profile import Profile, profile_likelihoods
 from bayes_hw.identifiability.spectrum import Spectrum, information_spectrum
 from bayes_hw.identifiability.structure import POINTS, Structure, analyse_structure
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict, flat_verdicts, verdict_on
-from bayes_hw.infer.inference import Inference, StartCondition, infer
+from bayes_hw.identify.output_error import fit_output_error, prior_scale
+from bayes_hw.infer.dead_zone_trade import Trade, trade_of
+from bayes_hw.infer.inference import Inference, StartCondition, axis_for, infer
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.starting_point import covariance_with_prior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import as_values
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/identifiability/1"
 KEPT_DRAWS = 4_000
+TRADE_DRAWS = 2_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +45,8 @@ class Identifiability:
     """What was found for one axis.
 
     `inference` is the paper's run, c1 = c2 = c3 = 1 and equal thresholds; `freed` has all of them free,
-    `chart` only c3 and the negative threshold (c1 = c2 = 1).
+    `chart` only c3 and the negative threshold (c1 = c2 = 1). `trade` is what trades places with the dead
+    zone where every root of G is free.
     """
 
     title: str
@@ -58,6 +64,7 @@ class Identifiability:
     verdicts: tuple[ParameterVerdict, ...]
     flat: tuple[ParameterVerdict, ...]
     cancellations: tuple[Cancellation, ...]
+    trade: Trade | None = None
 
     @property
     def converged(self) -> bool:
@@ -91,6 +98,7 @@ class Identifiability:
                 "freed": self.freed.to_dict(),
                 "normalized": self.chart.to_dict(),
             },
+            "dead_zone_trade": None if self.trade is None else self.trade.to_dict(),
             "converged": self.converged,
         }
 
@@ -139,6 +147,7 @@ def analyse_identifiability(
     with progress.stage("profile likelihoods and spectra"):
         profiles = _profiles(inference, runs, records)
         spectra = _spectra(inference, runs, records)
+        trade = _trade(inference, records, start, structure_rng)
     raw, kept = contractions(runs.freed)
     return Identifiability(
         title=title,
@@ -158,7 +167,27 @@ def analyse_identifiability(
             structure.names, dict(zip(structure.names, structure.flat_share.tolist(), strict=True))
         ),
         cancellations=near_cancellations(model),
+        trade=trade,
     )
+
+
+def _trade(
+    inference: Inference, records: Sequence[Record], start: StartCondition, rng: np.random.Generator
+) -> Trade | None:
+    """From the Gauss-Newton covariance about the posterior mean, all roots of G free."""
+    noise = inference.start.noise
+    axis = axis_for(inference.posterior.mean_model(), records, "all", start)
+    fit = fit_output_error(
+        axis,
+        records,
+        axis.nominal,
+        autoregression=noise.autoregression,
+        sigma=noise.innovation_sigma,
+        prior=True,
+    )
+    covariance = covariance_with_prior(fit.information, prior_scale(axis)[1])
+    draws = rng.multivariate_normal(fit.coordinates, covariance, size=TRADE_DRAWS, method="cholesky")
+    return trade_of(axis, as_values(axis.parameters, draws.T).T, records)
 
 
 def _axis_values(posterior: Posterior) -> FloatArray:

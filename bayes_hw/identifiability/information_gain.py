@@ -79,7 +79,11 @@ class Belief:
         given = posterior.axis
         starts = None if given.start_positions is None else np.zeros(1)
         axis = AxisParameters(
-            given.model, given.free, output_scale=given.output_scale, start_positions=starts
+            given.model,
+            given.free,
+            output_scale=given.output_scale,
+            start_positions=starts,
+            held_poles=given.held_poles,
         )
         shared = [i for i, name in enumerate(axis.names) if not name.startswith("start")]
         rows = [given.names.index(axis.names[i]) for i in shared]

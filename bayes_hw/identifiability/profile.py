@@ -143,7 +143,7 @@ class Misfit:
         values = as_values(self.axis.parameters, coordinates)
         outputs = simulated_outputs(self.axis, values, self.records)
         parts = [
-            whitened(record.y - output, self.autoregression) / self.innovation_sigma
+            whitened(record.y - output, self.autoregression, record.measured) / self.innovation_sigma
             for record, output in zip(self.records, outputs, strict=True)
         ]
         return np.nan_to_num(np.concatenate(parts, axis=1), nan=1e6, posinf=1e6, neginf=-1e6)

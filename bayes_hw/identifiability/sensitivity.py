@@ -60,10 +60,11 @@ def fisher_information(
     both = np.concatenate([centre[:, None] + steps, centre[:, None] - steps], axis=1)
     trials = as_values(axis.parameters, both.reshape(count, -1))
     information = np.zeros((points, count, count))
-    for output in simulated_outputs(axis, trials, records):
+    for record, output in zip(records, simulated_outputs(axis, trials, records), strict=True):
         shaped = output.reshape(2, count, points, -1)
         slopes = (shaped[0] - shaped[1]) / (2 * DIFFERENCE_STEP)
         for point in range(points):
-            rows = whitened(slopes[:, point], autoregression[:, point]) / innovation_sigma[point]
+            rows = whitened(slopes[:, point], autoregression[:, point], record.measured)
+            rows /= innovation_sigma[point]
             information[point] += rows @ rows.T
     return information

@@ -17,6 +17,7 @@ from bayes_hw.identify.cascade import (
     to_values,
 )
 from bayes_hw.identify.cascade_basis import linear_basis, with_linear_solution
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.record import Record
 
 DIFFERENCE_STEP = 1e-6
@@ -33,7 +34,8 @@ REFLECTION_RANGE = 8.0
 
 @dataclass(frozen=True, eq=False)
 class CascadeFit:
-    """One least-squares estimate; `residuals` are measured minus simulated, one array per record."""
+    """One least-squares estimate; `residuals` are measured minus simulated, one array per record, NaN where
+    nothing was measured."""
 
     structure: Structure
     values: CascadeValues
@@ -42,11 +44,16 @@ class CascadeFit:
 
     @property
     def samples(self) -> int:
-        return sum(len(e) for e in self.residuals)
+        """That were measured."""
+        return sum(len(e) for e in self._known)
 
     @property
     def sum_of_squares(self) -> float:
-        return float(sum(e @ e for e in self.residuals))
+        return float(sum(e @ e for e in self._known))
+
+    @property
+    def _known(self) -> list[FloatArray]:
+        return [e[~np.isnan(e)] if np.isnan(e).any() else e for e in self.residuals]
 
     @property
     def rms(self) -> float:
@@ -71,12 +78,15 @@ def fit_cascade(
     lower, upper = _bounds(structure, first)
     first = np.clip(first, lower + 1e-9, upper - 1e-9)
     measured = np.concatenate([record.y for record in records])
+    counted = np.concatenate([record.measured_samples for record in records])
+    whole = bool(counted.all())
     calls = 0
 
     def simulated(coordinates: FloatArray) -> FloatArray:
         nonlocal calls
         calls += coordinates.shape[1] * count
-        return np.concatenate(simulate(structure, coordinates, records), axis=1)
+        outputs = np.concatenate(simulate(structure, coordinates, records), axis=1)
+        return outputs if whole else np.where(counted, outputs, measured)
 
     def residual(coordinates: FloatArray) -> FloatArray:
         return _finite(simulated(coordinates[:, None])[0] - measured)
@@ -109,7 +119,9 @@ def evaluated(
 ) -> CascadeFit:
     """The residuals at given values, without any descent."""
     outputs = simulate(structure, to_coordinates(structure, values)[:, None], records)
-    residuals = tuple(r.y - output[0] for r, output in zip(records, outputs, strict=True))
+    residuals = tuple(
+        with_holes(r.y - output[0], r.measured) for r, output in zip(records, outputs, strict=True)
+    )
     return CascadeFit(structure, values, residuals, simulations + len(records))
 
 

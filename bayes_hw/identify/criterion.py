@@ -24,9 +24,20 @@ for very strong evidence of Kass and Raftery 1995, doi 10.1080/01621459.1995.104
 
 
 def dynamics_criterion(residuals: Sequence[FloatArray], parameters: int) -> float:
-    """N log(innovation variance) + parameters log N, smaller is better; records pooled."""
+    """N log(innovation variance) + parameters log N, smaller is better; records pooled.
+
+    Where residuals are NaN nothing was measured: those samples do not count, and of the products of each lag
+    those do that there are.
+    """
     samples = sum(len(e) for e in residuals)
     covariance = lagged_products(residuals, AUTOREGRESSION_ORDER) / samples
+    if np.isnan(covariance).any():
+        known = [np.where(np.isnan(e), 0.0, 1.0) for e in residuals]
+        there = lagged_products(known, AUTOREGRESSION_ORDER)
+        possible = lagged_products([np.ones_like(e) for e in residuals], AUTOREGRESSION_ORDER)
+        products = lagged_products([np.nan_to_num(e) for e in residuals], AUTOREGRESSION_ORDER)
+        covariance = products / np.maximum(there, 1.0) * possible / samples
+        samples = int(there[0])
     covariance[0] = max(covariance[0] * (1 + 1e-10), np.finfo(float).tiny)
     coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
     innovation = max(float(covariance[0] - coefficients @ covariance[1:]), np.finfo(float).tiny)

@@ -98,17 +98,23 @@ def prepare(records: Sequence[Record], *, free_start: bool) -> Experiment:
     input_scale = max(float(np.abs(record.u).max()) for record in records)
     output_scale = max(float(np.std(record.y)) for record in records)
     scaled = tuple(replace(record, u=record.u / input_scale, y=record.y / output_scale) for record in records)
-    level = white_noise_level([record.y for record in scaled])
+    level = white_noise_level([record.y_or_nan for record in scaled])
     moving = moving_samples(scaled, level)
     return Experiment(scaled, input_scale, output_scale, level, moving, free_start)
 
 
 def moving_samples(records: Sequence[Record], noise_level: float) -> tuple[FloatArray, ...]:
     """`Experiment.moving` of scaled records; everything where next to nothing is clear of zero."""
-    moving = tuple(_moving(record.y, OUTSIDE_NOISE * noise_level) for record in records)
+    moving = tuple(_moving(record.y_or_nan, OUTSIDE_NOISE * noise_level) for record in records)
     if sum(np.count_nonzero(mask) for mask in moving) < MIN_SAMPLES // 2:
-        return tuple(np.ones(len(record)) for record in records)
+        return tuple(_increments_measured(record) for record in records)
     return moving
+
+
+def _increments_measured(record: Record) -> FloatArray:
+    """One where an output and the one before were measured, the first counting as its own, else zero."""
+    known = record.measured_samples
+    return (known & np.append(known[:1], known[:-1])).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,8 +164,12 @@ def _check(records: Sequence[Record]) -> None:
 
 
 def white_noise_level(outputs: Sequence[FloatArray]) -> float:
-    """Standard deviation of white noise whose third differences have the median seen, or the resolution."""
+    """Standard deviation of white noise whose third differences have the median seen, or the resolution.
+
+    Outputs are NaN where nothing was measured.
+    """
     third = np.concatenate([np.diff(y, 3) for y in outputs])
+    third = third[~np.isnan(third)]
     steps = np.abs(np.concatenate([np.diff(y) for y in outputs]))
     level = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
     resolution = float(steps[steps > 0].min()) / np.sqrt(12.0)

@@ -16,7 +16,9 @@ from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
+from bayes_hw.identify.feedback import feedback_test
 from bayes_hw.identify.fit import fit_percent
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.identified_model import (
     baseline_model,
     blocks_shown,
@@ -35,6 +37,7 @@ from bayes_hw.identify.linear_output_error import (
 )
 from bayes_hw.identify.long_records import beginnings
 from bayes_hw.identify.noise import estimate_noise
+from bayes_hw.identify.output_error import whitened
 from bayes_hw.identify.output_nonlinearity import (
     OutputNonlinearity,
     at_half_width,
@@ -150,6 +153,13 @@ def _result(
 ) -> Identification:
     final = path.joint.fit
     noise = estimate_noise(final.residuals)
+    feedback = feedback_test(
+        [record.u[noise.order :] for record in experiment.records],
+        [
+            with_holes(whitened(e, noise.autoregression, record.measured), record.measured)[noise.order :]
+            for record, e in zip(experiment.records, final.residuals, strict=True)
+        ],
+    )
     noise = replace(noise, sigma=noise.sigma * experiment.output_scale)
     shown = blocks_shown(experiment, path.joint, records[0].units)
     model = hammerstein_wiener_model(experiment, final, noise.sigma, name, records[0].units)
@@ -183,7 +193,9 @@ def _result(
         warnings=(
             *search_note(path.joint.search_factor, path.joint.searched_samples, experiment.samples),
             *warnings_of(experiment, path.joint, linear.fit, shown),
+            *([feedback.sentence] if feedback.closed_loop else []),
         ),
+        pool=path.joint.pool,
     )
 
 

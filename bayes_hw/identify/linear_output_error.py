@@ -201,7 +201,7 @@ def _fit_linear(
     structure = Structure.of_order(order, delay, integrator)
     structure = replace(structure, input_offset=True, free_start=experiment.free_start)
     poles, _ = best_poles(experiment, structure, source, experiment.commands)
-    everywhere = [np.ones(len(record)) for record in experiment.records]
+    everywhere = [record.measured_samples.astype(np.float64) for record in experiment.records]
     solved, _ = solve_linear_part(
         structure, poles, experiment.commands, experiment.outputs, everywhere, differenced=False
     )

@@ -2,35 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy import signal
 
-from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.cascade_roots import poles_of, with_poles
 from bayes_hw.identify.experiment import Experiment, moving_samples
 from bayes_hw.identify.growth.delay import at_delay
+from bayes_hw.identify.growth.lowered import lowered
+from bayes_hw.identify.growth.rate_change import at_higher_rate
 from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.identify.growth.slow_poles import with_real_poles
 from bayes_hw.record import Record
 
-SEARCH_SAMPLES = 40_000
-"""Samples of all records together from which on a lower rate is looked for."""
+LONG_SAMPLES = 40_000
+"""Samples of all records together from which on structure is sought on fewer."""
+
+SEARCH_SAMPLES = 24_000
+"""So many, at a lower rate where the axis is slow."""
+
+DELAY_SAMPLES = 240_000
+"""Of the beginnings at the full rate, for the delay."""
+
+BASELINE_SAMPLES = 12_000
+"""Of the beginnings, for the linear baseline and the first steps."""
 
 RATE_OVER_HIGHEST = 4.0
 """Of a lower rate over the highest frequency at which output and command are coherent."""
 
 COHERENT = 0.3
 SEGMENT = 2048
-SCAN_STEPS = 2
+SCAN_STEPS = 6
 
 
 def search_factor(experiment: Experiment) -> int:
     """By how much the rate is lowered for the search: 1 where the records are short or the axis is fast."""
-    wanted = experiment.samples // SEARCH_SAMPLES
-    if wanted <= 1:
+    if experiment.samples <= LONG_SAMPLES:
         return 1
+    wanted = experiment.samples // SEARCH_SAMPLES
     allowed = experiment.sample_rate_hz / (RATE_OVER_HIGHEST * _highest_coherent(experiment))
     return max(1, min(wanted, int(allowed)))
 
@@ -49,83 +59,73 @@ def _highest_coherent(experiment: Experiment) -> float:
     return found
 
 
-def shortened(experiment: Experiment, factor: int) -> Experiment:
-    """The records at a rate lower by `factor` (commands averaged over each longer interval, outputs taken at
-    its start), and where they are still too long their beginnings, in proportion."""
+def for_search(experiment: Experiment, factor: int) -> Experiment:
+    """Long records at a rate lower by `factor` (see `lowered`), and where they are still too long their
+    beginnings, in proportion."""
+    if experiment.samples <= LONG_SAMPLES:
+        return experiment
     share = min(1.0, SEARCH_SAMPLES * factor / experiment.samples)
-    records = tuple(_lowered(_beginning(record, share), factor) for record in experiment.records)
-    return replace(experiment, records=records, moving=moving_samples(records, experiment.noise_level))
+    return _of_records(
+        experiment, [lowered(_beginning(record, share), factor) for record in experiment.records]
+    )
 
 
 def beginnings(experiment: Experiment) -> Experiment:
-    """The same share of each record from its start, SEARCH_SAMPLES in all at most."""
-    return shortened(experiment, 1)
+    """Of long records the same share of each from its start, BASELINE_SAMPLES in all."""
+    if experiment.samples <= LONG_SAMPLES:
+        return experiment
+    share = BASELINE_SAMPLES / experiment.samples
+    return _of_records(experiment, [_beginning(record, share) for record in experiment.records])
+
+
+def _of_records(experiment: Experiment, records: Sequence[Record]) -> Experiment:
+    return replace(
+        experiment, records=tuple(records), moving=moving_samples(tuple(records), experiment.noise_level)
+    )
 
 
 def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     """The cascade found at a rate lower by `factor`, fitted to every sample of `experiment`.
 
-    Poles are taken to the higher rate as p^(1 / factor); residues follow by the descent, in which the output
-    is linear, and the delay by a scan about `factor` times that found.
+    Each component keeps its step response, and strongly damped pairs are parted, on the beginnings of the
+    records; the delay is sought again about `factor` times that found, on DELAY_SAMPLES, since few samples do
+    not tell it from a slow onset; then all samples are fitted.
     """
     if factor == 1 and found.point.samples == experiment.samples:
-        return found
-    structure, values = _at_rate(found, factor, len(experiment.records))
-    start = Grown.at(structure, values, experiment.records).descended(SCAN_STEPS)
-    best, stride = start, max(1, factor // 2)
+        return with_real_poles(found)
+    part = _descended_on(found, for_search(experiment, 1).records, factor)
+    part = with_real_poles(part)
+    if factor > 1:
+        share = min(1.0, DELAY_SAMPLES / experiment.samples)
+        begun = [_beginning(record, share) for record in experiment.records]
+        part = with_best_delay(Grown.at(part.structure, part.values, begun).descended(), factor)
+    if part.point.samples == experiment.samples:
+        return part.descended()
+    return Grown.at(part.structure, part.values, experiment.records).descended()
+
+
+def _descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown:
+    """The cascade of a rate lower by `factor` fitted to records of the full rate."""
+    structure, values = found.structure, found.values
+    if factor > 1:
+        structure, values = at_higher_rate(structure, values, factor, len(records))
+    return Grown.at(structure, values, records).descended()
+
+
+def with_best_delay(start: Grown, reach: int) -> Grown:
+    """`start` at the likeliest delay, from strides of half the `reach` down to one sample."""
+    best, stride = start, max(1, reach // 2)
     while True:
         here = best.structure.delay_samples
         near = [at_delay(best, d).descended(SCAN_STEPS) for d in (here - stride, here + stride) if d >= 0]
         likely = likeliest([best, *near])
         if likely is not best:
-            best = likely
+            best = likely.descended()
         elif stride == 1:
-            return best.descended()
+            return best
         else:
             stride //= 2
 
 
-def _at_rate(found: Grown, factor: int, records: int) -> tuple[Structure, CascadeValues]:
-    old, values = found.structure, found.values
-    if factor == 1:
-        starts = np.zeros((records, old.order))
-        return old, replace(values, starts=starts)
-    poles = poles_of(values, integrator=False)
-    kept = poles[(poles.imag != 0) | (poles.real > 0)]
-    roots = kept.astype(complex) ** (1 / factor)
-    real = int(np.count_nonzero(roots.imag == 0))
-    structure = replace(
-        old,
-        delay_samples=old.delay_samples * factor,
-        real_poles=real % 2,
-        sections=(len(roots) - real % 2) // 2,
-    )
-    moved = with_poles(structure, roots)
-    return structure, replace(
-        moved,
-        lower=values.lower,
-        upper=values.upper,
-        half_width=values.half_width,
-        integrator_residue=values.integrator_residue / factor,
-        starts=np.zeros((records, structure.order)),
-    )
-
-
 def _beginning(record: Record, share: float) -> Record:
     return record if share >= 1 else record.split(share)[0]
-
-
-def _lowered(record: Record, factor: int) -> Record:
-    if factor == 1:
-        return record
-    whole = len(record) // factor * factor
-    blocks: FloatArray = record.u[:whole].reshape(-1, factor).mean(axis=1)
-    return replace(
-        record,
-        t=record.t[:whole:factor],
-        u=blocks,
-        y=record.y[:whole:factor],
-        sample_rate_hz=record.sample_rate_hz / factor,
-        measured=None if record.measured is None else record.measured[:whole:factor],
-        known={name: values[:whole:factor] for name, values in record.known.items()},
-    )

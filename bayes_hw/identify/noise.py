@@ -57,42 +57,77 @@ def autoregression_from_partial(partial: FloatArray) -> FloatArray:
     return coefficients
 
 
-def estimate_noise(residuals: Sequence[FloatArray], order: int | None = None) -> NoiseEstimate:
+def estimate_noise(
+    residuals: Sequence[FloatArray], order: int | None = None, *, most: int = MAX_ORDER
+) -> NoiseEstimate:
     """Burg's estimate over all segments; the order minimises the Bayesian information criterion.
 
-    `residuals` are the residual sequences of the records. A given `order` is taken as it is.
+    `residuals` are the residual sequences of the records, NaN where nothing was measured. A given `order` is
+    taken as it is; otherwise none beyond `most` is.
     """
-    largest = MAX_ORDER if order is None else order
+    largest = most if order is None else order
     partial, variances = burg(residuals, largest)
     samples = sum(len(segment) for segment in residuals)
-    criterion = samples * np.log(np.maximum(variances, np.finfo(float).tiny)) + np.log(samples) * np.arange(
-        largest + 1
-    )
+    price = np.log(samples) * np.arange(largest + 1)
+    if not _holes(residuals):
+        criterion = samples * np.log(np.maximum(variances, np.finfo(float).tiny)) + price
+    else:
+        samples = sum(int(np.count_nonzero(~np.isnan(segment))) for segment in residuals)
+        pairs = _complete_pairs(residuals, largest)
+        gained = np.cumsum(pairs * np.log1p(-np.minimum(partial**2, 1 - 1e-15)))
+        criterion = samples * np.log(variances[0]) + np.append(0.0, gained) + price
     chosen = int(np.argmin(criterion)) if order is None else order
     kept = partial[:chosen]
     sigma = float(np.sqrt(variances[chosen] / np.prod(1 - kept**2)))
     return NoiseEstimate(sigma, kept, criterion)
 
 
+def _holes(segments: Sequence[FloatArray]) -> bool:
+    return any(bool(np.isnan(segment).any()) for segment in segments)
+
+
+def _complete_pairs(segments: Sequence[FloatArray], order: int) -> FloatArray:
+    """For every lag from 1 to `order`, how many stretches of so many samples and one were measured whole."""
+    found = np.zeros(order)
+    for segment in segments:
+        known = run = ~np.isnan(segment)
+        for lag in range(1, order + 1):
+            run = run[1:] & known[: len(known) - lag]
+            found[lag - 1] += np.count_nonzero(run)
+    return found
+
+
 def burg(segments: Sequence[FloatArray], order: int) -> tuple[FloatArray, FloatArray]:
     """Partial autocorrelations (order,) and innovation variances (order + 1,) pooled over the segments.
 
     Burg's recursion: kappa_i maximises the reduction of forward and backward prediction errors together.
+    Where samples are NaN, those errors count that need none of them.
     """
+    holes = _holes(segments)
     forward = [np.asarray(segment, dtype=np.float64) for segment in segments]
     backward = [segment.copy() for segment in forward]
     samples = sum(len(segment) for segment in forward)
+    if holes:
+        samples = sum(int(np.count_nonzero(~np.isnan(segment))) for segment in forward)
     variances = np.empty(order + 1)
-    variances[0] = sum(float(segment @ segment) for segment in forward) / samples
+    variances[0] = sum(_product(segment, segment, holes) for segment in forward) / samples
     partial = np.zeros(order)
     for i in range(order):
         ahead = [f[1:] for f in forward]
         behind = [b[:-1] for b in backward]
-        product = 2 * sum(float(f @ b) for f, b in zip(ahead, behind, strict=True))
-        power = sum(float(f @ f + b @ b) for f, b in zip(ahead, behind, strict=True))
+        product = 2 * sum(_product(f, b, holes) for f, b in zip(ahead, behind, strict=True))
+        power = sum(_power(f, b, holes) for f, b in zip(ahead, behind, strict=True))
         kappa = product / power if power > 0 else 0.0
         forward = [f - kappa * b for f, b in zip(ahead, behind, strict=True)]
         backward = [b - kappa * f for f, b in zip(ahead, behind, strict=True)]
         partial[i] = kappa
         variances[i + 1] = variances[i] * (1 - kappa**2)
     return partial, variances
+
+
+def _product(f: FloatArray, b: FloatArray, holes: bool) -> float:
+    return float(np.nansum(f * b)) if holes else float(f @ b)
+
+
+def _power(f: FloatArray, b: FloatArray, holes: bool) -> float:
+    return float(np.nansum(f * f + b * b)) if holes else float(f @ f + b @ b)

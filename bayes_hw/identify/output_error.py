@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.identify.holes import whitened_over_holes, with_holes
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.model.known_input import TORQUE
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
@@ -27,7 +29,8 @@ COORDINATE_LIMIT = 12.0
 class OutputErrorFit:
     """One least-squares estimate.
 
-    `values` and `coordinates` (parameters,); `residuals` (all samples,) measured minus simulated, unwhitened;
+    `values` and `coordinates` (parameters,); `residuals` (all samples,) measured minus simulated, unwhitened,
+    NaN where nothing was measured;
     `information` (parameters, parameters) is J^T J of the weighted residuals in coordinates, prior excluded;
     `sum_of_squares` of the weighted residuals; `simulations` counts simulated records.
     """
@@ -40,9 +43,20 @@ class OutputErrorFit:
     simulations: int
 
     @property
+    def samples(self) -> int:
+        """That were measured."""
+        return int(np.count_nonzero(~np.isnan(self.residuals)))
+
+    @property
+    def plain_sum_of_squares(self) -> float:
+        """Of the unwhitened residual, output units squared."""
+        known = self.residuals[~np.isnan(self.residuals)]
+        return float(known @ known)
+
+    @property
     def rms(self) -> float:
         """Root mean square of the unwhitened residual, output units."""
-        return float(np.sqrt(np.mean(self.residuals**2)))
+        return float(np.sqrt(self.plain_sum_of_squares / self.samples))
 
 
 def simulated_outputs(
@@ -53,16 +67,47 @@ def simulated_outputs(
     for number, record in enumerate(records):
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
-        outputs.append(simulate_batch(form, record.u, axis.model.linear.delay_samples, before).y)
+        found = simulate_batch(form, record.u, axis.model.linear.delay_samples, before)
+        outputs.append(found.y if not axis.model.known else with_known(axis, values, record, found.w))
     return outputs
 
 
-def whitened(residuals: FloatArray, autoregression: FloatArray) -> FloatArray:
-    """e(k) - sum_i phi_i e(k - i) along the last axis, with e = 0 before the first sample."""
+def with_known(axis: AxisParameters, values: FloatArray, record: Record, w: FloatArray) -> FloatArray:
+    """y (walkers, samples) with the known inputs of the model, of w (walkers, samples) without them. Raises
+    InputError where the record lacks one."""
+    reading = np.zeros_like(w)
+    for one, rows in zip(axis.model.known, axis.known_rows, strict=True):
+        added = values[rows].T @ one.signals(record.known, len(record))
+        if one.way == TORQUE:
+            w = w + added
+        else:
+            reading += added
+    gains, half_width = axis.model.normalization, values[2][:, None]
+    above, below = np.maximum(w - half_width, 0.0), np.minimum(w + half_width, 0.0)
+    return np.asarray(gains.c2 * above + gains.c3 * below + reading)
+
+
+def whitened(
+    residuals: FloatArray, autoregression: FloatArray, measured: BoolArray | None = None
+) -> FloatArray:
+    """e(k) - sum_i phi_i e(k - i) along the last axis, with e = 0 before the first sample.
+
+    Where samples were not `measured` (samples,), theirs are zero, and those behind them the innovations given
+    what was measured, over the ratio of their standard deviation to that of the others.
+    """
     innovations = residuals.copy()
     for lag, coefficient in enumerate(autoregression, start=1):
         innovations[..., lag:] -= coefficient * residuals[..., :-lag]
-    return innovations
+    if measured is None:
+        return innovations
+    order, samples = len(autoregression), residuals.shape[-1]
+    predictors = np.zeros((order + 1, max(order, 1)))
+    for known in range(1, order + 1):
+        predictors[known, :known] = autoregression[:known]
+    rows = np.ascontiguousarray(residuals).reshape(-1, samples)
+    result = np.ascontiguousarray(innovations).reshape(-1, samples)
+    whitened_over_holes(rows, measured, predictors, np.ones(order + 1), result)
+    return result.reshape(residuals.shape)
 
 
 def fit_output_error(
@@ -91,7 +136,7 @@ def fit_output_error(
         calls += coordinates.shape[1] * len(records)
         outputs = simulated_outputs(axis, as_values(parameters, coordinates), records)
         parts = [
-            whitened(record.y - output, coefficients) / sigma
+            whitened(record.y - output, coefficients, record.measured) / sigma
             for record, output in zip(records, outputs, strict=True)
         ]
         if prior:
@@ -122,7 +167,9 @@ def fit_output_error(
     coordinates = np.asarray(solution.x, dtype=np.float64)
     values = as_values(parameters, coordinates)
     outputs = simulated_outputs(axis, values[:, None], records)
-    residuals = np.concatenate([r.y - o[0] for r, o in zip(records, outputs, strict=True)])
+    residuals = np.concatenate(
+        [with_holes(r.y - o[0], r.measured) for r, o in zip(records, outputs, strict=True)]
+    )
     samples = residuals.size
     slopes = np.asarray(solution.jac)[:samples]
     weights = np.asarray(solution.fun)[:samples]

@@ -24,8 +24,8 @@ LARGEST_SHARE = 1.5
 
 @dataclass(frozen=True, eq=False)
 class OutputNonlinearity:
-    """`intermediate` and `output` (all samples,) are w simulated and y measured; `half_widths` (trials,) with
-    their `errors` (root mean square); `fit`
+    """`intermediate` and `output` (measured samples,) are w simulated and y measured; `half_widths`
+    (trials,) with their `errors` (root mean square); `fit`
     is the cascade at the best one.
     """
 
@@ -50,9 +50,9 @@ def estimate_output_nonlinearity(
     errors = np.array([fit.rms for fit in fits])
     best = fits[int(np.argmin(errors))]
     signals = intermediate_signal(best.structure, best.values, experiment.records)
-    return OutputNonlinearity(
-        np.concatenate(signals), np.concatenate(experiment.outputs), trials, errors, best
-    )
+    known = np.concatenate([record.measured_samples for record in experiment.records])
+    outputs = np.concatenate(experiment.outputs)
+    return OutputNonlinearity(np.concatenate(signals)[known], outputs[known], trials, errors, best)
 
 
 def at_half_width(
@@ -85,8 +85,9 @@ def inverse_dead_zone(outputs: Sequence[FloatArray], half_width: float) -> list[
 
 def _outside(experiment: Experiment, half_width: float) -> list[FloatArray]:
     """Samples at which the sign of y tells the side of the dead zone; all of them where there is none."""
+    everywhere = [record.measured_samples.astype(float) for record in experiment.records]
     if half_width == 0:
-        return [np.ones(len(y)) for y in experiment.outputs]
+        return everywhere
     threshold = OUTSIDE_NOISE * experiment.noise_level
-    masks = [(np.abs(y) > threshold).astype(float) for y in experiment.outputs]
-    return masks if sum(m.sum() for m in masks) > 0 else [np.ones_like(m) for m in masks]
+    masks = [m * (np.abs(y) > threshold) for m, y in zip(everywhere, experiment.outputs, strict=True)]
+    return masks if sum(m.sum() for m in masks) > 0 else everywhere

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.linear_output_error import OrderCandidate
 from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.identify.structure_pool import StructurePool
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
 
@@ -108,6 +109,7 @@ class Identification:
     noise: NoiseEstimate
     residuals: tuple[FloatArray, ...]
     warnings: tuple[str, ...]
+    pool: StructurePool
 
     def to_dict(self) -> dict[str, Any]:
         """The content of fit.json, units as in the records."""
@@ -133,6 +135,7 @@ class Identification:
             "input_curve": _rebuilt_dict(self.input_curve, "u", "v"),
             "output_cloud": _rebuilt_dict(self.output_cloud, "w", "y"),
             "orders": [asdict(candidate) for candidate in self.orders],
+            "structure": self.pool.to_dict(),
             "linear_orders": [asdict(candidate) for candidate in self.linear_orders],
             "fits": [asdict(fit) for fit in self.fits],
             "blocks_shown": {key: asdict(value) for key, value in self.blocks_shown.items()},

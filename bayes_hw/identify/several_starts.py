@@ -59,7 +59,7 @@ def fit_from_several_starts(
     `autoregression`, `sigma` and `prior` (as for `fit_output_error`) enter the last descent alone.
     """
     plain = [fit_output_error(axis, records, start) for start in _start_points(axis, records, rng, starts)]
-    sums = np.array([float(fit.residuals @ fit.residuals) for fit in plain])
+    sums = np.array([fit.plain_sum_of_squares for fit in plain])
     best = plain[int(np.argmin(sums))]
     agreeing = int(np.count_nonzero(sums <= (1 + AGREEMENT) * sums.min()))
     if prior or sigma != 1.0 or autoregression is not None:
@@ -82,7 +82,7 @@ def _start_points(
         values = as_values(axis.parameters, draws)
         errors = np.zeros(CANDIDATES_PER_START)
         for record, output in zip(records, simulated_outputs(axis, values, records), strict=True):
-            errors += np.sum((record.y - output) ** 2, axis=1)
+            errors += np.sum((record.y - output)[:, record.measured_samples] ** 2, axis=1)
         points.append(values[:, int(np.argmin(np.nan_to_num(errors, nan=np.inf)))])
     return points
 

@@ -26,11 +26,17 @@ def evaluate(identification: Identification, records: Sequence[Record]) -> tuple
     When the identification was made with free starts, the initial states of each record are estimated
     first, for both models alike, from the first START_SHARE of it.
     """
+    model = identification.model
     return tuple(
         RecordFit(
             record.name,
-            fit_percent(record.y, simulated(identification.cascade, record)),
-            fit_percent(record.y, simulated(identification.baseline_cascade, record)),
+            fit_percent(
+                record.y_or_nan,
+                model.simulate(record.u, known=record.known).y
+                if model.known
+                else simulated(identification.cascade, record),
+            ),
+            fit_percent(record.y_or_nan, simulated(identification.baseline_cascade, record)),
         )
         for record in records
     )
@@ -63,4 +69,5 @@ def _start_correction(
     batch[-order:, 1:] += step * np.eye(order)
     outputs = simulate(cascade.structure, batch, [record])[0][:, :used]
     slopes = (outputs[1:] - outputs[0]).T / step
-    return scaled_least_squares(slopes, record.y[:used] - outputs[0])
+    known = record.measured_samples[:used]
+    return scaled_least_squares(slopes[known], (record.y[:used] - outputs[0])[known])

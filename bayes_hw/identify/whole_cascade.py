@@ -16,15 +16,17 @@ from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
-from bayes_hw.identify.growth.search import Grown, grow, smallest_cascade
-from bayes_hw.identify.growth.slow_poles import with_real_poles, with_slow_poles
+from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     NEAR_INTEGRATOR,
     OrderCandidate,
     Progress,
     forgets_within,
 )
-from bayes_hw.identify.long_records import SEARCH_SAMPLES, at_full_rate, search_factor, shortened
+from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
+from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
+from bayes_hw.identify.structure_pool import StructurePool, pool_of
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
@@ -37,7 +39,7 @@ class JointStage:
     """The chosen cascade; every order and delay tried; for each block in BLOCKS how much the criterion
     rises without it (None where the records could not show it at all), and the error then; how many slow real
     poles were kept although the criterion asks for none (`bayes_hw.identify.growth.slow_poles`); by how much
-    the rate was lowered for the search, and how many samples it saw.
+    the rate was lowered for the search, how many samples it saw, and the weights of all structures there.
     """
 
     fit: CascadeFit
@@ -47,6 +49,7 @@ class JointStage:
     slow_poles_kept: int
     search_factor: int
     searched_samples: int
+    pool: StructurePool
 
 
 def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, report: Progress) -> JointStage:
@@ -55,7 +58,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     Long records are searched at a lower rate or in part, and then fitted as a whole.
     """
     factor = search_factor(whole)
-    experiment = shortened(whole, factor) if whole.samples > SEARCH_SAMPLES else whole
+    experiment = for_search(whole, factor)
     tried: list[Grown] = []
     parts = 2 * max_order + 4
 
@@ -74,20 +77,19 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         dead_zone=True,
         free_start=experiment.free_start,
     )
-    first = _grown(experiment, structure, min(SMALL_ORDER, max_order), told(0))
-    small = coarse_delay(first[max(first)])
+    small = _small(experiment, structure, min(SMALL_ORDER, max_order), told(0))
     wanted, done = [small.structure.delay_samples], set[int]()
     while wanted:
         delay = wanted.pop()
         done.add(delay)
-        pool = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
-        found = chosen(pool.values())
+        grown = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
+        found = chosen(grown)
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
             found = with_longer_delay(found)
             wanted.append(found.structure.delay_samples)
-        tried += [*pool.values(), found]
+        tried += [*grown, found]
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
@@ -103,7 +105,8 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if best.structure.dead_zone:
         wider = with_slow_poles(best)
         best, kept = wider, wider.structure.order - best.structure.order
-    best = with_real_poles(at_full_rate(best, whole, factor))
+    pool = pool_of(tried, best, kept)
+    best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(
         cascade_fit(best),
@@ -113,6 +116,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         kept,
         factor,
         experiment.samples,
+        pool,
     )
 
 
@@ -126,11 +130,29 @@ def cascade_fit(item: Grown) -> CascadeFit:
     return CascadeFit(item.structure, item.values, item.point.residuals)
 
 
+def _small(experiment: Experiment, structure: Structure, order: int, told: Callable[[int], None]) -> Grown:
+    """A cascade of few poles at the delay that suits it."""
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level)
+    pool = grow(start, order, told)
+    found = coarse_delay(pool[max(pool)])
+    if not absorbed(pool[max(pool)]):
+        return found
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
+    pool = grow(start, order, told)
+    plain = coarse_delay(pool[max(pool)].under_noise(0).descended())
+    return likeliest([found, plain.under_noise(MAX_NOISE_ORDER).descended()])
+
+
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
-) -> dict[int, Grown]:
+) -> list[Grown]:
+    """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too."""
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
-    return grow(start, largest_order, told)
+    pool = list(grow(start, largest_order, told).values())
+    if absorbed(chosen(pool)):
+        start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
+        pool += grow(start, largest_order, told).values()
+    return pool
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:

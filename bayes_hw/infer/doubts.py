@@ -6,7 +6,8 @@ from bayes_hw.infer.inference import Inference
 
 
 def said_of(inference: Inference) -> tuple[str, ...]:
-    """Whether the sampling has not converged, and whether the model leaves something of the records."""
+    """Whether the sampling has not converged, and whether the model leaves something of the records,
+    and whether these are of a closed loop."""
     said = []
     if not inference.posterior.converged:
         said.append("NOT CONVERGED: " + "; ".join(inference.posterior.problems))
@@ -18,4 +19,6 @@ def said_of(inference: Inference) -> tuple[str, ...]:
     if not inference.residuals.white:
         failed = next(test for test in inference.residuals.tests if not test.passed)
         said.append(f"the residuals are not white: {failed.name}: {failed.meaning}")
+    if inference.residuals.feedback.closed_loop:
+        said.append(inference.residuals.feedback.sentence)
     return tuple(said)

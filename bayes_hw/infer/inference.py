@@ -7,7 +7,7 @@ import json
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -16,15 +16,20 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
+from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
+from bayes_hw.infer.noise import noise_order
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
 from bayes_hw.infer.straightening import Straightening
+from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
@@ -42,6 +47,15 @@ class Inference:
 
     posterior: Posterior
     sampling: Sampling
+    start: StartingPoint
+    residuals: ResidualReport
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Where sampling would begin: the axis, the estimate, the tests of its residuals."""
+
+    axis: AxisParameters
     start: StartingPoint
     residuals: ResidualReport
 
@@ -77,29 +91,23 @@ def infer(
     progress: Progress | None = None,
     checkpoint_folder: Path | None = None,
     resume: bool = False,
+    estimate: Estimate | None = None,
 ) -> Inference:
     """Sample the posterior of `model`'s free parameters given `records`; `noise` as for `starting_point`.
 
-    Started from the least-squares estimate that several descents from `model` reach; see
-    `starting_point` and `sample`. With `checkpoint_folder` the chain is kept there block by block.
+    Started from the least-squares estimate that several descents from `model` reach, or from `estimate`,
+    which is that of the same arguments; see `starting_point` and `sample`. With `checkpoint_folder` the chain
+    is kept there block by block.
     """
     begin = time.perf_counter()
-    for option, given, known in (
-        ("free", free, get_args(FreeSet)),
-        ("start", start, get_args(StartCondition)),
-        ("noise", noise, get_args(NoiseKind)),
-    ):
-        if given not in known:
-            raise InputError(f"{option}={given!r}: unknown; use one of {', '.join(known)}")
-    if not records:
-        raise InputError("no record to sample from; give at least one")
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
-    check_rates(model, records)
-    axis = axis_for(model, records, free, start)
     start_rng, sampler_rng = rng.spawn(2)
-    with one_blas_thread(), progress.stage("least squares from several starts"):
-        origin = starting_point(axis, records, start_rng, noise)
+    found = estimate or estimated(
+        model, records, start_rng, free=free, start=start, noise=noise, progress=progress
+    )
+    axis, origin = found.axis, found.start
+    long = noise == "normal" and are_long(records)
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -115,38 +123,95 @@ def infer(
                 repr(rng.bit_generator.state),
             ),
         )
-    with one_blas_thread():
-        sampling = sample(
-            lambda: LogPosterior(axis, origin.noise_parameters, records),
-            origin.coordinates,
-            origin.covariance,
-            sampler_rng,
-            settings=settings,
-            others=origin.others,
-            straightening=Straightening.of(axis.parameters, records),
-            jobs=jobs,
-            progress=progress,
-            checkpoint=checkpoint,
-            resume=resume,
-        )
     target = LogPosterior(axis, origin.noise_parameters, records)
+    reweighting = None
+    with one_blas_thread():
+        if long:
+            sampling, reweighting = sample_long(
+                target,
+                origin,
+                sampler_rng,
+                settings=settings,
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume,
+            )
+        if reweighting is None or not reweighting.holds:
+            sampling = sample(
+                lambda: LogPosterior(axis, origin.noise_parameters, records),
+                origin.coordinates,
+                origin.covariance,
+                sampler_rng,
+                settings=settings,
+                others=origin.others,
+                straightening=Straightening.of(axis.parameters, records),
+                jobs=jobs,
+                progress=progress,
+                checkpoint=checkpoint,
+                resume=resume and not long,
+            )
+            reweighting = None
+    values = target.values(sampling.chain)
     posterior = Posterior(
         axis=axis,
         noise_parameters=origin.noise_parameters,
-        values=target.values(sampling.chain),
+        values=values,
         log_probability=sampling.log_probability,
         point_estimate=target.values(origin.coordinates),
         converged=sampling.convergence.converged,
         problems=sampling.convergence.problems,
         seconds=time.perf_counter() - begin,
         convergence=sampling.convergence,
+        reweighting=reweighting,
+        trade=trade_of(axis, values, records),
     )
-    return Inference(posterior, sampling, origin, residual_report(posterior, records))
+    residuals = residual_report(posterior, records)
+    return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)
+
+
+def estimated(
+    model: HammersteinWiener,
+    records: Sequence[Record],
+    rng: np.random.Generator,
+    *,
+    free: FreeSet = "all",
+    start: StartCondition = "rest",
+    noise: NoiseKind = "normal",
+    progress: Progress | None = None,
+) -> Estimate:
+    """The least-squares estimate that sampling begins from, and the tests of its residuals.
+
+    Raises InputError on options unknown, without any record and where rates differ.
+    """
+    for option, given, known in (
+        ("free", free, get_args(FreeSet)),
+        ("start", start, get_args(StartCondition)),
+        ("noise", noise, get_args(NoiseKind)),
+    ):
+        if given not in known:
+            raise InputError(f"{option}={given!r}: unknown; use one of {', '.join(known)}")
+    if not records:
+        raise InputError("no record to sample from; give at least one")
+    check_rates(model, records)
+    axis = axis_for(model, records, free, start)
+    expanded = noise == "normal" and are_long(records)
+    if not expanded:
+        axis = without_unseen_poles(axis, records)
+    with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
+        origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
+    return Estimate(axis, origin, _tested(axis, origin, records))
+
+
+def _tested(axis: AxisParameters, origin: StartingPoint, records: Sequence[Record]) -> ResidualReport:
+    values = LogPosterior(axis, origin.noise_parameters, records).values(origin.coordinates)
+    return _residuals_at(axis, noise_order(origin.noise_parameters), values, records)
 
 
 def _data_digest(record: Record) -> str:
     """SHA-256 of what the likelihood sees of a record."""
-    return hashlib.sha256(record.u.tobytes() + record.y.tobytes()).hexdigest()
+    holes = b"" if record.measured is None else record.measured.tobytes()
+    return hashlib.sha256(record.u.tobytes() + record.y.tobytes() + holes).hexdigest()
 
 
 def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:
@@ -154,12 +219,18 @@ def residual_report(posterior: Posterior, records: Sequence[Record]) -> Residual
     target = LogPosterior(posterior.axis, posterior.noise_parameters, records)
     flat = posterior.values.reshape(-1, posterior.values.shape[-1])
     centre = target.values(target.coordinates(flat).mean(axis=0))
-    n_axis = len(posterior.axis.parameters)
-    outputs = simulated_outputs(posterior.axis, centre[:n_axis, None], records)
+    return _residuals_at(posterior.axis, posterior.noise_order, centre, records)
+
+
+def _residuals_at(
+    axis: AxisParameters, order: int, values: FloatArray, records: Sequence[Record]
+) -> ResidualReport:
+    """Residuals at `values` (parameters,), whitened by a noise of that order and tested."""
+    n_axis = len(axis.parameters)
+    outputs = simulated_outputs(axis, values[:n_axis, None], records)
     residuals: list[FloatArray] = [
-        record.y - output[0] for record, output in zip(records, outputs, strict=True)
+        with_holes(record.y - output[0], record.measured)
+        for record, output in zip(records, outputs, strict=True)
     ]
-    autoregression = autoregression_from_partial(
-        centre[n_axis + 1 : n_axis + 1 + posterior.noise_order, None]
-    )[:, 0]
+    autoregression = autoregression_from_partial(values[n_axis + 1 : n_axis + 1 + order, None])[:, 0]
     return examine_residuals(records, residuals, autoregression)

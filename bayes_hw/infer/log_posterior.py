@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
+from bayes_hw.identify.output_error import with_known
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -15,8 +17,9 @@ from bayes_hw.infer.noise import (
     robust_log_likelihood,
     robust_precision,
 )
+from bayes_hw.infer.residual_sums import lagged_sums, robust_sums
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.kernel import lagged_residual_sums
+from bayes_hw.model.kernel import NONE, lagged_residual_sums, simulate_batch
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
 from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
@@ -27,7 +30,8 @@ class LogPosterior:
 
     Generative model: y = n(G f(u)) + e with e a stationary AR(p) process of normal or Student-t innovations,
     independent between records (see `bayes_hw.infer.noise`), and independent priors on the parameters'
-    values. The density is that of the unbounded coordinates, Jacobian included.
+    values. Samples that were not measured are not part of it. The density is that of the unbounded
+    coordinates, Jacobian included.
 
     `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial
     autocorrelations and, for Student-t innovations, their degrees of freedom. `non_finite` counts the
@@ -43,6 +47,9 @@ class LogPosterior:
         self.student_t = is_student_t(noise)
         self.non_finite = 0
         self._vector = ParameterVector(self.parameters)
+        self._holes = [
+            None if record.measured is None else Holes.of(record.measured, self.order) for record in records
+        ]
 
     @property
     def dimension(self) -> int:
@@ -79,6 +86,14 @@ class LogPosterior:
         result[broken] = -np.inf
         return result
 
+    def _outputs(self, values: FloatArray, number: int) -> FloatArray:
+        """y (walkers, samples) of one record under values (parameters, walkers) of the axis."""
+        record = self.records[number]
+        form = self.axis.modal_form(values, number)
+        before = 0.0 if self.axis.start_positions is None else float(record.u[0])
+        w = simulate_batch(form, record.u, self.axis.model.linear.delay_samples, before).w
+        return with_known(self.axis, values, record, w)
+
     def log_likelihood(self, values: FloatArray) -> FloatArray:
         """Log-likelihood (walkers,) of values (parameters, walkers), summed over the records."""
         n_axis = len(self.axis.parameters)
@@ -89,19 +104,23 @@ class LogPosterior:
             if number == 0 or self.axis.start_positions is not None:
                 form = self.axis.modal_form(values[:n_axis], number)
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
+            holes = self._holes[number]
+            near = NONE if holes is None else holes.near
+            residuals = None
+            if self.axis.model.known:
+                residuals = record.y - self._outputs(values[:n_axis], number)
             if self.student_t:
                 degrees = values[-1]
-                robust = robust_residual_sums(
-                    form,
-                    record.u,
-                    record.y,
-                    delay,
-                    autoregression_from_partial(partial),
-                    robust_precision(sigma, partial, degrees),
-                    before,
-                )
-                total += robust_log_likelihood(robust, len(record), sigma, partial, degrees)
+                noise = autoregression_from_partial(partial), robust_precision(sigma, partial, degrees)
+                if residuals is not None:
+                    robust = robust_sums(residuals, *noise, near)
+                else:
+                    robust = robust_residual_sums(form, record.u, record.y, delay, *noise, before, near)
+                total += robust_log_likelihood(robust, len(record), sigma, partial, degrees, holes)
                 continue
-            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before)
-            total += log_likelihood(sums, len(record), sigma, partial)
+            if residuals is not None:
+                sums = lagged_sums(residuals, self.order, near)
+            else:
+                sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near)
+            total += log_likelihood(sums, len(record), sigma, partial, holes)
         return total

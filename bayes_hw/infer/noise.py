@@ -13,6 +13,7 @@ from numba import njit
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import Parameter
@@ -52,17 +53,24 @@ def noise_order(noise: Sequence[Parameter]) -> int:
     return len(noise) - 1 - int(is_student_t(noise))
 
 
-def log_likelihood(sums: LaggedSums, samples: int, sigma: FloatArray, partial: FloatArray) -> FloatArray:
+def log_likelihood(
+    sums: LaggedSums, samples: int, sigma: FloatArray, partial: FloatArray, holes: Holes | None = None
+) -> FloatArray:
     """Exact Gaussian log-likelihood of one record's residuals for every walker.
 
     `sigma` (walkers,) is the marginal standard deviation, `partial` (p, walkers). The quadratic form is that
     of Box, Jenkins and Reinsel, Time Series Analysis, appendix A7.4: S = sum_ij c_i c_j D_ij with
     c = (1, -phi_1, ..., -phi_p) and D_ij the lagged product sums without the i first and last terms. Minus
-    infinity where rounding may have changed the result by more than LARGEST_ROUNDING.
+    infinity where rounding may have changed the result by more than LARGEST_ROUNDING. With `holes` some of
+    the `samples` were not measured: `sums` are as if they were, with the residuals near the holes.
     """
     result = np.empty(len(sigma))
-    lagged, head, tail = (np.ascontiguousarray(part) for part in sums)
+    lagged, head, tail = (np.ascontiguousarray(part) for part in sums[:3])
     _log_likelihood(lagged, head, tail, samples, sigma, np.ascontiguousarray(partial), result)
+    if holes is not None:
+        terms, logarithms = holes.corrections(sums.near, partial)
+        variance = sigma**2 * np.prod(1 - partial**2, axis=0)
+        result += 0.5 * holes.missing * np.log(2 * np.pi * variance) - logarithms - 0.5 * terms / variance
     return result
 
 
@@ -112,13 +120,19 @@ def robust_precision(sigma: FloatArray, partial: FloatArray, degrees: FloatArray
 
 
 def robust_log_likelihood(
-    sums: RobustSums, samples: int, sigma: FloatArray, partial: FloatArray, degrees: FloatArray
+    sums: RobustSums,
+    samples: int,
+    sigma: FloatArray,
+    partial: FloatArray,
+    degrees: FloatArray,
+    holes: Holes | None = None,
 ) -> FloatArray:
     """Log-likelihood of one record's residuals with Student-t innovations for every walker.
 
     e(k) given the past is its AR prediction plus s_k t with nu `degrees` (walkers,) of freedom (Lange, Little
     and Taylor, doi 10.1080/01621459.1989.10478852). For k < p prediction and scale are those of the AR(k) of
-    the first k partial autocorrelations, s_k^2 = s^2 / prod_{i > k} (1 - kappa_i^2).
+    the first k partial autocorrelations, s_k^2 = s^2 / prod_{i > k} (1 - kappa_i^2); behind `holes` (as for
+    `log_likelihood`) prediction and scale are those of normal noise given what was measured.
     """
     order = len(partial)
     shrinkage = 1 - partial**2
@@ -130,6 +144,9 @@ def robust_log_likelihood(
         error = sums.head[k] - np.sum(coefficients * sums.head[:k][::-1], axis=0)
         logarithms += np.log1p(precision * widening * error**2)
         log_scales -= 0.5 * np.log(widening)
+    if holes is not None:
+        terms, change = holes.corrections(sums.near, partial, precision)
+        logarithms, log_scales, samples = logarithms + terms, log_scales + change, samples - holes.missing
     constant = special.gammaln((degrees + 1) / 2) - special.gammaln(degrees / 2) - 0.5 * np.log(np.pi)
     return samples * (constant + 0.5 * np.log(precision)) - log_scales - 0.5 * (degrees + 1) * logarithms
 

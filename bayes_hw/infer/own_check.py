@@ -26,6 +26,11 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 
+FEWEST = 10
+"""Replicates from which the check says anything."""
+
+NOMINAL, SIGNIFICANCE = 0.94, 0.05
+
 SAME_MODE = 0.15
 """Modes whose logarithms of frequency differ by less are one."""
 
@@ -48,6 +53,11 @@ class Held:
         found = binomtest(self.held, self.of).proportion_ci(0.95, method="exact")
         return float(found.low), float(found.high)
 
+    @property
+    def p_value(self) -> float:
+        """Of so few held where NOMINAL of them should be."""
+        return float(binomtest(self.held, self.of, NOMINAL, alternative="less").pvalue)
+
 
 @dataclass(frozen=True)
 class OwnCheck:
@@ -62,11 +72,29 @@ class OwnCheck:
         """Every interval of every replicate together."""
         return Held(sum(h.held for h in self.held.values()), sum(h.of for h in self.held.values()))
 
+    @property
+    def refuted(self) -> tuple[str, ...]:
+        """Parameters held so seldom that chance gives it once in 1 / SIGNIFICANCE checks, for all of them
+        together (Holm, Scand. J. Statist. 6, 65)."""
+        found: list[str] = []
+        ordered = sorted(self.held, key=lambda name: self.held[name].p_value)
+        for number, name in enumerate(ordered):
+            if self.held[name].p_value >= SIGNIFICANCE / (len(ordered) - number):
+                break
+            found.append(name)
+        return tuple(found)
+
+    @property
+    def stands(self) -> bool:
+        """Whether there are FEWEST replicates and no parameter is refuted."""
+        return self.replicates >= FEWEST and not self.refuted
+
     def to_dict(self) -> dict[str, Any]:
         """The entry `check` of posterior.json."""
         return {
             "replicates": self.replicates,
             "converged": self.converged,
+            "stands": self.stands,
             "held": {
                 name: {"held": one.held, "of": one.of, "interval95": list(one.interval95)}
                 for name, one in self.held.items()
@@ -105,11 +133,12 @@ def check_own_axis(
 def check_tasks(
     posterior: Posterior, records: Sequence[Record], replicates: int, seed: int, settings: SamplerSettings
 ) -> list[CheckTask]:
-    """One task of `check_once` a posterior draw."""
-    rng = np.random.default_rng(seed)
+    """One task of `check_once` a posterior draw; more replicates begin with the same ones."""
     n_axis = len(posterior.axis.parameters)
+    flat = posterior.values.reshape(-1, posterior.values.shape[-1])
     tasks = []
-    for number, draw in enumerate(posterior.draws(replicates, rng)[:replicates]):
+    for number, row in enumerate(np.random.default_rng(seed).permutation(len(flat))[:replicates]):
+        draw, rng = flat[row], np.random.default_rng([seed, number])
         model = posterior.axis.to_model(draw[:n_axis])
         sigma, partial = float(draw[n_axis]), draw[n_axis + 1 :]
         simulated = tuple(_simulated(model, record, sigma, partial, rng) for record in records)

@@ -73,7 +73,7 @@ def _followed(
         outputs = simulated_outputs(axis, trials, target.records)
         measured = np.concatenate(
             [
-                whitened(record.y - output, autoregression)
+                whitened(record.y - output, autoregression, record.measured)
                 for record, output in zip(target.records, outputs, strict=True)
             ],
             axis=1,

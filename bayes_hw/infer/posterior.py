@@ -18,7 +18,9 @@ from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
+from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.infer.noise import is_student_t, noise_order, noise_parameters
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary, summarize
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -44,7 +46,10 @@ class Posterior:
 
     `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
-    read back from file, which keeps `converged` and `problems`.
+    read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
+    the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
+    in for that of all samples, where it did; `trade` what trades places with the dead zone. Neither is read
+    back.
     """
 
     axis: AxisParameters
@@ -56,6 +61,9 @@ class Posterior:
     problems: tuple[str, ...]
     seconds: float
     convergence: Convergence | None = None
+    failed_tests: tuple[str, ...] = ()
+    reweighting: Reweighting | None = None
+    trade: Trade | None = None
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -72,7 +80,8 @@ class Posterior:
     @property
     def conditional_on(self) -> tuple[str, ...]:
         """In words, what the same records estimated and these intervals take as known; empty for none."""
-        return ("the zeros and the other poles of G",) if self.axis.free == "dominant" else ()
+        held = ["the zeros and the other poles of G"] if self.axis.free == "dominant" else []
+        return (*held, *(f"the poles of the response to {one.column}" for one in self.axis.model.known))
 
     @property
     def noise_order(self) -> int:
@@ -109,6 +118,8 @@ class Posterior:
         found: dict[str, Summary] = {}
         if "gain" not in self.names:
             found["gain"] = summarize(self.axis.gain(flat[:, :n_axis].T).reshape(shape), "")
+        for name, (draws, unit) in self.axis.known_strengths(flat[:, :n_axis].T).items():
+            found[name] = summarize(draws.reshape(shape), unit)
         velocity = self.axis.velocity_gain(flat[:, :n_axis].T)
         if "velocity_gain" not in self.names and np.all(np.isfinite(velocity)):
             found["velocity_gain"] = summarize(velocity.reshape(shape), self.axis.model.units.velocity_gain)
@@ -127,6 +138,8 @@ class Posterior:
         if "gain" not in names:
             names.insert(names.index("dead_zone.half_width") + 1, "gain")
         found = self.summaries | self.derived
+        at = names.index("noise.sigma")
+        names[at:at] = [name for name in self.derived if name.startswith("known.")]
         return {name: found[name] for name in names}
 
     def draws(self, count: int, rng: np.random.Generator) -> FloatArray:
@@ -151,15 +164,19 @@ class Posterior:
             },
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "interval": "94 % highest-density interval",
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
             "conditional_on": list(self.conditional_on),
+            "held_poles": list(self.axis.held_poles),
             "start": "rest" if self.axis.start_positions is None else "free",
             "ensembles": self.values.shape[0],
             "steps": self.values.shape[1],
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
+            **({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()}),
+            **({} if self.trade is None else {"dead_zone_trade": self.trade.to_dict()}),
         }
 
     def to_arviz(self, records: Sequence[Record] = ()) -> DataTree:
@@ -235,6 +252,7 @@ class Posterior:
                 state["free"],
                 output_scale=state["output_scale"],
                 start_positions=None if start is None else np.array(start),
+                held_poles=tuple(str(name) for name in state.get("held_poles", ())),
             )
             estimate = NoiseEstimate(
                 state["noise_sigma"],
@@ -258,6 +276,7 @@ class Posterior:
                 bool(state["converged"]),
                 tuple(str(problem) for problem in state["problems"]),
                 float(state["seconds"]),
+                failed_tests=tuple(str(test) for test in state.get("failed_tests", [])),
             )
         except (OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError):
             raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
@@ -274,6 +293,7 @@ class Posterior:
             "names": list(self.names),
             "model": self.axis.model.to_dict(),
             "free": self.axis.free,
+            "held_poles": list(self.axis.held_poles),
             "output_scale": self.axis.output_scale,
             "start_positions": None if start is None else [float(value) for value in start],
             "noise_sigma": sigma.nominal,
@@ -284,6 +304,7 @@ class Posterior:
             "point_estimate": [float(value) for value in self.point_estimate],
             "converged": self.converged,
             "problems": list(self.problems),
+            "failed_tests": list(self.failed_tests),
             "seconds": self.seconds,
         }
         return {"bayes_hw": json.dumps(state)}

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.start_state import with_start_state
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.sample_rate import check_rates
+from bayes_hw.model.streaming import simulated_blocks
 from bayes_hw.record import Record
 
 DRAWS = 300
 NEWTON_STEPS = 6
+BANDS = ("mean", "lower_parameters", "upper_parameters", "lower", "upper", "predicted_probability")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,7 @@ class Prediction:
     `mean` is the posterior mean of the simulated output; `lower_parameters`, `upper_parameters` bound it
     under parameter uncertainty alone; `lower`, `upper` bound the measured y, noise included.
     `predicted_probability` is the predictive distribution function at the measured y, uniform between 0 and 1
-    where the predictions are calibrated.
+    where the predictions are calibrated, NaN where nothing was measured.
     """
 
     record: Record
@@ -42,8 +44,9 @@ class Prediction:
     @property
     def fit_percent(self) -> float:
         """100 (1 - ||y - mean|| / ||y - mean of y||) (eq. 14)."""
-        y = self.record.y
-        return 100 * (1 - float(np.linalg.norm(y - self.mean) / np.linalg.norm(y - y.mean())))
+        known = self.record.measured_samples
+        y, mean = self.record.y[known], self.mean[known]
+        return 100 * (1 - float(np.linalg.norm(y - mean) / np.linalg.norm(y - y.mean())))
 
     def columns(self) -> dict[str, FloatArray]:
         """Record, mean and bands, as angles of the encoder, under the column names of `bayes-hw predict`; no
@@ -62,7 +65,7 @@ class Prediction:
     def hardest_stretch(self, share: float) -> tuple[float, float]:
         """Start and end time (s) of the part, `share` of the record long, with the largest squared error."""
         length = max(2, round(share * len(self.record)))
-        running = np.cumsum(np.concatenate([[0.0], (self.record.y - self.mean) ** 2]))
+        running = np.cumsum(np.concatenate([[0.0], np.nan_to_num(self.record.y_or_nan - self.mean) ** 2]))
         first = int(np.argmax(running[length:] - running[:-length]))
         return float(self.record.t[first]), float(self.record.t[first + length - 1])
 
@@ -89,7 +92,7 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     """Bands of y for `record` under the posterior.
 
     The record starts at rest, or, where the posterior was sampled with free initial conditions, in the state
-    that least squares finds from its first quarter at the posterior mean; a command alone starts at rest.
+    that least squares finds for each draw from its first quarter; a command alone starts at rest.
 
     Raises InputError when the sample rates differ.
     """
@@ -97,14 +100,18 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     draws = posterior.draws(DRAWS, rng)
     n_axis = len(posterior.axis.parameters)
     sigma = draws[:, n_axis]
-    outputs = _simulate(posterior.axis, draws[:, :n_axis], record)
     tail = (1 - INTERVAL_PROBABILITY) / 2
-    lower_parameters, upper_parameters = np.quantile(outputs, [tail, 1 - tail], axis=0)
-    lower, upper = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
-    probability = special.ndtr((record.y - outputs) / sigma[:, None]).mean(axis=0)
-    return Prediction(
-        record, outputs.mean(axis=0), lower_parameters, upper_parameters, lower, upper, probability
-    )
+    bands = {name: np.empty(len(record)) for name in BANDS}
+    measured = record.y_or_nan
+    for begin, outputs in _simulated(posterior.axis, draws[:, :n_axis], record):
+        part = slice(begin, begin + outputs.shape[1])
+        bands["mean"][part] = outputs.mean(axis=0)
+        low, high = np.quantile(outputs, [tail, 1 - tail], axis=0)
+        bands["lower_parameters"][part], bands["upper_parameters"][part] = low, high
+        bands["lower"][part], bands["upper"][part] = noisy_quantiles(outputs, sigma, INTERVAL_PROBABILITY)
+        standard = (measured[part] - outputs) / sigma[:, None]
+        bands["predicted_probability"][part] = special.ndtr(standard).mean(axis=0)
+    return Prediction(record, **bands)
 
 
 def noisy_quantiles(
@@ -147,13 +154,17 @@ def coverage(inside: FloatArray, nominal: float = INTERVAL_PROBABILITY) -> Cover
 
 def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY) -> Coverage:
     """Coverage of the central bands of probability `nominal`, noise included, on the record's own y."""
-    inside = np.abs(2 * prediction.predicted_probability - 1) <= nominal
+    probability = prediction.predicted_probability
+    inside = np.abs(2 * probability[~np.isnan(probability)] - 1) <= nominal
     return coverage(inside.astype(np.float64), nominal)
 
 
-def _simulate(axis: AxisParameters, draws: FloatArray, record: Record) -> FloatArray:
-    """Outputs (draws, samples), from rest or from the initial state that the record's first part shows."""
-    if axis.start_positions is None or not record.has_output:
-        return simulated_outputs(axis, draws.T, [record])[0]
-    one, values = with_start_state(axis, draws, record)
-    return simulated_outputs(one, values, [record])[0]
+def _simulated(axis: AxisParameters, draws: FloatArray, record: Record) -> Iterator[tuple[int, FloatArray]]:
+    """Outputs (draws, samples) block by block, from rest or from the states that the record's first part
+    shows."""
+    values, before = draws.T, 0.0
+    if axis.start_positions is not None:
+        before = float(record.u[0])
+        if record.has_output:
+            axis, values = with_start_state(axis, draws, record)
+    yield from simulated_blocks(axis.modal_form(values, 0), record.u, axis.model.linear.delay_samples, before)

@@ -9,7 +9,9 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.feedback import FeedbackTest, feedback_test
 from bayes_hw.identify.fit import fit_percent
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial, burg
 from bayes_hw.identify.output_error import whitened
 from bayes_hw.record import Record
@@ -34,9 +36,11 @@ class ResidualTest:
 class ResidualReport:
     """Residuals of all records, whitened by the noise model, and the tests of them.
 
-    `residuals` and `innovations` are one array a record, (samples,), output units; `autocorrelation` (lags,)
+    `residuals` and `innovations` are one array a record, (samples,), output units, NaN where nothing was
+    measured; `autocorrelation` (lags,)
     is that of the innovations from lag 0, `bound` its two-sided 95 % bound for white noise. `fit_percent`
-    is the smallest fit (eq. 14) of the simulated output on any record.
+    is the smallest fit (eq. 14) of the simulated output on any record; `feedback` whether later commands
+    follow the innovations.
     """
 
     residuals: list[FloatArray]
@@ -45,11 +49,17 @@ class ResidualReport:
     bound: float
     tests: tuple[ResidualTest, ...]
     fit_percent: float
+    feedback: FeedbackTest
 
     @property
     def white(self) -> bool:
         """Whether the innovations pass the tests of the model's structure (not that of normality)."""
         return all(test.passed for test in self.tests if test.name != NORMALITY)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """In words, what the tests of the model's structure say against it; empty where all passed."""
+        return tuple(f"{t.name}: {t.meaning}" for t in self.tests if not t.passed and t.name != NORMALITY)
 
     @property
     def explained(self) -> bool:
@@ -60,6 +70,7 @@ class ResidualReport:
         return {
             "fit_percent": float(self.fit_percent),
             "white": bool(self.white),
+            "closed_loop": self.feedback.closed_loop,
             "tests": [
                 {
                     "name": test.name,
@@ -86,13 +97,16 @@ def examine_residuals(
     for normality. Each at 1 %.
     """
     order = len(autoregression)
-    innovations = [whitened(e, autoregression)[order:] for e in residuals]
+    innovations = [
+        with_holes(whitened(e, autoregression, record.measured), record.measured)[order:]
+        for record, e in zip(records, residuals, strict=True)
+    ]
     commands = [record.u[order:] for record in records]
     lags = min(LARGEST_LAG, min(len(a) for a in innovations) // 2)
     autocorrelation = _autocorrelation(innovations, lags)
-    samples = sum(len(a) for a in innovations)
+    samples = sum(_count(a) for a in innovations)
     tests = (
-        _ljung_box(autocorrelation, samples, order),
+        _ljung_box(autocorrelation, samples, order, _pairs(innovations, lags)),
         _cross_correlation("independent of the command", innovations, commands, lags, "linear dynamics"),
         _cross_correlation(
             "independent of the command's magnitude",
@@ -101,29 +115,58 @@ def examine_residuals(
             lags,
             "a nonlinearity",
         ),
-        _jarque_bera(np.concatenate(innovations)),
+        _jarque_bera(_known(np.concatenate(innovations))),
     )
-    fit = min(_fit(record.y, e) for record, e in zip(records, residuals, strict=True))
-    return ResidualReport(list(residuals), innovations, autocorrelation, 1.96 / np.sqrt(samples), tests, fit)
+    fit = min(_fit(record.y_or_nan, e) for record, e in zip(records, residuals, strict=True))
+    return ResidualReport(
+        list(residuals),
+        innovations,
+        autocorrelation,
+        1.96 / np.sqrt(samples),
+        tests,
+        fit,
+        feedback_test(commands, innovations),
+    )
 
 
 def _fit(y: FloatArray, residual: FloatArray) -> float:
     """Fit percentage of one record; 0 for a constant output, which no model can be said to explain."""
-    return fit_percent(y, y - residual) if np.ptp(y) > 0 else 0.0
+    return fit_percent(y, y - residual) if np.ptp(_known(y)) > 0 else 0.0
+
+
+def _known(values: FloatArray) -> FloatArray:
+    """What was measured."""
+    return values[~np.isnan(values)]
+
+
+def _count(values: FloatArray) -> int:
+    return int(np.count_nonzero(~np.isnan(values)))
+
+
+def _pairs(segments: Sequence[FloatArray], lags: int) -> FloatArray:
+    """Of every lag from 1 on, how many pairs of samples were measured: (lags,)."""
+    found = np.zeros(lags)
+    for segment in segments:
+        known = ~np.isnan(segment)
+        for lag in range(1, min(lags, len(known) - 1) + 1):
+            found[lag - 1] += np.count_nonzero(known[lag:] & known[: len(known) - lag])
+    return found
 
 
 def _autocorrelation(segments: Sequence[FloatArray], lags: int) -> FloatArray:
     sums = np.zeros(lags + 1)
     for segment in segments:
-        centred = segment - segment.mean()
+        centred = np.nan_to_num(segment - _known(segment).mean())
         for lag in range(min(lags, len(segment) - 1) + 1):
             sums[lag] += centred[lag:] @ centred[: len(centred) - lag]
     return sums / sums[0]
 
 
-def _ljung_box(autocorrelation: FloatArray, samples: int, order: int) -> ResidualTest:
+def _ljung_box(autocorrelation: FloatArray, samples: int, order: int, pairs: FloatArray) -> ResidualTest:
+    """With holes fewer `pairs` (lags,) make up each correlation (Stoffer and Toloi 1992,
+    doi 10.1016/0167-7152(92)90170-C): the term of each lag is over their number."""
     lags = np.arange(1, len(autocorrelation))
-    statistic = samples * (samples + 2) * np.sum(autocorrelation[1:] ** 2 / (samples - lags))
+    statistic = samples * (samples + 2) * np.sum(autocorrelation[1:] ** 2 / np.maximum(pairs, 1))
     p_value = float(stats.chi2.sf(statistic, max(len(lags) - order, 1)))
     passed = p_value >= SIGNIFICANCE
     return ResidualTest(
@@ -149,6 +192,7 @@ def _cross_correlation(
     partial, _ = burg(centred, 8)
     filter_ = autoregression_from_partial(partial[:, None])[:, 0]
     inputs = [whitened(signal, filter_) for signal in centred]
+    innovations = [np.nan_to_num(a) for a in innovations]
     lags = range(most_lags + 1)
     power = np.sqrt(sum(float(a @ a) for a in innovations) * sum(float(x @ x) for x in inputs))
     correlations = np.array(

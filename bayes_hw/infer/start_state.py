@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener, Simulation
@@ -17,7 +16,13 @@ from bayes_hw.record import Record
 
 START_SHARE = 0.25
 FEWEST_START_SAMPLES = 20
-START_ROUNDS = 5
+MOST_START_SAMPLES = 4000
+START_ROUNDS, DRAW_ROUNDS = 5, 2
+"""Gauss-Newton rounds at the mean of the draws, and for each draw from there."""
+
+AT_ONCE = 40
+"""Draws whose states are sought at a time."""
+
 START_STEP = 1e-4
 START_CONDITION = 1e-6
 
@@ -27,31 +32,50 @@ def with_start_state(
 ) -> tuple[AxisParameters, FloatArray]:
     """The axis with one record's initial state among its parameters, and their values (parameters, draws).
 
-    Least squares finds the state from the first quarter of the record at the mean of `draws` (draws,
-    parameters), of which the parameters of other records' states are left out.
+    Least squares finds a state for each of `draws` (draws, parameters), of which the parameters of other
+    records' states are left out, from the first quarter of the record, MOST_START_SAMPLES at most: poles and
+    state belong together, and one state for all draws would suit none but their mean.
     """
     one = AxisParameters(
         axis.model,
         axis.free,
         output_scale=axis.output_scale,
         start_positions=np.array([float(record.y[0])]),
+        held_poles=axis.held_poles,
     )
     rows = [row for row, name in enumerate(one.names) if name.startswith("start1.")]
     values = np.repeat(one.nominal[:, None], len(draws), axis=1)
     values[: rows[0]] = draws.T[: rows[0]]
-    centre = values.mean(axis=1)
     shown = max(round(START_SHARE * len(record)), min(len(record), FEWEST_START_SAMPLES))
-    measured = record.measured_samples[:shown]
+    shown = min(shown, MOST_START_SAMPLES)
+    centre = values.mean(axis=1, keepdims=True)
     for _ in range(START_ROUNDS):
-        trials = np.repeat(centre[:, None], len(rows) + 1, axis=1)
-        steps = START_STEP * one.output_scale
-        trials[rows, np.arange(1, len(rows) + 1)] += steps
-        outputs = simulated_outputs(one, trials, [record])[0][:, :shown]
-        slopes = (outputs[1:] - outputs[0]).T / steps
-        left = record.y[:shown] - outputs[0]
-        centre[rows] += np.linalg.lstsq(slopes[measured], left[measured], rcond=START_CONDITION)[0]
-    values[rows] = centre[rows, None]
+        centre[rows] += _improvement(one, centre, rows, record, shown)
+    values[rows] = centre[rows]
+    for begin in range(0, values.shape[1] if len(draws) > 1 else 0, AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        for _ in range(DRAW_ROUNDS):
+            values[rows, part] += _improvement(one, values[:, part], rows, record, shown)
     return one, values
+
+
+def _improvement(
+    axis: AxisParameters, values: FloatArray, rows: list[int], record: Record, shown: int
+) -> FloatArray:
+    """What least squares on the first `shown` samples adds to the states in `rows`, (rows, draws)."""
+    step = START_STEP * axis.output_scale
+    trials = np.repeat(values, len(rows) + 1, axis=1)
+    for place, row in enumerate(rows, start=1):
+        trials[row, place :: len(rows) + 1] += step
+    form, delay = axis.modal_form(trials, 0), axis.model.linear.delay_samples
+    y = simulate_batch(form, record.u[:shown], delay, float(record.u[0])).y
+    outputs = y.reshape(values.shape[1], len(rows) + 1, shown)
+    measured = record.measured_samples[:shown]
+    found = np.empty((len(rows), values.shape[1]))
+    for draw, own in enumerate(outputs):
+        slopes, left = (own[1:] - own[0]).T / step, record.y[:shown] - own[0]
+        found[:, draw] = np.linalg.lstsq(slopes[measured], left[measured], rcond=START_CONDITION)[0]
+    return found
 
 
 def started_as(posterior: Posterior, start: Start) -> Posterior:
@@ -59,9 +83,19 @@ def started_as(posterior: Posterior, start: Start) -> Posterior:
     axis = posterior.axis
     if start == "auto" or (start == "free") == (axis.start_positions is not None):
         return posterior
-    structure = len(AxisParameters(axis.model, axis.free, output_scale=axis.output_scale).parameters)
+    structure = len(
+        AxisParameters(
+            axis.model, axis.free, output_scale=axis.output_scale, held_poles=axis.held_poles
+        ).parameters
+    )
     positions = np.zeros(1) if start == "free" else None
-    other = AxisParameters(axis.model, axis.free, output_scale=axis.output_scale, start_positions=positions)
+    other = AxisParameters(
+        axis.model,
+        axis.free,
+        output_scale=axis.output_scale,
+        start_positions=positions,
+        held_poles=axis.held_poles,
+    )
     noise = posterior.values[..., len(axis.parameters) :]
     shape = (*noise.shape[:-1], len(other.parameters) - structure)
     states = np.broadcast_to(other.nominal[structure:], shape)

@@ -117,8 +117,11 @@ def _refitted(
 
 def _innovations(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> FloatArray:
     """Of all records, their first samples left out."""
-    parts = split_by_record(fit.residuals, records)
-    return np.concatenate([whitened(part, noise.autoregression)[noise.order :] for part in parts])
+    found = []
+    for part, record in zip(split_by_record(fit.residuals, records), records, strict=True):
+        innovations = whitened(part, noise.autoregression, record.measured)
+        found.append(innovations[noise.order :][record.measured_samples[noise.order :]])
+    return np.concatenate(found)
 
 
 def _heavy_tailed(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> bool:
@@ -138,10 +141,11 @@ def _robustly(
     """
     drawn_in = list(records)
     for _ in range(REFITS):
-        parts = split_by_record(fit.residuals, drawn_in)
+        parts = [np.nan_to_num(part) for part in split_by_record(fit.residuals, drawn_in)]
         outputs = [record.y - part for record, part in zip(drawn_in, parts, strict=True)]
         residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
-        reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(residuals))))
+        known = [e[record.measured_samples] for e, record in zip(residuals, records, strict=True)]
+        reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(known))))
         drawn_in = [
             replace(record, y=output + np.clip(residual, -reach, reach))
             for record, output, residual in zip(records, outputs, residuals, strict=True)
@@ -160,7 +164,7 @@ def _with_noise(
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     _, prior_sd = prior_scale(axis)
     covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = noise_covariance(noise, len(fit.residuals))
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, fit.samples)
     return np.concatenate([fit.coordinates, as_coordinates(sampled, values)]), covariance
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bayes_hw.gap.joint.known_model import with_known
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
@@ -77,7 +78,8 @@ def identify(
 
     `name` is the model's (the first record's unless given). Angles count from where each record begins,
     unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"
-    takes each to begin at rest, "auto" finds out. What was done, and what a reader of the estimate must know,
+    takes each to begin at rest, "auto" finds out. Known inputs of the records that the angle follows become
+    part of the model. What was done, and what a reader of the estimate must know,
     is warned of as BayesHWWarning. `seed` is taken as in `sample` and `diagnose`, so that all three are
     called alike; the estimate draws no random numbers. Raises InputError when the arguments are not what they
     should be, or the records cannot be used.
@@ -90,5 +92,6 @@ def identify(
             name=name or given.records[0].name,
             free_start=given.start == "free",
         )
+        found = with_known(found, given.records)
     warn_of(found.warnings)
     return IdentifiedAxis(found, given.records, given.start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -9,6 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
@@ -61,7 +63,8 @@ class AxisParameters:
     the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
     gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
     impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
-    With `start_positions` the initial state of every record is free as well.
+    With `start_positions` the initial state of every record is free as well. Of every known input of the
+    model the weights of its response are free, in which that is linear; its poles are held.
     """
 
     def __init__(
@@ -71,15 +74,19 @@ class AxisParameters:
         *,
         output_scale: float = 1.0,
         start_positions: FloatArray | None = None,
+        held_poles: Sequence[str] = (),
     ) -> None:
         """`output_scale` is the size of the output (output units): it scales the prior of a dead zone whose
         nominal width is zero, and the priors of the initial states. `start_positions` holds the measured
         first output of every record when the initial conditions are free, else None (rest at w = 0).
+        `held_poles` names real poles, such as real_pole2, that stay where the model has them while their
+        weights are free.
         """
         self.model = model
         self.free: FreeSet = free
         self.output_scale = output_scale
         self.start_positions = start_positions
+        self.held_poles = tuple(held_poles)
         poles = model.linear.poles
         self._real_poles = np.sort(poles[poles.imag == 0].real)
         integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
@@ -92,7 +99,7 @@ class AxisParameters:
         self._other_pair_names = [f"pole_pair{i + 1}" for i in range(len(others))]
         self._pair_names = [*self._mode_names, *self._other_pair_names]
         self._free_real = [i for i in range(len(self._real_poles)) if i != self._integrator]
-        structure = [*self._static_parameters(), *self._linear_parameters()]
+        structure = [*self._static_parameters(), *self._linear_parameters(), *self._known_parameters()]
         self._n_structure = len(structure)
         self._states = InitialStates.of_poles(self._real_poles, self._pair_poles, self._integrator)
         starts: list[Parameter] = []
@@ -100,6 +107,10 @@ class AxisParameters:
             starts = self._states.parameters(start_positions.tolist(), model.units.output, output_scale)
         self.parameters: tuple[Parameter, ...] = (*structure, *starts)
         self._row = {parameter.name: row for row, parameter in enumerate(self.parameters)}
+        names = [f"real_pole{i + 1}" for i in self._free_real]
+        self._moving = np.array([f"{name}.value" in self._row for name in names], dtype=np.bool_)
+        self._value_rows = [self._row[f"{name}.value"] for name in names if f"{name}.value" in self._row]
+        self._weight_rows = [self._row[f"{name}.weight"] for name in names if f"{name}.weight" in self._row]
         kinds = [
             [row for name, row in self._row.items() if name.startswith(kind) and name.endswith(what)]
             for kind, what in (("mode", "_hz"), ("pole_pair", "_hz"), ("real_pole", ".value"))
@@ -137,16 +148,20 @@ class AxisParameters:
             rows = np.array([self._rows_starting(f"{name}.") for name in names], dtype=int)
             if len(rows) > 1 and rows.shape[1]:
                 ordered[rows] = values[rows[np.argsort(values[rows[:, 0]])]]
-        rows = np.array([self._rows_starting(f"real_pole{i + 1}.") for i in self._free_real], dtype=int)
-        if self.free == "all" and len(rows) > 1:
-            poles, weights = values[rows[:, 0]], values[rows[:, 1]]
-            residues, order = (
-                nested_residues(moved_apart(poles[:, None]), weights[:, None]),
-                np.argsort(poles),
-            )
-            ordered[rows[:, 0]] = poles[order]
-            ordered[rows[:, 1]] = nested_weights(poles[order, None], residues[order])[:, 0]
+        if self.free == "all" and len(self._value_rows) > 1:
+            poles, weights = self._decaying_poles(values[:, None]), values[self._weight_rows, None]
+            residues, order = nested_residues(moved_apart(poles), weights), np.arange(len(poles))
+            free = np.flatnonzero(self._moving)
+            order[free] = free[np.argsort(poles[free, 0])]
+            ordered[self._value_rows] = poles[order[free], 0]
+            ordered[self._weight_rows] = nested_weights(poles[order], residues[order])[:, 0]
         return ordered
+
+    def _decaying_poles(self, values: FloatArray) -> FloatArray:
+        """The real poles but an integrator, (poles, walkers)."""
+        poles = np.repeat(self._real_poles[self._free_real, None], values.shape[1], axis=1)
+        poles[self._moving] = values[self._value_rows]
+        return poles
 
     def modal_form(self, values: FloatArray, record: int = 0) -> ModalForm:
         """The modal form of every column of `values` (parameters, walkers), started as record `record`."""
@@ -176,10 +191,10 @@ class AxisParameters:
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
         real_residues = np.empty_like(real_poles)
         if self._free_real:
-            rows = [self._row[f"real_pole{i + 1}.value"] for i in self._free_real]
-            weights = values[[self._row[f"real_pole{i + 1}.weight"] for i in self._free_real]]
-            real_poles[self._free_real] = moved_apart(values[rows])
-            real_residues[self._free_real] = nested_residues(real_poles[self._free_real], weights)
+            real_poles[self._free_real] = moved_apart(self._decaying_poles(values))
+            real_residues[self._free_real] = nested_residues(
+                real_poles[self._free_real], values[self._weight_rows]
+            )
         if self._integrator is not None:
             real_residues[self._integrator] = values[self._row["velocity_gain"]] / rate
         cosine = np.array([values[self._row[f"{name}.cosine"]] for name in self._pair_names])
@@ -250,7 +265,40 @@ class AxisParameters:
             dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
             linear=linear,
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
+            known=tuple(
+                one.with_coefficients(values[rows])
+                for one, rows in zip(self.model.known, self.known_rows, strict=True)
+            ),
         )
+
+    @cached_property
+    def known_rows(self) -> list[slice]:
+        """Where the coefficients of every known input of the model stand."""
+        found = []
+        for one in self.model.known:
+            first = self._row[f"known.{one.column}.weight1"]
+            found.append(slice(first, first + len(one.coefficients)))
+        return found
+
+    def known_strengths(self, values: FloatArray) -> dict[str, tuple[FloatArray, str]]:
+        """Gain and lag of every known input for every column of `values` (parameters, walkers), by name, with
+        their units."""
+        found = {}
+        for one, rows in zip(self.model.known, self.known_rows, strict=True):
+            gain, lag = one.strength(values[rows])
+            per_unit = f"{self.model.units.output}/({one.unit})" if one.unit else ""
+            found[f"known.{one.column}.gain"] = gain, per_unit
+            found[f"known.{one.column}.lag_s"] = lag / self.model.sample_rate_hz, "s"
+        return found
+
+    def _known_parameters(self) -> list[Parameter]:
+        found = []
+        for one in self.model.known:
+            spreads = WEIGHT_SD * np.max(np.abs(one.coefficients) * one.sizes) / one.sizes
+            for i, (value, spread) in enumerate(zip(one.coefficients, spreads, strict=True), start=1):
+                name = f"known.{one.column}.weight{i}"
+                found.append(_weight(name, "", float(value), float(spread)))
+        return found
 
     def _rows_starting(self, prefix: str) -> list[int]:
         return [row for name, row in self._row.items() if name.startswith(prefix)]
@@ -288,7 +336,8 @@ class AxisParameters:
         nested = nested_weights(self._real_poles[self._free_real], real[self._free_real])
         for i, weight in zip(self._free_real, nested, strict=True):
             pole = float(np.clip(self._real_poles[i], -0.999999, 0.999999))
-            found.append(_real_pole(f"real_pole{i + 1}.value", pole))
+            if f"real_pole{i + 1}" not in self.held_poles:
+                found.append(_real_pole(f"real_pole{i + 1}.value", pole))
             found.append(_weight(f"real_pole{i + 1}.weight", per_sample, float(weight), spread))
         for name, residue in zip(self._pair_names, pairs, strict=True):
             found.append(_weight(f"{name}.cosine", per_sample, float(2 * residue.real), spread))
@@ -341,6 +390,8 @@ def _real_pole(name: str, pole: float) -> Parameter:
 
 
 def _gain(name: str, unit: str, value: float) -> Parameter:
+    if value == 0:
+        raise InputError(f"{name}: is zero, so that the output is not moved for good; identify the axis anew")
     return Parameter(name, unit, value, LogNormal(value, GAIN_LOG_SD), Logarithm(float(np.sign(value))))
 
 

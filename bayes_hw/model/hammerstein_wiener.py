@@ -17,6 +17,7 @@ from bayes_hw.files import temporary_sibling, write_text_atomically
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.model.known_input import TORQUE, KnownInput
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.modal import linear_batch, modal_form
 from bayes_hw.model.model_file import load_model_json
@@ -54,7 +55,8 @@ class HammersteinWiener:
     """A servo axis: saturation, linear block, dead zone, and the noise on its encoder.
 
     `dominant_modes` are pole pairs of `linear` whose frequency and damping count as parameters;
-    `noise_sigma` is the marginal standard deviation in output units, NaN where it is not known.
+    `noise_sigma` is the marginal standard deviation in output units, NaN where it is not known; `known` are
+    further inputs.
     """
 
     name: str
@@ -65,6 +67,7 @@ class HammersteinWiener:
     dominant_modes: tuple[Mode, ...] = ()
     noise_sigma: float = float("nan")
     units: Units = field(default_factory=Units)
+    known: tuple[KnownInput, ...] = ()
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
@@ -107,8 +110,14 @@ class HammersteinWiener:
             chosen.append(nearest)
         return chosen
 
-    def simulate(self, u: FloatArray, initial_position: float = 0.0) -> Simulation:
-        """Noise-free response to the command u from rest at w = initial_position (eq. 4).
+    def simulate(
+        self,
+        u: FloatArray,
+        initial_position: float = 0.0,
+        known: Mapping[str, FloatArray] | None = None,
+    ) -> Simulation:
+        """Noise-free response to the command u from rest at w = initial_position (eq. 4), and to the columns
+        (samples,) of the model's known inputs where `known` holds them by name; without it they rest.
 
         In modal form where the poles are well apart, which is accurate to a few units in the last place, and
         by a cascade of second-order sections otherwise.
@@ -116,7 +125,16 @@ class HammersteinWiener:
         v = self.saturation(u)
         w = self.linear.filter(v) if self.linear.smallest_separation < WELL_APART else self._modal_w(v)
         w = w + initial_position
-        return Simulation(v, w, self.dead_zone(w))
+        if not self.known or known is None:
+            return Simulation(v, w, self.dead_zone(w))
+        reading = np.zeros(len(w))
+        for one in self.known:
+            added = one.added(known, len(w))
+            if one.way == TORQUE:
+                w = w + added
+            else:
+                reading += added
+        return Simulation(v, w, self.dead_zone(w) + reading)
 
     def _modal_w(self, v: FloatArray) -> FloatArray:
         unlimited = np.array([[-np.inf], [np.inf], [1.0], [0.0], [1.0], [1.0]])
@@ -180,6 +198,7 @@ class HammersteinWiener:
             dominant_modes=dominant,
             noise_sigma=sigma,
             units=Units.from_dict(data.get("units", {})),
+            known=tuple(KnownInput.from_dict(item, rate) for item in _list(data.get("known", []), "known")),
         )
         linear.check_stable()
         model.mode_indices()
@@ -206,6 +225,7 @@ class HammersteinWiener:
             "dead_zone": {"half_width": self.dead_zone.half_width},
             "noise": {} if np.isnan(self.noise_sigma) else {"sigma": self.noise_sigma},
             "normalization": {"c1": gains.c1, "c2": gains.c2, "c3": gains.c3},
+            **({"known": [one.to_dict(self.sample_rate_hz) for one in self.known]} if self.known else {}),
         }
 
     def __repr__(self) -> str:

@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.model.lanes import (
@@ -57,12 +58,13 @@ class LaggedSums(NamedTuple):
     A walker with a coefficient that is NaN has NaN here, and no other walker has.
 
     `lagged` has shape (p + 1, walkers): sum over k of e(k) e(k - lag). `head` and `tail` have shape
-    (p, walkers): the first and the last p residuals, in order of time.
+    (p, walkers): the first and the last p residuals, in order of time; `near` (n, walkers) those asked for.
     """
 
     lagged: FloatArray
     head: FloatArray
     tail: FloatArray
+    near: FloatArray = np.zeros((0, 0))
 
 
 class SimulatedSignals(NamedTuple):
@@ -72,27 +74,40 @@ class SimulatedSignals(NamedTuple):
     y: FloatArray
 
 
+NONE: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+
+
 def lagged_residual_sums(
-    form: ModalForm, u: FloatArray, y: FloatArray, delay_samples: int, order: int, before: float = 0.0
+    form: ModalForm,
+    u: FloatArray,
+    y: FloatArray,
+    delay_samples: int,
+    order: int,
+    before: float = 0.0,
+    near: NDArray[np.int64] = NONE,
 ) -> LaggedSums:
     """Simulate every walker of `form` on the command `u` and reduce the residual from `y`.
 
-    `u`, `y` have shape (samples,), samples > order; `before` is the command before the first sample.
+    `u`, `y` have shape (samples,), samples > order; `before` is the command before the first sample. The
+    residuals of the samples `near` (n,), in order of time, are kept as they are.
     """
-    walkers = form.walkers
-    sums = np.zeros((3 * order + 1, padded_to_lanes(walkers)))
+    walkers, whole = form.walkers, 3 * order + 1
+    sums = np.zeros((whole + len(near), padded_to_lanes(walkers)))
     _lagged_residual_sums(
         *_filled_up(form),
         _delayed(u, delay_samples, before),
         np.ascontiguousarray(y, np.float64),
         order,
+        near,
         sums,
     )
     sums = sums[:, :walkers]
     undefined = _undefined(form)
     if np.any(undefined):
         sums[:, undefined] = np.nan
-    return LaggedSums(sums[: order + 1], sums[order + 1 : 2 * order + 1], sums[2 * order + 1 :])
+    return LaggedSums(
+        sums[: order + 1], sums[order + 1 : 2 * order + 1], sums[2 * order + 1 : whole], sums[whole:]
+    )
 
 
 def simulate_batch(
@@ -207,12 +222,12 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, sums):  # type: ignore[no-untyped-def]
-    """Fill sums (3 order + 1, walkers): lagged products, first and last residuals."""
+def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, near, sums):  # type: ignore[no-untyped-def]
+    """Fill sums (3 order + 1 + near, walkers): lagged products, first and last residuals, those `near`."""
     samples, groups = len(u), static.shape[1] // LANES
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
-    x, s, total = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(3 * order + 1)
+    x, s, total = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(len(sums))
     v, w, e = _three_signals(order)
     new = e[order:]
     zero = broadcast(0.0)
@@ -225,6 +240,7 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
         delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
         total[:] = 0.0
         e[:] = 0.0
+        kept = 0
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
             count = stop - start
@@ -247,6 +263,9 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
                 store(total, lag, even + odd)
             for k in range(start, min(stop, order)):
                 store(total, order + 1 + k, load(new, k - start))
+            while kept < len(near) and near[kept] < stop:
+                store(total, 3 * order + 1 + kept, load(new, near[kept] - start))
+                kept += 1
             for row in range(order):
                 store(e, row, load(e, row + count))
         for row in range(order):

@@ -10,40 +10,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import ComplexArray
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.rounding_box import (
-    LIGHT_DAMPING,
-    RoundingBox,
-    RoundingUncertainty,
-    rounding_uncertainty,
-)
 
 SAMPLE_RATE_HZ = 20.0
 SATURATION_LOWER = -0.335
 SATURATION_UPPER = 0.438
-
-PRINTED_NUMERATOR = (
-    *("0", "0", "0", "0.004828", "-0.01261", "0.0159"),
-    *("-0.009702", "-0.003579", "0.01059", "-0.009064", "0.003634"),
-)
-"""Numerator of eq. 12 in powers of 1/z from z^0; its three leading zeros are exact."""
-
-PRINTED_DENOMINATOR = (
-    *("1", "-3.726", "6.032", "-4.712", "-0.486"),
-    *("5.157", "-5.586", "3.056", "-0.6973", "-0.03809"),
-)
-"""Denominator of eq. 12 in powers of 1/z from z^0; its leading one is exact."""
-
-PRINTED_DIGITS = 4
-"""Significant digits of eq. 12. Fifteen of its numbers show four; 0.0159 and -0.486 show three, as
-programs that print four and drop trailing zeros do, and are read as 0.01590 and -0.4860."""
-
-SLOW_POLE_LIMIT = 0.991
-"""Modulus allowed to the slow poles of the representative: they then decay no slower than the real pole
-at -0.9913, the least damped one that the printed digits fix."""
+LIGHT_DAMPING = 0.1
+"""A complex pole pair damped less than this is a resonance; the others shape the slow response."""
 
 REPRESENTATIVE_POLES = (
     1.0,
@@ -60,8 +36,8 @@ REPRESENTATIVE_ZEROS = (
     complex(0.4765876260157746, 0.8571423667532843),
     complex(0.27932362371460107, 0.9083860626815292),
 )
-"""Found by find_representative(nanshan_rounding_box(), SLOW_POLE_LIMIT) in bayes_hw.model.representative, as
-the poles and the gain were; of complex pairs the upper root is listed."""
+"""Found by find_representative(nanshan_rounding_box(), SLOW_POLE_LIMIT) in studies/printed, as the poles and
+the gain were; of complex pairs the upper root is listed."""
 
 REPRESENTATIVE_GAIN = 0.004828014029048065
 REPRESENTATIVE_DELAY = 1
@@ -70,37 +46,13 @@ DEFAULT_DEAD_ZONE_HALF_WIDTH = 0.002
 """Units of y. The paper does not print delta; this value is a choice, see nanshan_model."""
 
 
-def printed_coefficients() -> tuple[FloatArray, FloatArray]:
-    """Numerator (11,) and denominator (10,) of eq. 12 in powers of 1/z, constant term first."""
-    box = nanshan_rounding_box()
-    return box.numerator, box.denominator
-
-
-def rounding_half_widths() -> tuple[FloatArray, FloatArray]:
-    """Half a unit of the fourth significant digit of each printed coefficient; zero where it is exact.
-
-    Shapes as in `printed_coefficients`.
-    """
-    box = nanshan_rounding_box()
-    return box.numerator_half_width, box.denominator_half_width
-
-
-def nanshan_rounding_box(significant_digits: int | None = PRINTED_DIGITS) -> RoundingBox:
-    """Every G that rounds to eq. 12.
-
-    With `significant_digits` None every number is taken to end where its printed digits end: the intervals
-    of 0.0159 and -0.486 are then ten times as wide, the others are the same.
-    """
-    return RoundingBox.from_text(PRINTED_NUMERATOR, PRINTED_DENOMINATOR, significant_digits)
-
-
 def nanshan_linear_block() -> LinearBlock:
     """The stable representative of eq. 12 with an exact integrator.
 
     It is the member of the rounding box nearest to the printed coefficients, in the sum of squared
     displacements in units of half widths, under three conditions: A(1) = 0; slow poles within
-    SLOW_POLE_LIMIT; and the velocity gain at zero frequency equal to its plateau, without which the printed
-    digits leave even its sign open.
+    a modulus of 0.991; and the velocity gain at zero frequency equal to its plateau, without which the
+    printed digits leave even its sign open.
     """
     return LinearBlock(
         _with_conjugates(REPRESENTATIVE_ZEROS),
@@ -131,17 +83,6 @@ def nanshan_model(
         dominant_modes=tuple(mode for mode in modes if mode.damping_ratio < LIGHT_DAMPING),
         noise_sigma=noise_sigma,
     )
-
-
-def nanshan_rounding_uncertainty(
-    rng: np.random.Generator,
-    draws: int,
-    gain_frequency_hz: FloatArray,
-    significant_digits: int | None = PRINTED_DIGITS,
-) -> RoundingUncertainty:
-    """What rounding leaves uncertain of eq. 12; `rounding_uncertainty` of `nanshan_rounding_box`."""
-    box = nanshan_rounding_box(significant_digits)
-    return rounding_uncertainty(box, rng, draws, SAMPLE_RATE_HZ, gain_frequency_hz)
 
 
 def _with_conjugates(upper: tuple[complex, ...]) -> ComplexArray:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.kernel import (
@@ -19,6 +20,7 @@ from bayes_hw.model.kernel import (
     C2,
     C3,
     HALF_WIDTH,
+    NONE,
     _advance,
     _delayed,
     _filled_up,
@@ -44,10 +46,12 @@ ROWS_A_LOGARITHM = 4
 
 
 class RobustSums(NamedTuple):
-    """`logarithms` (walkers,), the sum of the module's docstring; `head` (p, walkers), first residuals."""
+    """`logarithms` (walkers,), the sum of the module's docstring; `head` (p, walkers), first residuals, and
+    `near` (n, walkers) those asked for."""
 
     logarithms: FloatArray
     head: FloatArray
+    near: FloatArray
 
 
 def robust_residual_sums(
@@ -58,30 +62,33 @@ def robust_residual_sums(
     autoregression: FloatArray,
     precision: FloatArray,
     before: float = 0.0,
+    near: NDArray[np.int64] = NONE,
 ) -> RobustSums:
     """Simulate every walker on the command `u` (samples,) and reduce its residual from `y` (samples,).
 
-    `autoregression` (p, walkers) and `precision` (walkers,) are each walker's own; samples > p.
+    `autoregression` (p, walkers) and `precision` (walkers,) are each walker's own; samples > p. The residuals
+    of the samples `near` (n,), in order of time, are kept as they are.
     """
     walkers, order = form.walkers, len(autoregression)
-    sums = np.zeros((order + 1, padded_to_lanes(walkers)))
+    sums = np.zeros((order + 1 + len(near), padded_to_lanes(walkers)))
     _robust_residual_sums(
         *_filled_up(form),
         _delayed(u, delay_samples, before),
         np.ascontiguousarray(y, np.float64),
         filled_up(np.concatenate([precision[None], autoregression])),
+        near,
         sums,
     )
     sums = sums[:, :walkers]
     undefined = _undefined(form)
     if np.any(undefined):
         sums[:, undefined] = np.nan
-    return RobustSums(sums[0], sums[1:])
+    return RobustSums(sums[0], sums[1 : order + 1], sums[order + 1 :])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noise, sums):  # type: ignore[no-untyped-def]
-    """Fill sums (p + 1, walkers); `noise` (p + 1, walkers) holds precision and coefficients."""
+def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noise, near, sums):  # type: ignore[no-untyped-def]
+    """Fill sums (p + 1 + near, walkers); `noise` (p + 1, walkers) holds precision and coefficients."""
     samples, groups, order = len(u), static.shape[1] // LANES, len(noise) - 1
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
@@ -90,7 +97,7 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
         aligned_rows(BLOCK),
         aligned_rows(BLOCK),
         aligned_rows(order + BLOCK),
-        aligned_rows(order + 1),
+        aligned_rows(len(sums)),
     )
     terms = aligned_rows(1)
     new = e[order:]
@@ -106,6 +113,7 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
         precision = load(one_noise, 0)
         total[:] = 0.0
         e[:] = 0.0
+        kept = 0
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
             count = stop - start
@@ -116,6 +124,9 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
                 store(new, row, broadcast(y[start + row]) - c2 * above - c3 * below)
             for k in range(start, min(stop, order)):
                 store(total, 1 + k, load(new, k - start))
+            while kept < len(near) and near[kept] < stop:
+                store(total, order + 1 + kept, load(new, near[kept] - start))
+                kept += 1
             for first in range(max(order - start, 0), count, ROWS_A_LOGARITHM):
                 product = one
                 for row in range(first, min(first + ROWS_A_LOGARITHM, count)):

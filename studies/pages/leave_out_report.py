@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from blind_check.leave_out import LeftOut
 from matplotlib.lines import Line2D
 
 from bayes_hw.gap.blind.counts import Share
-from bayes_hw.gap.blind.leave_out import LeftOut
 from bayes_hw.gap.blind.score import GOALS
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.blind.blind_report import share_state, share_text

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from blind_check.power import PROBABILITY, SmallestGap
 
-from bayes_hw.gap.blind.power import PROBABILITY, SmallestGap
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.page.document import Badge, Bullets, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.page.drawing import drawable, drawing_settings, finished, new_canvas, plain_log_ticks

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from printed.rounding_box import RoundingBox, RoundingUncertainty, StableShare
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.rounding_box import RoundingBox, RoundingUncertainty, StableShare
 from bayes_hw.provenance import Provenance
 from bayes_hw.record import Units
 from bayes_hw.report.page.document import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,11 @@ def test_commands_stay_within_the_limits_and_rest_at_both_ends(name: str) -> Non
         still = round(4.9 * rate)
         assert not command[:still].any() and not command[-still:].any()
     assert len(found.train) / rate == pytest.approx(300, abs=1)
+    assert (found.parts[0].start_s, found.parts[-1].end_s) == (0.0, len(found.train) / rate)
+    assert all(one.end_s == other.start_s for one, other in pairwise(found.parts))
+    for part in found.parts:
+        played = found.train[round(part.start_s * rate) : round(part.end_s * rate)]
+        assert played.any() == (part.name != "rest")
 
 
 def test_bad_limits_are_named() -> None:
@@ -61,10 +67,16 @@ def test_twin_that_plays_the_plan_shows_its_limits_and_dead_zone() -> None:
     assert seen.delay is not None and seen.delay.low <= 0.15 <= seen.delay.high + 1e-9
 
 
-def test_command_line_writes_the_commands(tmp_path: Path) -> None:
+def test_command_line_writes_the_commands_and_their_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     limits = ["--velocity", "0.5", "--acceleration", "2", "--gain", "0.113"]
     out = ["--out", str(tmp_path / "plan")]
     assert main(["plan", *limits, "--stroke", "-5", "5", *out]) == 0
     table = np.loadtxt(tmp_path / "plan" / "train.csv", delimiter=",", skiprows=1)
     assert table.shape == (6000, 2)
+    page = (tmp_path / "plan" / "report.html").read_text(encoding="utf-8")
+    assert "slow triangles" in page and (tmp_path / "plan" / "report.pdf").is_file()
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == "next: bayes-hw look train_1.csv train_2.csv holdout.csv --out look/"
     assert main(["plan", *limits, "--stroke", "1", "5", *out]) == 2

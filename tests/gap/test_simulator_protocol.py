@@ -9,7 +9,6 @@ from own_simulators import AXIS_RATE, RATE, integrator, motor, rigid_axis, steps
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case.hammerstein_wiener_simulator import HammersteinWienerSimulator
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import FunctionSimulator, Simulator
 from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR, effects_for, written
@@ -18,6 +17,7 @@ from bayes_hw.gap.effects.effect import BLOCKS, Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.force_law import ForceLaw
+from bayes_hw.gap.simulate.hammerstein_wiener_simulator import HammersteinWienerSimulator
 from bayes_hw.gap.simulate.rigid_axis import RigidAxis
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale

@@ -1,6 +1,7 @@
 """Damaged files against every reader, in a process of its own.
 
-`python fuzz.py SECONDS SEED FOLDER POSTERIOR [PART]`; PART picks formats by their names.
+`python fuzz.py SECONDS SEED FOLDER POSTERIOR [PART]`; PART picks formats by their names. It goes on
+for SECONDS, and until every reader has refused something.
 
 Good files of every format are changed at random (bytes set, runs cut, repeated, moved or filled, numbers made
 huge, the end cut off) and read. A reader may return or raise InputError, whose message is one line. Anything
@@ -191,7 +192,7 @@ def main() -> int:
     end = time.monotonic() + seconds
     names = [name for name in files if not sys.argv[5:] or sys.argv[5] in name]
     rounds = 0
-    while time.monotonic() < end:
+    while time.monotonic() < end or not all(counts[name]["refused"] for name in names):
         rounds += 1
         for name in names:
             if name in IN_A_CHILD and rounds % ROUNDS_BETWEEN != 1:

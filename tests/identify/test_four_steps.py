@@ -140,8 +140,8 @@ def test_too_few_samples_are_refused() -> None:
 
 
 def test_long_records_are_searched_in_part_and_fitted_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    for place in ("long_records", "whole_cascade"):
-        monkeypatch.setattr(f"bayes_hw.identify.{place}.SEARCH_SAMPLES", 1200)
+    for place in ("LONG", "SEARCH", "BASELINE"):
+        monkeypatch.setattr(f"bayes_hw.identify.long_records.{place}_SAMPLES", 1200)
     records = records_of(0.3, SIGMA)
     found = identified(records, max_order=3)
     assert [len(residual) for residual in found.residuals] == [len(record) for record in records]

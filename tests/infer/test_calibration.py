@@ -13,6 +13,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from calibration_summary import CalibrationSummary, summarize_calibration
 from scipy import stats
 
 from bayes_hw.errors import InputError
@@ -28,7 +29,6 @@ from bayes_hw.infer.calibration import (
     simulated_record,
     stationary_autoregression,
 )
-from bayes_hw.infer.calibration_summary import CalibrationSummary, summarize_calibration
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

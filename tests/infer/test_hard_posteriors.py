@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hard_axes import HARD_AXES, HardAxis, hard_axis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import autocorrelation_time, effective_sample_size
@@ -14,7 +15,6 @@ from bayes_hw.infer.moves import DifferentialEvolutionMove
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.hard_axes import HARD_AXES, HardAxis, hard_axis
 from bayes_hw.record import Record
 
 SETTINGS = SamplerSettings(max_steps=1000, target_ess=1000)

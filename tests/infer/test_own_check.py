@@ -53,3 +53,22 @@ def test_counts_are_those_of_the_replicates() -> None:
     assert found.all_parameters == Held(3 * len(truth), 4 * len(truth))
     assert found.to_dict()["held"]["saturation.lower"]["held"] == 3
     assert isinstance(found, OwnCheck)
+
+
+def test_more_replicates_begin_with_the_same_ones() -> None:
+    """So that a check goes on from what is kept when more are asked for."""
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    few, more = (check_tasks(posterior, [RECORD], n, 1, SamplerSettings()) for n in (2, 5))
+    for one, same in zip(few, more[:2], strict=True):
+        np.testing.assert_array_equal(one[0][0].y, same[0][0].y)
+        assert one[1:] == same[1:]
+    assert more[3][1] != more[4][1]
+
+
+def test_a_parameter_is_refuted_where_chance_does_not_explain_its_misses() -> None:
+    often, seldom = Held(18, 20), Held(14, 20)
+    assert OwnCheck(20, 20, {"a": often, "b": often}).stands
+    check = OwnCheck(20, 20, {"a": often, "b": seldom, "c": often})
+    assert check.refuted == ("b",) and not check.stands and check.to_dict()["stands"] is False
+    assert not OwnCheck(5, 5, {"a": Held(5, 5)}).stands
+    assert seldom.p_value == pytest.approx(0.00087, rel=0.05)

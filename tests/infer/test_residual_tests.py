@@ -117,7 +117,8 @@ def test_constant_command_says_nothing() -> None:
     """No division by zero: a command without change cannot correlate."""
     report = examined(np.random.default_rng(8).standard_normal(400), np.full(400, 0.5))
     assert report.tests[COMMAND].passed and report.tests[MAGNITUDE].passed
-    assert set(report.to_dict()) == {"fit_percent", "white", "tests"}
+    assert set(report.to_dict()) == {"fit_percent", "white", "closed_loop", "tests"}
+    assert report.to_dict()["closed_loop"] is False
 
 
 def test_a_model_that_explains_nothing_is_said_to(small_record: Record) -> None:

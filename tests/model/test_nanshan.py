@@ -7,20 +7,18 @@ from functools import reduce
 import mpmath
 import numpy as np
 import pytest
-
-from bayes_hw.model.nanshan import (
+from printed.eq12 import (
     PRINTED_DENOMINATOR,
     PRINTED_NUMERATOR,
-    SAMPLE_RATE_HZ,
     SLOW_POLE_LIMIT,
-    nanshan_linear_block,
-    nanshan_model,
     nanshan_rounding_box,
     nanshan_rounding_uncertainty,
     printed_coefficients,
     rounding_half_widths,
 )
-from bayes_hw.model.representative import find_representative
+from printed.representative import find_representative
+
+from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_linear_block, nanshan_model
 
 
 def _expand(roots: np.ndarray) -> list[mpmath.mpf]:

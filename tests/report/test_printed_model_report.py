@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 from pages.printed_model_report import Choice, PrintedModel, printed_model_report
-
-from bayes_hw.model.linear import polynomial_roots
-from bayes_hw.model.nanshan import (
-    SAMPLE_RATE_HZ,
+from printed.eq12 import (
     SLOW_POLE_LIMIT,
-    nanshan_model,
     nanshan_rounding_box,
     nanshan_rounding_uncertainty,
     printed_coefficients,
 )
-from bayes_hw.model.rounding_box import roots_of_rows
+from printed.rounding_box import roots_of_rows
+
+from bayes_hw.model.linear import polynomial_roots
+from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.html import to_html
 

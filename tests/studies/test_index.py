@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from index import heading_of, write_index
+from index import GROUPS, REST, heading_of, write_index
 from manifest import REPORTS, STUDIES
 
 PAGE = REPORTS / "index.html"
@@ -26,7 +26,15 @@ def test_committed_page_is_that_of_the_committed_manifests(tmp_path: Path) -> No
 
 def test_every_study_is_listed_and_every_link_leads_somewhere() -> None:
     source = PAGE.read_text(encoding="utf-8")
-    assert re.findall(r'<section id="([^"]+)"', source) == NAMES
+    shown = re.findall(r'<section id="([^"]+)"', source)
+    assert sorted(shown) == NAMES
+    assert [int(name[:2]) for name in shown] == [number for _, _, numbers in GROUPS for number in numbers]
+    assert REST[0] not in source
+    titles = re.findall(r"<h2>([^<]+)</h2>", source)
+    assert titles == ["Contents", *(title for title, _, _ in GROUPS)]
+    cards = re.search(r'<ul class="cards">(.*?)</ul>', source, re.DOTALL)
+    assert cards is not None
+    assert re.findall(r'href="(\d\d)[^"]+/report.html"', cards[1]) == [f"{n:02}" for n in GROUPS[0][2]]
     links = re.findall(r'href="([^"]+)"', source)
     for link in links:
         if link.startswith("#"):
@@ -49,6 +57,15 @@ def test_study_without_a_manifest_says_so_and_quick_runs_are_marked(tmp_path: Pa
     assert page.count("A quick run") == 1
     assert "<script" not in page
     assert "{{ 7*7 }}" in page
+
+
+def test_a_study_that_no_group_names_stands_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("index.GROUPS", GROUPS[:-1])
+    page = write_index(tmp_path).read_text(encoding="utf-8")
+    shown = re.findall(r'<section id="([^"]+)"', page)
+    assert sorted(shown) == NAMES
+    assert [int(name[:2]) for name in shown[-len(GROUPS[-1][2]) :]] == list(GROUPS[-1][2])
+    assert page.index(f"<h2>{REST[0]}</h2>") < page.index(f'<section id="{shown[-1]}"')
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -102,6 +102,7 @@ def test_helpers_of_the_studies_change_the_code_and_other_studies_do_not(
         "index.py": False,
         "rivals.py": True,
         "study.py": True,
+        "pages/power_report.py": True,
     }.items():
         (folder / name).write_text((folder / name).read_text() + "\n")
         assert (code_digest(script) != known) == changes

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-import subprocess
+import runpy
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -34,27 +35,38 @@ def script(tmp_path: Path) -> Path:
     return path
 
 
-def run(script: Path, *more: str) -> str:
-    command = [sys.executable, script, "--out", script.parent / "out", "--unless-done", *more]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+@pytest.fixture
+def run(
+    script: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., str]:
+    """Runs the script with more options, and gives what it prints."""
+
+    def printed(*more: str) -> str:
+        arguments = ["--out", str(script.parent / "out"), "--unless-done", *more]
+        monkeypatch.setattr(sys, "argv", [str(script), *arguments])
+        try:
+            runpy.run_path(str(script), run_name="__main__")
+        except SystemExit as ended:
+            assert not ended.code
+        return capsys.readouterr().out
+
+    return printed
 
 
-def test_done_run_is_skipped_until_its_options_change(script: Path) -> None:
+def test_done_run_is_skipped_until_its_options_change(script: Path, run: Callable[..., str]) -> None:
     out = script.parent / "out"
     out.mkdir()
     (out / "of_an_earlier_run.json").write_text("{}")
     os.utime(out / "of_an_earlier_run.json", (0, 0))
-    assert run(script).startswith("report: ")
+    assert run().startswith("report: ")
     manifest = read_manifest(out)
     assert manifest is not None
     assert manifest.question == "Does a study that has nothing to do leave a manifest?"
     assert set(manifest.files) == {"report.html", "report.pdf", "results.json"}
     stamp = (out / "report.html").stat().st_mtime_ns
-    assert run(script).startswith("done: ")
+    assert run().startswith("done: ")
     assert (out / "report.html").stat().st_mtime_ns == stamp
-    assert run(script, "--seed", "2").startswith("report: ")
+    assert run("--seed", "2").startswith("report: ")
 
 
 def test_sources_are_named_from_the_folder_that_differs(tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def _laplace_draws(explanation: Explanation, count: int, rng: np.random.Generato
     fit = explanation.fit
     drawn = rng.multivariate_normal(fit.coordinates, fit.covariance(), count, method="eigh")
     base = fit.hypothesis.to_values(drawn)[:, : fit.hypothesis.base_count]
-    samples = sum(len(e) for e in fit.residuals)
+    samples = fit.readings
     sigma = explanation.encoder_sigma * (1 + rng.standard_normal(count) / np.sqrt(2 * samples))
     return np.column_stack([base, sigma])
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
+from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.answer.notes import starts_disagree
 from bayes_hw.gap.answer.shrink import Closure
-from bayes_hw.gap.answer.verdict import Estimate
-from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.search.attribute import Attribution
 
 DOUBT = (
     "Starts of the base model disagree: only one reached its best fit, another may lie elsewhere, and all "
@@ -16,13 +18,26 @@ DOUBT = (
 )
 
 
-def sentence(diagnosis: Diagnosis) -> str:
+class Answered(Protocol):
+    """The parts of a diagnosis that its sentence tells."""
+
+    @property
+    def attribution(self) -> Attribution: ...
+
+    @property
+    def decision(self) -> Decision: ...
+
+    @property
+    def verdict(self) -> Verdict: ...
+
+
+def sentence(diagnosis: Answered) -> str:
     """One or two sentences: how large the gap is, what it is and how sure, how far it shrinks; before them,
     that it is all in doubt, where starts of the base model disagree."""
     return DOUBT * starts_disagree(diagnosis.attribution) + _of_the_gap(diagnosis)
 
 
-def _of_the_gap(diagnosis: Diagnosis) -> str:
+def _of_the_gap(diagnosis: Answered) -> str:
     verdict = diagnosis.verdict
     gap = verdict.gap_holdout
     size = (max(gap.rmse_before**2 - gap.noise_floor**2, 0.0)) ** 0.5 / gap.noise_floor
@@ -54,7 +69,7 @@ def _of_the_gap(diagnosis: Diagnosis) -> str:
     )
 
 
-def _entrance(diagnosis: Diagnosis) -> str:
+def _entrance(diagnosis: Answered) -> str:
     """Where a cause without a name enters."""
     block, best = diagnosis.verdict.where.block, diagnosis.decision.explanation
     found = f"It enters at the {block} ({_percent(diagnosis.verdict.where.share[block])} sure)"

@@ -6,17 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm, truncnorm
+from scipy.stats import truncnorm
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
 from bayes_hw.gap.noise.stochastic import MAX_AGE, ROUNDING, HeldDisplay
-
-PROBABILITY = 0.94
-
-NORMAL_HALF_WIDTH = float(norm.ppf((1 + PROBABILITY) / 2))
-"""Half the width of that interval of a normal variable, in its standard deviations."""
 
 LOWER_TAIL = 0.03
 """Below the interval of a closed fraction, whose density piles up at its largest value: there it ends."""

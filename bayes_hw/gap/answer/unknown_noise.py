@@ -39,13 +39,14 @@ def plain_fit(start: Fit, measured: Sequence[FloatArray]) -> Fit:
     """Plain least squares from `start`, the noise taken to be what is left."""
     current = start
     for _ in range(ROUNDS):
-        current = fit(current.hypothesis, measured, current.coordinates, Plain(current.rmse))
+        noise = Plain(current.rmse, masked=current.unread or ())
+        current = fit(current.hypothesis, measured, current.coordinates, noise)
     return current
 
 
 def first_sigma(base: Hypothesis, measured: Sequence[FloatArray]) -> float:
     """A noise to start with, output units, where none is given."""
-    rough = Plain(float(np.std(np.concatenate(list(measured)))))
+    rough = Plain(float(np.std(np.concatenate(list(measured)))), masked=base.unread or ())
     return NOISE_SHARE * plain_fit(fit(base, measured, base.prior_means, rough), measured).rmse
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.answer.locate import Location
-from bayes_hw.gap.answer.shrink import PROBABILITY, Closure
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.fit.interval import PROBABILITY
 from bayes_hw.model.priors import LogNormal
 
 SCHEMA = "bayes-hw/verdict/1"
@@ -62,7 +63,8 @@ class Estimate:
 class Verdict:
     """See FORMATS: what is said to be present, how probable, where, how far the gap shrinks.
 
-    `white_choice` is what a plain rule would have said, kept to be compared with.
+    `white_choice` is what a plain rule would have said, kept to be compared with; `known` says of every known
+    input of the records whether the gap follows it.
     """
 
     answer: tuple[str, ...]
@@ -77,6 +79,7 @@ class Verdict:
     seconds: float
     notes: Sequence[str] = ()
     white_choice: Sequence[str] = ()
+    known: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, object]:
         """The content of verdict.json."""
@@ -93,6 +96,7 @@ class Verdict:
             "notes": list(self.notes),
             "white_choice": list(self.white_choice),
             "seconds": self.seconds,
+            **({"known": {name: dict(each) for name, each in self.known.items()}} if self.known else {}),
         }
 
     def write(self, path: Path) -> None:

@@ -14,7 +14,7 @@ def white_choice(attribution: Attribution) -> tuple[str, ...]:
     Among the base, the plain fits of single effects and the stochastic effects alone.
     """
     plain = [attribution.base.fit, *attribution.singles]
-    samples = sum(len(e) for e in attribution.base.fit.residuals)
+    samples = attribution.base.fit.readings
     found = [
         (samples * (np.log(f.rmse**2) + LOG_2PI + 1) + 2 * (len(f.coordinates) + 1), f.hypothesis.labels)
         for f in plain

@@ -27,12 +27,14 @@ def check_blind(
     changes: Mapping[str, Any] | None = None,
     diagnosis: str = DIAGNOSIS,
     options: Mapping[str, str] | None = None,
+    from_records: bool = False,
     executor: Executor,
     progress: Progress,
 ) -> Evidence:
     """Make the set in FOLDER/set unless it is there, diagnose it, and open the truth.
 
     The verdicts are where `verdicts_in` says. A check that was stopped goes on.
+    With `from_records` the diagnosis is given no model.
     Raises InputError when FOLDER/set is another set than this one.
     """
     where = folder / "set"
@@ -46,7 +48,16 @@ def check_blind(
     if [seal["number"], origin["seed"], origin["kind"], origin["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
     verdicts = verdicts_in(folder, diagnosis, options)
-    run_set(where, verdicts, seed, diagnosis=diagnosis, options=options, executor=executor, progress=progress)
+    run_set(
+        where,
+        verdicts,
+        seed,
+        diagnosis=diagnosis,
+        options=options,
+        from_records=from_records,
+        executor=executor,
+        progress=progress,
+    )
     return read_evidence(where, verdicts)
 
 

@@ -36,6 +36,7 @@ from bayes_hw.gap.blind.run import (
     verdict_digest,
 )
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_decision import PART_OF_G
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,8 @@ def read_evidence(
     Raises InputError when the seal is not the one in seal.json (or `seal`, as printed by make), when cases,
     truth or verdicts have changed since the run (or are not those of `run_sha256`, as printed by run), when
     the verdicts are those of another set, or of a run that may have seen the truth. With `practice` the truth
-    lies open in DIR/truth and there is no seal to check.
+    lies open in DIR/truth and there is no seal to check. Of a run that was given no model, more delay and a
+    further mode are no gap: a G that is inferred from the records has them, and the truth is read so.
     """
     run = _read_run(verdicts)
     changed = run["verdicts_sha256"] != verdict_digest(verdicts) or run["sha256"] != run_digest(run)
@@ -125,12 +127,26 @@ def read_evidence(
     if {case.name: case_digest(case) for case in cases} != run["cases"]:
         raise InputError(f"{verdicts}: the verdicts are those of other cases than {folder} holds")
     names = [case.name for case in cases]
+    truths = [_truth(name, files) for name in names]
+    if run.get("from_records", False):
+        truths = [without_part_of_g(truth) for truth in truths]
     return Evidence(
-        tuple(_truth(name, files) for name in names),
+        tuple(truths),
         tuple(FAILED if name in run["failed"] else read_verdict(verdicts / name) for name in names),
         "" if practice else file_digest(folder / TRUTH),
         run["sha256"],
         run["diagnosis"],
+    )
+
+
+def without_part_of_g(truth: CaseTruth) -> CaseTruth:
+    """The truth as it is where no model was given (see `PART_OF_G`)."""
+    kept = [i for i, label in enumerate(truth.effects) if label not in PART_OF_G]
+    return replace(
+        truth,
+        effects=tuple(truth.effects[i] for i in kept),
+        detail=tuple(truth.detail[i] for i in kept),
+        gap_over_sigma=tuple(truth.gap_over_sigma[i] for i in kept),
     )
 
 

@@ -29,9 +29,11 @@ from bayes_hw.named_object import named_object
 from bayes_hw.progress import Progress
 
 DIAGNOSIS = "bayes_hw.gap.any_train:diagnose_any_case"
+FROM_RECORDS = "bayes_hw.gap.blind.joint_ballot:diagnose_from_records"
 VERDICTS = "verdicts.json"
 SCHEMA = "bayes-hw/verdicts/2"
 VERDICT, PREDICTION = "verdict.json", "holdout_prediction.csv"
+DESCRIPTION = "case.json"
 KEPT = "finished"
 
 Diagnosis = Callable[..., None]
@@ -46,6 +48,7 @@ class RunTask:
     seed: int
     diagnosis: str
     options: Mapping[str, str]
+    from_records: bool = False
 
 
 def run_set(
@@ -53,16 +56,18 @@ def run_set(
     out: Path,
     seed: int = 1,
     *,
-    diagnosis: str = DIAGNOSIS,
+    diagnosis: str | None = None,
     options: Mapping[str, str] | None = None,
+    from_records: bool = False,
     truth_is_open: bool = False,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> str:
     """Diagnose every case of a set; writes OUT/CASE/verdict.json, holdout_prediction.csv, OUT/verdicts.json.
 
-    `diagnosis` is MODULE:FUNCTION, called as function(case folder, out folder, seed, **options). Finished
-    cases are kept in OUT, so that a run that was stopped goes on. A case whose diagnosis raises an error is
+    `diagnosis` is MODULE:FUNCTION, called as function(case folder, out folder, seed, **options). With
+    `from_records` the copy that it is given has no model: case.json names records alone. Finished cases are
+    kept in OUT, so that a run that was stopped goes on. A case whose diagnosis raises an error is
     kept as one that gave no verdict. Returns the digest of OUT/verdicts.json, which holds that of all
     verdicts.
 
@@ -73,13 +78,14 @@ def run_set(
     """
     folder = set_folder(folder)
     cases = withheld_cases(folder, truth_is_open)
-    find_diagnosis(diagnosis)
+    function = diagnosis or (FROM_RECORDS if from_records else DIAGNOSIS)
+    find_diagnosis(function)
     digests = {case.name: case_digest(case) for case in cases}
     given = dict(options or {})
-    identity = json.dumps([SCHEMA, __version__, seed, diagnosis, given, digests], sort_keys=True)
+    identity = json.dumps([SCHEMA, __version__, seed, function, given, from_records, digests], sort_keys=True)
     tasks = [
-        asdict(RunTask(str(case.resolve()), str((out / case.name).resolve()), seed, diagnosis, given))
-        for case in cases
+        asdict(RunTask(str(case.resolve()), str(place.resolve()), seed, function, given, from_records))
+        for case, place in ((case, out / case.name) for case in cases)
     ]
     outcomes = (executor or LocalExecutor()).map(
         run_one_case,
@@ -101,8 +107,9 @@ def run_set(
         "cases": digests,
         "verdicts_sha256": verdict_digest(out),
         "seed": seed,
-        "diagnosis": diagnosis,
+        "diagnosis": function,
         "options": given,
+        "from_records": from_records,
         "failed": {o["case"]: o["error"] for o in outcomes if o["error"]},
         "seconds": {o["case"]: o["seconds"] for o in outcomes},
     }
@@ -155,7 +162,7 @@ def run_one_case(task: dict[str, Any]) -> dict[str, Any]:
     out.mkdir(parents=True)
     error = ""
     with tempfile.TemporaryDirectory(prefix="blind-") as empty:
-        copied = copy_case(case, Path(empty) / case.name)
+        copied = copy_case(case, Path(empty) / case.name, from_records=task["from_records"])
         try:
             find_diagnosis(task["diagnosis"])(copied, out, task["seed"], **task["options"])
         except Exception as problem:
@@ -172,9 +179,17 @@ def _written(out: Path) -> dict[str, str]:
     return {name: file_digest(out / name) for name in (VERDICT, PREDICTION) if (out / name).is_file()}
 
 
-def copy_case(case: Path, target: Path) -> Path:
-    """A copy of what case.json lists, and no other file; raises InputError when case.json is damaged."""
+def copy_case(case: Path, target: Path, *, from_records: bool = False) -> Path:
+    """A copy of what case.json lists, and no other file, without the model if `from_records`.
+
+    Raises InputError when case.json is damaged.
+    """
     files = case_files(case)
+    if from_records:
+        description = json.loads(read_small_text(case / DESCRIPTION))
+        withheld = description.pop("model")
+        files = [name for name in files if name not in (DESCRIPTION, withheld)]
+        write_text_atomically(target / DESCRIPTION, json.dumps(description, indent=1) + "\n")
     for name in files:
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(case / name, target / name)
@@ -183,11 +198,11 @@ def copy_case(case: Path, target: Path) -> Path:
 
 def case_files(case: Path) -> list[str]:
     """case.json and the files that it lists; raises InputError when one is not inside the case."""
-    path = case / "case.json"
+    path = case / DESCRIPTION
     try:
         content = json.loads(read_small_text(path))
         names = [
-            "case.json",
+            DESCRIPTION,
             str(content["model"]),
             *map(str, content["train"]),
             *map(str, content["holdout"]),

@@ -15,6 +15,8 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units
 
 RATE_TOLERANCE = 1e-6
+EXAMPLE = '{"model": "model.json", "train": ["train_1.csv"], "holdout": ["holdout.csv"]}'
+
 SHORTEST = 200
 """Samples that a record must have."""
 
@@ -47,7 +49,7 @@ class Case:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{path}: is not JSON ({error})") from None
         if not isinstance(data, dict) or not isinstance(data.get("model"), str):
-            raise InputError(f'{path}: needs "model", "train" and "holdout"; see FORMATS')
+            raise InputError(f'{path}: needs "model", "train" and "holdout", such as {EXAMPLE}')
         for key in ("train", "holdout"):
             if not isinstance(data.get(key), list) or not all(isinstance(item, str) for item in data[key]):
                 raise InputError(f"{path}: {key}: must be a list of file names")

@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.simulate.force_law import ForceLaw
+from bayes_hw.gap.case.force import Force
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Units
 
@@ -42,7 +42,7 @@ class Simulator(Protocol):
     @property
     def force_door(self) -> bool: ...
 
-    def simulate(self, values: FloatArray, inputs: FloatArray, force: ForceLaw | None = None) -> FloatArray:
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Outputs (batch, samples) for parameter values (batch, parameters) and commands (samples,).
 
         `force` is None unless `force_door`; its accelerations are to be added to those of the simulator.
@@ -72,7 +72,7 @@ class FunctionSimulator:
     noise_sigma: float = float("nan")
     force_door: bool = False
 
-    def simulate(self, values: FloatArray, inputs: FloatArray, force: ForceLaw | None = None) -> FloatArray:
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Outputs (batch, samples); raises InputError where the function returns another shape."""
         given = (values, inputs, force) if self.force_door else (values, inputs)
         found = np.asarray(self.function(*given), dtype=np.float64)

@@ -34,16 +34,17 @@ from bayes_hw.gap.criticism.free_functions import (
     shapes_of_blocks,
     shapes_of_the_gain,
 )
+from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
+from bayes_hw.gap.criticism.springs import shapes_of_springs
 from bayes_hw.gap.criticism.surprise import chi_squared_surprise
-from bayes_hw.gap.effects.effect import BLOCKS, Block, Door
+from bayes_hw.gap.effects.effect import BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background, wind
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.friction_shapes import motions_of_the_motor, shapes_of_friction
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.signals import has_door
-from bayes_hw.gap.simulate.springs import shapes_of_springs
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
 FLOOR = 10.0
@@ -72,7 +73,7 @@ FLOOR_OF_TORQUE = 15.0
 STEADY_AT_THE_INPUT = (CONSTANT, SLOW_GAIN)
 """What has so few shapes that a torque which wanders does not pass for it."""
 
-Shapes: TypeAlias = Mapping[str, Sequence[tuple[Door, Sequence[FloatArray]]]]
+Shapes: TypeAlias = Mapping[str, Sequence[tuple[InjectionPoint, Sequence[FloatArray]]]]
 
 BLOCK_OF: Mapping[str, Block] = MappingProxyType(
     {

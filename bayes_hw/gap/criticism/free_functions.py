@@ -15,12 +15,12 @@ from types import MappingProxyType
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.fit.columns import hats_over
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import SignalChain
+from bayes_hw.gap.simulate.columns import hats_over
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.signals import door_responses, has_door
 
 HATS = 7
@@ -48,7 +48,7 @@ WEAK_DIRECTION = 0.03
 """Of a shape's own norm: combinations that reach the output less are shrunk in what is shown as taken."""
 
 
-NO_MORE: Mapping[str, tuple[Door, list[FloatArray]]] = MappingProxyType({})
+NO_MORE: Mapping[str, tuple[InjectionPoint, list[FloatArray]]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def _beside(*groups: Sequence[FloatArray]) -> list[FloatArray]:
     return [np.concatenate(columns, axis=1) for columns in zip(*groups, strict=True)]
 
 
-def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
+def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[InjectionPoint, list[FloatArray]]]:
     """For every block its door and shapes (samples, n) a record."""
     limited, speed, w = ([getattr(m, name) for m in found] for name in ("limited", "speed", "w"))
     command = [m.command for m in found]
@@ -151,9 +151,9 @@ def shapes_of_blocks(found: Sequence[Motion]) -> dict[str, tuple[Door, list[Floa
     }
 
 
-def shapes_that_only_tell(found: Sequence[Motion]) -> dict[str, tuple[Door, list[FloatArray]]]:
-    """Door and shapes (samples, n) a record of what is too flexible to say where a gap lies, but tells that
-    something is left: limited command and reading in detail, and a gain that changes over time."""
+def shapes_that_only_tell(found: Sequence[Motion]) -> dict[str, tuple[InjectionPoint, list[FloatArray]]]:
+    """Where what is too flexible to say where a gap lies, but tells that something is left, enters, and its
+    shapes (samples, n) a record: limited command and reading in detail, and a gain that changes over time."""
     return {
         DETAIL: ("command", hats([m.limited for m in found], DETAILED_HATS)),
         READING: ("output", hats([m.w for m in found], MANY_HATS)),
@@ -171,7 +171,7 @@ def shapes_of_the_gain(found: Sequence[Motion]) -> list[FloatArray]:
 def responses_of_blocks(
     found: Sequence[Motion],
     chain: SignalChain,
-    more: Mapping[str, tuple[Door, list[FloatArray]]] = NO_MORE,
+    more: Mapping[str, tuple[InjectionPoint, list[FloatArray]]] = NO_MORE,
 ) -> dict[str, list[FloatArray]]:
     """What the encoder shows (samples, n), a record each, of the shapes of every block that has a door.
 
@@ -186,7 +186,7 @@ def responses_of_blocks(
 
 
 def responses_of(
-    found: Sequence[Motion], chain: SignalChain, door: Door, shapes: Sequence[FloatArray]
+    found: Sequence[Motion], chain: SignalChain, door: InjectionPoint, shapes: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """What the encoder shows (samples, n), a record each, of `shapes` (samples, n) that enter at a door."""
     responses = [door_responses(chain, door, s) for s in shapes]

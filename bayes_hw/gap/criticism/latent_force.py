@@ -15,11 +15,11 @@ import numpy as np
 from scipy.linalg import eigh
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH
-from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.fit.columns import hats_over
 from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.noise.whitener import Whitener
+from bayes_hw.gap.simulate.columns import hats_over
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.signals import door_responses, has_door
 
 KNOTS, FEWEST_KNOTS = 960, 40
@@ -39,7 +39,7 @@ class LatentForce:
     `response` (samples,) what its mean adds to the output, output units.
     """
 
-    door: Door
+    door: InjectionPoint
     unit: str
     time: FloatArray
     mean: FloatArray
@@ -63,7 +63,7 @@ def latent_force(fit: Fit, record: int, noise: Whitener) -> LatentForce:
     hypothesis, residual = fit.hypothesis, fit.residuals[record]
     scale, samples = hypothesis.scale, len(residual)
     chain = hypothesis.chain(fit.values)
-    door: Door = "motor_torque" if has_door(chain, "motor_torque") else "command"
+    door: InjectionPoint = "motor_torque" if has_door(chain, "motor_torque") else "command"
     most = max(MOST_VALUES // samples, FEWEST_KNOTS)
     places = np.linspace(0, samples - 1, min(KNOTS, samples // SAMPLES_A_KNOT, most))
     hats = hats_over(np.arange(float(samples)), places)

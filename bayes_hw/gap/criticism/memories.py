@@ -13,8 +13,8 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.criticism.free_functions import Motion, lagged
-from bayes_hw.gap.effects.effect import Door
-from bayes_hw.gap.fit.columns import hats_over
+from bayes_hw.gap.simulate.columns import hats_over
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 
 AGES_S = (0.0, 0.15, 0.4, 1.0, 2.5)
 """Knots of the hats over the time since an event."""
@@ -29,7 +29,9 @@ AT_REST = 0.02
 """Of the root mean square speed: below it the axis has not turned yet."""
 
 
-def shapes_of_memories(found: Sequence[Motion], rate: float) -> dict[str, tuple[Door, list[FloatArray]]]:
+def shapes_of_memories(
+    found: Sequence[Motion], rate: float
+) -> dict[str, tuple[InjectionPoint, list[FloatArray]]]:
     """For every kind of event the door and the shapes (samples, n), a record each, at `rate` samples a s."""
     return {
         "after a limit": ("command", [_after_limits(m, rate) for m in found]),

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.effects.effect import SECOND_HARMONIC, Block, Door, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import SECOND_HARMONIC, Block, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.model.parameters import Parameter
 
 
@@ -78,7 +79,7 @@ class TorqueRipple(PeriodicEffect):
     block: ClassVar[Block] = "drive"
     form: ClassVar[str] = "motor"
     ripples: ClassVar[bool] = True
-    door: ClassVar[Door] = "motor_torque"
+    door: ClassVar[InjectionPoint] = "motor_torque"
     first_setting: ClassVar[int] = S.RIPPLE
     test_values: ClassVar[tuple[float, ...]] = (20.0, 10.0, 0.3)
 
@@ -112,7 +113,7 @@ class LoadRipple(TorqueRipple):
     """
 
     form: ClassVar[str] = "load"
-    door: ClassVar[Door] = "load_torque"
+    door: ClassVar[InjectionPoint] = "load_torque"
     first_setting: ClassVar[int] = S.LOAD_RIPPLE
     test_values: ClassVar[tuple[float, ...]] = (0.5, 0.3, 0.3)
 
@@ -131,7 +132,7 @@ class MeshRipple(LoadRipple):
     """
 
     form: ClassVar[str] = "gear mesh"
-    door: ClassVar[Door] = "gear_torque"
+    door: ClassVar[InjectionPoint] = "gear_torque"
     first_setting: ClassVar[int] = S.MESH_RIPPLE
 
     def refined(self, values: FloatArray) -> Sequence[tuple[Effect, tuple[float, ...]]]:

@@ -11,16 +11,13 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.descriptions import Description
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.parameters import Parameter
 
 Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
 
 BLOCKS: tuple[Block, ...] = ("input", "linear", "drive", "disturbance", "sensor")
-
-Door: TypeAlias = Literal["command", "motor_torque", "load_torque", "gear_torque", "output"]
-"""Where a small additive signal of a periodic effect enters: v, a torque on the motor, on the load, or on the
-load with its reaction on the motor, or w."""
 
 
 class Effect(ABC):
@@ -95,7 +92,7 @@ class PeriodicEffect(Effect):
     Its parameters are the amplitudes of sine and cosine and the period, in this order.
     """
 
-    door: ClassVar[Door]
+    door: ClassVar[InjectionPoint]
     only_saturated: ClassVar[bool] = False
 
     def write_wave(self, first: int, values: FloatArray, settings: FloatArray) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import Block, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.model.parameters import Parameter
 
 
@@ -63,7 +64,7 @@ class SaturationDrift(PeriodicEffect):
 
     label: ClassVar[str] = "saturation_drift"
     block: ClassVar[Block] = "input"
-    door: ClassVar[Door] = "command"
+    door: ClassVar[InjectionPoint] = "command"
     only_saturated: ClassVar[bool] = True
     starts_tried: ClassVar[int] = 4
     test_values = (0.1, 0.05, 1.5)

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.effects.effect import Block, Door, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import Block, Effect, PeriodicEffect
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.model.parameters import Parameter
 
 
@@ -22,7 +23,7 @@ class EncoderEccentricity(PeriodicEffect):
 
     label: ClassVar[str] = "encoder_eccentricity"
     block: ClassVar[Block] = "sensor"
-    door: ClassVar[Door] = "output"
+    door: ClassVar[InjectionPoint] = "output"
     test_values: ClassVar[tuple[float, ...]] = (0.01, 0.005, 0.8)
 
     def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:

@@ -12,9 +12,9 @@ from emcee import EnsembleSampler
 from emcee.moves import DEMove
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis, held_within_prior
-from bayes_hw.gap.noise.display_likelihood import DisplayDensity, display_likelihood
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.infer.importance import acceptance_from_weights
 from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
@@ -101,7 +101,7 @@ def posterior_draws(
     each = each or Each()
     best = explanation.fit
     to_values = best.hypothesis.to_values
-    likelihood = display_likelihood(explanation)
+    likelihood = exact_likelihood(explanation)
     if likelihood is None:
         covariance = best.covariance()
         if explanation.cannot_be_predicted:
@@ -113,7 +113,7 @@ def posterior_draws(
         posterior = _Shared(PosteriorDensity(explanation), each)
         coordinates = _sampled(posterior, best.coordinates, covariance, rng, seconds)
         return Draws(coordinates, to_values(coordinates))
-    density = DisplayDensity(explanation, likelihood)
+    density = DisplayDensity(best, likelihood)
     points = _sampled(_Shared(density, each), *density.mode(), rng, seconds)
     coordinates = density.coordinates(points)
     response, noise = coordinates[:, : density.count], coordinates[:, density.count :]

@@ -108,7 +108,8 @@ class Explanation:
         correlation = whitener.correlation
         gaps = whitener.glitches if isinstance(whitener, Autoregression) else no_glitches(self.fit.residuals)
         innovation = sigma * float(np.sqrt(1 - correlation**2))
-        return Autoregression(np.array([correlation]), innovation, sigma, float("nan"), gaps)
+        coefficients, unread = np.array([correlation]), self.fit.unread
+        return Autoregression(coefficients, innovation, sigma, float("nan"), gaps, unread=unread)
 
     @property
     def chaotic(self) -> bool:
@@ -178,7 +179,7 @@ def with_coloured_noise(start: Fit, measured: Sequence[FloatArray], iterations: 
 def with_stochastic(found: StochasticFit, start: Fit) -> Explanation:
     """The same response with the noise of a stochastic effect."""
     moved = replace(start, whitener=found.whitener)
-    penalty = 0.5 * len(found.parameters) * np.log(sum(len(e) for e in start.residuals))
+    penalty = 0.5 * len(found.parameters) * np.log(start.readings)
     base = moved.log_evidence() - found.whitener.log_likelihood + found.log_likelihood
     return Explanation(moved, found, _finite(base - penalty))
 

@@ -11,11 +11,13 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.fit.columns import column, misses, only_where, square_sums
+from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_equations
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.trimming import best_stretches
-from bayes_hw.gap.noise.whitener import Whitener
+from bayes_hw.gap.noise.whitener import Whitener, bridge, readings_of
+from bayes_hw.gap.simulate.builder import SignalChain
+from bayes_hw.gap.simulate.columns import column, misses, only_where, square_sums
 
 MAX_ITERATIONS = 25
 GOOD_ENOUGH = 1e-5
@@ -32,7 +34,8 @@ FARTHEST = 8.0
 class Fit:
     """A hypothesis at its best coordinates.
 
-    `residuals` are measured minus simulated outputs, a record each; `jacobians` (samples, parameters) the
+    `residuals` are measured minus simulated outputs, a record each, where nothing was measured those between
+    the neighbours; `jacobians` (samples, parameters) the
     derivatives of the simulated outputs; `cost` half the sum of squares of whitened residuals and priors.
     """
 
@@ -47,6 +50,33 @@ class Fit:
     @property
     def values(self) -> FloatArray:
         return self.hypothesis.to_values(self.coordinates)
+
+    @property
+    def scale(self) -> AxisScale:
+        """Sizes of the axis and its records."""
+        return self.hypothesis.scale
+
+    def chain(self) -> SignalChain:
+        """The linear block at the estimate."""
+        return self.hypothesis.chain(self.values)
+
+    def motion(self) -> tuple[list[FloatArray], float]:
+        """w (samples,) of every record, and the half width of the dead zone: `Hypothesis.motion`."""
+        return self.hypothesis.motion(self.values)
+
+    def with_residuals(self, residuals: list[FloatArray]) -> Fit:
+        """The same with other residuals (samples,), a record each."""
+        return replace(self, residuals=residuals)
+
+    @property
+    def unread(self) -> tuple[BoolArray, ...] | None:
+        """Which samples were not measured, a mask a record; None where all were."""
+        return self.hypothesis.unread
+
+    @property
+    def readings(self) -> int:
+        """Samples that were measured."""
+        return readings_of(self.residuals, self.unread)
 
     @property
     def measured(self) -> list[FloatArray]:
@@ -105,7 +135,7 @@ class Fit:
         deviation = self.hypothesis.prior_deviations(self.coordinates)
         log_prior = -0.5 * float(deviation @ deviation) - float(np.sum(np.log(self.hypothesis.prior_sds)))
         _, log_determinant = np.linalg.slogdet(self.precision())
-        samples = sum(len(e) for e in self.residuals)
+        samples = self.readings
         penalty = 0.5 * self.whitener.parameter_count * np.log(samples)
         return self.whitener.log_likelihood + log_prior - 0.5 * float(log_determinant) - float(penalty)
 
@@ -298,7 +328,10 @@ def _descended(
             derivatives, exact = jacobians(hypothesis, at.coordinates, at.simulated), True
     if not exact:
         derivatives = jacobians(hypothesis, at.coordinates, at.simulated)
-    residuals = [misses(y, s[:, None])[:, 0] for y, s in zip(task.measured, at.simulated, strict=True)]
+    columns = [misses(y, s[:, None]) for y, s in zip(task.measured, at.simulated, strict=True)]
+    if hypothesis.unread is not None:
+        columns = [bridge(e, mask) for e, mask in zip(columns, hypothesis.unread, strict=True)]
+    residuals = [e[:, 0] for e in columns]
     return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, task.whitener, at.cost)
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
@@ -34,7 +34,8 @@ class Hypothesis:
     """The base model of `builder` with `effects`, for commands `inputs` (one array a record).
 
     `known` says where ripple acts under those commands, if not at the simulated position, `followed` what the
-    simulation is corrected by at every sample, if anything.
+    simulation is corrected by at every sample, if anything, `unread` which samples of the records were not
+    measured (a mask a record), None where all were.
     """
 
     builder: Builder
@@ -43,6 +44,7 @@ class Hypothesis:
     effects: tuple[Effect, ...] = ()
     known: KnownPositions | None = None
     followed: Followed | None = None
+    unread: tuple[BoolArray, ...] | None = None
     parameters: tuple[Parameter, ...] = field(init=False)
 
     def __post_init__(self) -> None:

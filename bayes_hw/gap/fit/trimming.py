@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
-from bayes_hw.gap.fit.columns import mean_squares
+from bayes_hw.gap.simulate.columns import mean_squares
 
 STRETCHES = 24
 """Of every record."""

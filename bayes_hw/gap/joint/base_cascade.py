@@ -47,7 +47,7 @@ def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
     best = with_longer_delay(best)
     values = best.values
     sigma = best.point.rms
-    white = float(np.sqrt(best.point.whitener.sum_of_squares(best.point.residuals) / best.point.samples))
+    white = float(np.sqrt(best.point.sum_of_squares / best.point.samples))
     scale = natural_scale(records, (values.lower, values.upper), values.integrator_residue, min(sigma, white))
     return JointFit.of_grown(best, scale).descended()
 

@@ -12,23 +12,29 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
-from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
+from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
     dominant_sections,
     effect_quantities,
+    gain_and_lag,
 )
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
+from bayes_hw.gap.joint.known_input import form_named
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.known_input import NO_COLUMNS, READING, TORQUE, KnownInput
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Record
 
 SCHEMA = "bayes-hw/corrected/1"
-DRAWS_KEPT = 200
+DRAWS_KEPT = 600
+COINCIDING = 1e-6
+"""Share by which two equal real poles are put apart, so that they have residues."""
 
 
 def corrected_model(
@@ -36,23 +42,8 @@ def corrected_model(
 ) -> dict[str, object]:
     """The content of corrected.json: a model.json with "effects", and below "joint" what simulates them."""
     fit = posterior.fit
-    values, rate = fit.values, fit.response.scale.rate_hz
-    cascade = values.cascade
-    largest = max(float(np.abs(r.u).max()) for r in train)
-    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant_sections(fit)]
-    model = HammersteinWiener(
-        name=f"{name}, corrected",
-        sample_rate_hz=rate,
-        saturation=Saturation(
-            cascade.lower if np.isfinite(cascade.lower) else -largest,
-            cascade.upper if np.isfinite(cascade.upper) else largest,
-        ),
-        linear=linear_block(fit.structure, cascade),
-        dead_zone=DeadZone(cascade.half_width),
-        dominant_modes=tuple(modes),
-        noise_sigma=sigma,
-        units=train[0].units,
-    )
+    values = fit.values
+    model = model_of(f"{name}, corrected", train, fit, sigma)
     s = fit.structure
     found: dict[str, object] = dict(model.to_dict())
     kept = values.effects
@@ -68,6 +59,7 @@ def corrected_model(
             },
         }
         for e in kept
+        if not e.form.column
     ]
     found["records"] = [{"name": r.name, "sha256": r.sha256} for r in train]
     scale = fit.response.scale
@@ -94,6 +86,52 @@ def corrected_model(
     return found
 
 
+def model_of(name: str, train: Sequence[Record], fit: JointFit, sigma: float) -> HammersteinWiener:
+    """The cascade of a fit with its known inputs, without its effects; a limit that it lacks stands at the
+    largest command."""
+    values, rate = fit.values, fit.response.scale.rate_hz
+    cascade = values.cascade
+    largest = max(float(np.abs(r.u).max()) for r in train)
+    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant_sections(fit)]
+    return HammersteinWiener(
+        name=name,
+        sample_rate_hz=rate,
+        saturation=Saturation(
+            cascade.lower if np.isfinite(cascade.lower) else -largest,
+            cascade.upper if np.isfinite(cascade.upper) else largest,
+        ),
+        linear=linear_block(fit.structure, cascade),
+        dead_zone=DeadZone(cascade.half_width),
+        dominant_modes=tuple(modes),
+        noise_sigma=sigma,
+        units=train[0].units,
+        known=tuple(
+            known_input_of(fit, effect, train[0].known_units.get(effect.form.column, ""))
+            for effect in values.effects
+            if effect.form.column
+        ),
+    )
+
+
+def known_input_of(fit: JointFit, effect: Effect, unit: str) -> KnownInput:
+    """An effect that is a known input, as a model has it."""
+    column, delay, cascade = effect.form.column, float(effect.values[-1]), fit.values.cascade
+    cycles = fit.response.column_cycles[column]
+    gain, _ = gain_and_lag(effect, fit.values, cycles)
+    if (p := effect.ports) is None:
+        return KnownInput(column, READING, gain, delay, cycles, unit)
+    poles = [p.direct[1], *cascade.real[0]]
+    residues = [p.direct[0], *p.real]
+    for (a1, a2), (one, two) in zip(cascade.sections[:2].T, p.sections.T, strict=True):
+        pair = np.roots([1.0, -a1, a2]).astype(np.complex128)
+        if abs(pair[0] - pair[1]) < COINCIDING:
+            pair = pair * np.array([1 - COINCIDING, 1 + COINCIDING])
+        poles += pair.tolist()
+        residues += [(one * pair[i] + two) / (pair[i] - pair[1 - i]) for i in (0, 1)]
+    everywhere = np.array(poles, dtype=np.complex128), np.array(residues, dtype=np.complex128)
+    return KnownInput(column, TORQUE, gain, delay, cycles, unit, everywhere[0], everywhere[1] / gain)
+
+
 def _pole(a1: float, a2: float) -> complex:
     return complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 0.0)))
 
@@ -106,7 +144,9 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
         scale = JointScale(**joint["scale"])
         template = []
         for item in joint["effects"]:
-            form = next(f for f in FORMS if f.label == item["label"] and f.name == item["form"])
+            form = form_named(item["label"], item["form"]) or next(
+                f for f in FORMS if f.label == item["label"] and f.name == item["form"]
+            )
             ports = None
             if form.is_law:
                 none = Ports.none(s.real_poles, s.sections)
@@ -129,19 +169,24 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
     return response, coordinates, draws
 
 
-def simulate_corrected(data: Mapping[str, Any], u: FloatArray) -> Simulated:
-    """Noise-free response of a corrected.json to a command (samples,) from rest."""
+def simulate_corrected(
+    data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+) -> Simulated:
+    """Noise-free response of a corrected.json to a command and known inputs (samples,) from rest."""
     response, coordinates, _ = joint_response_of(data)
-    return response.simulate(response.values(coordinates), u)
+    return response.simulate(response.values(coordinates), u, known)
 
 
-def predict_corrected(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean and 94 % band of y (samples,) under a command, parameters and noise both counted."""
+def predict_corrected(
+    data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and 94 % band of y (samples,) under a command and known inputs, parameters and noise both
+    counted."""
     response, coordinates, draws = joint_response_of(data)
-    mean = response.simulate(response.values(coordinates), u).y
+    mean = response.simulate(response.values(coordinates), u, known).y
     spread = np.zeros_like(mean)
     if len(draws):
-        drawn = [response.simulate(response.values(x), u).y for x in draws]
+        drawn = [response.simulate(response.values(x), u, known).y for x in draws]
         low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
         spread = (high - low) / 2
     sigma = float(data.get("noise", {}).get("sigma", 0.0))

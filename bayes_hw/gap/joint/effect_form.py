@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 
-Place = Literal["input", "output", "law"]
+Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
@@ -50,7 +50,8 @@ class Form:
     """One form of a label.
 
     `slots` gives its parameters for a scale, `starts` the values (parameters,) to begin from, at which the
-    form changes nothing; `linear` are the positions of its parameters that are strengths there.
+    form changes nothing. A form with a `column` acts by that known input of the records: through the load as
+    a "law", at the encoder as a "reading".
     """
 
     label: str
@@ -60,6 +61,7 @@ class Form:
     starts: Callable[[JointScale], Sequence[tuple[float, ...]]]
     law: int = -1
     base: int = 0
+    column: str = ""
 
     @property
     def is_law(self) -> bool:

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
+from bayes_hw.identify.holes import mask_of
 from bayes_hw.identify.noise import estimate_noise
 
 SINGULAR = 1e-9
@@ -32,22 +33,27 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class NoiseScreen:
-    """Residual and present derivatives of a fit under one noise."""
+    """Residual and present derivatives of a fit under one noise, of as many `samples` as were measured."""
 
     whitener: Whitener
     basis: FloatArray
     residual: FloatArray
+    masks: Sequence[BoolArray] | None
+    samples: int
 
     @classmethod
     def of(cls, fit: JointFit, whitener: Whitener) -> NoiseScreen:
         blocks = [
-            whitener.apply(rows) for rows, _ in fit.response.linearise(fit.point.coordinates, whitener.order)
+            whitener.apply(rows, 0, measured)
+            for rows, _, measured in fit.response.linearise(fit.point.coordinates, whitener.order)
         ]
-        return cls(whitener, *outside_of_derivatives(np.concatenate(blocks, axis=1)))
+        outside = outside_of_derivatives(np.concatenate(blocks, axis=1))
+        return cls(whitener, *outside, fit.response.masks, fit.point.samples)
 
     def gain(self, tangents: Sequence[FloatArray]) -> float:
         """Nats that the columns (parameters, samples) of all records promise together."""
-        columns = np.concatenate([self.whitener.apply(t) for t in tangents], axis=1)
+        white = [self.whitener.apply(t, 0, mask_of(self.masks, i)) for i, t in enumerate(tangents)]
+        columns = np.concatenate(white, axis=1)
         norms = np.sqrt(np.sum(columns**2, axis=1))
         columns = columns[norms > 0] / norms[norms > 0, None]
         if not len(columns) or not np.isfinite(columns).all():
@@ -57,9 +63,7 @@ class NoiseScreen:
         product = columns @ self.residual
         explained = float(product @ np.linalg.solve(gram, product))
         share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
-        return float(
-            -0.5 * len(self.residual) * np.log1p(-share) - 0.5 * len(columns) * np.log(len(self.residual))
-        )
+        return float(-0.5 * self.samples * np.log1p(-share) - 0.5 * len(columns) * np.log(self.samples))
 
 
 def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:

@@ -10,6 +10,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.identify.holes import with_holes
 
 TOO_MUCH = 1.5
 """Root mean square residual over the stated noise from which something remains; noise is stated to 12 %."""
@@ -42,5 +43,9 @@ def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
 
 def residual_rms(fit: JointFit) -> float:
     """Root mean square of the residuals without weights, output units."""
-    errors = [record.y - fit.response.simulate(fit.values, record.u).y for record in fit.response.records]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    values = fit.values
+    errors = [
+        with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
+        for record in fit.response.records
+    ]
+    return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.fit.nominal_prior import (
+from bayes_hw.gap.simulate.nominal_prior import (
     DAMPING_LOG_SD,
     DEAD_ZONE_LOG_SD,
     FREQUENCY_LOG_SD,

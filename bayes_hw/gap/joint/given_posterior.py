@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.joint_posterior import (
     base_units,
     effect_quantities,
     effect_units,
+    torque_draws,
     whitened_factor,
 )
 from bayes_hw.gap.joint.joint_response import JointValues
@@ -60,11 +61,13 @@ def laplace_given(
             base.setdefault(name, []).append(value)
         for name, value in {**effect_quantities(fit, at), **added_quantities(fit, x)}.items():
             effects.setdefault(name, []).append(value)
+    free_fit = unfolded(fit)
+    own_torques = {name: np.array(value) for name, value in torque_draws(free_fit, free).items()}
     return JointPosterior(
-        unfolded(fit),
+        free_fit,
         free,
         {name: np.array(value) for name, value in base.items()},
-        {name: np.array(value) for name, value in effects.items()},
+        {name: np.array(value) for name, value in effects.items()} | own_torques,
         {
             **base_units(base, units),
             **effect_units(fit, units),

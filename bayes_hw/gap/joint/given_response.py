@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
-from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -60,11 +60,16 @@ class GivenResponse(JointResponse):
         step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
         return np.clip(previous + step, *self._bounds)
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:  # noqa: ARG002
-        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record."""
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
+        the samples that were measured, None where all were."""
         values, turn = self.values(coordinates), self._turn(coordinates[: self._n_base])
         for number, record in enumerate(self.records):
-            run, tangents = self._run(values, record.u, True)
+            run, tangents = self._run(values, record.u, record.known, True)
             rows = np.empty((self.size + 1, len(record)))
             rows[: self._n_base] = turn.T @ tangents[: self._n_natural]
             rows[self._n_base : -1] = tangents[self._n_natural :]
@@ -72,7 +77,7 @@ class GivenResponse(JointResponse):
             rows[-1] = record.y - run.y
             if self.weights is not None:
                 rows /= self.weights[number]
-            yield rows, 0
+            yield rows, 0, record.measured
 
     def _turn(self, theta: FloatArray) -> FloatArray:
         """Derivatives (natural, base) of the natural parameters by central differences."""
@@ -114,10 +119,11 @@ class GivenFit(JointFit):
     @property
     def score(self) -> float:
         """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        priced = super().score - LABEL_PRICE_NATS * len(self.added)
         if not self.response.further:
-            return super().score
+            return priced
         loosened = len(self.response.given.loose_sd)
-        return super().score + 0.5 * loosened * float(np.log(self.point.samples))
+        return priced + 0.5 * loosened * float(np.log(self.point.samples))
 
     @property
     def added(self) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ def described(fit: GivenFit) -> str:
 
 def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     """The model without effects at the base parameters that explain the records best."""
-    level = white_noise_level([record.y for record in records])
+    level = white_noise_level([record.y_or_nan for record in records])
     given = GivenModel.of(model, 0.1 * level)
     structure = given.structure(part=False, further=False)
     nominal = given.cascade(np.zeros(given.size), part=False, further=False)
@@ -98,15 +98,18 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
     low, high = response.given.bounds(response.part, response.further)
     rest = fit.point.coordinates[n:]
 
+    measured = [record.measured for record in response.records]
     root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
 
     def residual(theta: FloatArray) -> FloatArray:
-        errors = np.concatenate(response.residuals(np.concatenate([theta, rest])))
+        found = response.residuals(np.concatenate([theta, rest]))
+        errors = np.concatenate([e if m is None else e[m] for e, m in zip(found, measured, strict=True)])
         bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
         return np.concatenate([bounded, root * theta])
 
     def slope(theta: FloatArray) -> FloatArray:
-        rows = [r[:n] for r, _ in response.linearise(np.concatenate([theta, rest]), 0)]
+        blocks = response.linearise(np.concatenate([theta, rest]), 0)
+        rows = [r[:n] if m is None else r[:n, m] for r, _, m in blocks]
         whole = np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
         return np.concatenate([-whole, np.diag(root)])
 
@@ -219,7 +222,7 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
     for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
         larger = fit.with_mode(float(hz), FURTHER_DAMPING)
         at = larger.response.given.size + int(larger.response.part)
-        rows = [r[at : at + FURTHER] for r, _ in larger.response.linearise(larger.point.coordinates, 0)]
+        rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
     tried = [_fit(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]

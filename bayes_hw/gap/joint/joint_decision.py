@@ -93,15 +93,15 @@ def _probabilities(
     confusable: tuple[tuple[str, str], ...],
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
-    sure = {label: _sure(nats) for label, nats in evidence.items()}
-    nothing = float(np.prod([1 - p for p in sure.values()]))
-    p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
+    certain = {label: sure(nats) for label, nats in evidence.items()}
+    nothing = float(np.prod([1 - p for p in certain.values()]))
+    p_other = sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
     own = found.fit.score - found.base.score
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
-        sure = {label: 0.7 * p if label in found.nats else p for label, p in sure.items()}
+        certain = {label: 0.7 * p if label in found.nats else p for label, p in certain.items()}
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
-    probability.update(sure)
+    probability.update(certain)
     if answer == (OTHER,):
         probability = {label: min(p, 0.3) for label, p in probability.items()}
     for label in part_of_g:
@@ -135,5 +135,6 @@ def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, 
     )
 
 
-def _sure(nats: float) -> float:
+def sure(nats: float) -> float:
+    """Probability of a label that is worth so many verified nats."""
     return float(min(CERTAIN, 1 - 0.6 * np.exp(-max(nats, 0.0) / NATS_OF_DOUBT)))

@@ -17,12 +17,14 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import staged
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
-from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH, Closure
+from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.joint.advice import advice_on, experiment_for
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.given_decision import decide_given
 from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
@@ -33,8 +35,11 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
+from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
+from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
+from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
@@ -48,9 +53,6 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded: the errors are not independent."""
-
-RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
-"""Labels whose effect no simulation follows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,7 @@ class JointDiagnosis:
     low: FloatArray
     high: FloatArray
     corrected: dict[str, object]
+    advice: tuple[str, ...] = ()
 
 
 def diagnose_records(
@@ -79,19 +82,29 @@ def diagnose_records(
     name: str = "records",
     notes: Sequence[str] = (),
     progress: Progress | None = None,
+    lead: int = 0,
+    drive: Drive | None = None,
     model: HammersteinWiener | None = None,
 ) -> JointDiagnosis:
     """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
     the outputs of `holdout` only score the finished prediction.
 
-    Raises InputError where there is no record, one at another rate or one too short, and where a model's G
-    answers within the sample.
+    The first `lead` samples of every record held out are simulated and not scored: those of a record whose
+    end alone is held out. The diagnosis then holds the ends. What is known of the `drive` states torques in
+    N m.
+
+    Raises InputError where there is no record, one at another rate or one too short, and
+    where the G of a model answers within the sample.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
     if not records:
         raise InputError(f"{name}: no record to train on; give at least one")
     check_records(name, records[0].sample_rate_hz, records, holdout)
+    for column in columns_of(records):
+        for record in holdout:
+            if column not in record.known:
+                raise InputError(f"{record.name}: no known input {column!r}, which the training records have")
     whole = sum(len(record) for record in records)
     if whole > MOST_SAMPLES:
         records = [record.split(MOST_SAMPLES / whole)[0] for record in records]
@@ -114,8 +127,9 @@ def diagnose_records(
         else:
             posterior = laplace(fit, records[0].units, rng, INFLATION * rounded)
         return _finished(
-            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
-        )
+            name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
+            drive,
+        )  # fmt: skip
 
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
@@ -153,22 +167,29 @@ def _finished(
     notes: tuple[str, ...],
     rng: np.random.Generator,
     begin: float,
+    lead: int,
+    drive: Drive | None,
 ) -> JointDiagnosis:
-    fit, base, units = posterior.fit, found.base, train[0].units
+    fit, base, units = posterior.fit, found.bare, train[0].units
     sigma = encoder_sigma(found, decision, fit)
     samples = fit.point.samples
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
     some = [
-        posterior.values[i] for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
+        fit.response.values(posterior.coordinates[i])
+        for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
-    gaps = []
-    for records in (train, holdout):
-        y = [r.y for r in records]
-        before, after = _predictions(base, base.values, records), _predictions(fit, fit.values, records)
-        gaps.append(_closure(y, before, after, sigma, noise_error, rng))
-    first = base.response.simulate(base.values, holdout[0].u).y
-    last = fit.response.simulate(fit.values, holdout[0].u).y
-    drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
+
+    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit, unscored: int = 0) -> Closure:
+        y = [r.y_or_nan[unscored:] for r in records]
+        before, after = (
+            [p[unscored:] for p in _predictions(each, each.values, records)] for each in (one, other)
+        )
+        return _closure(y, before, after, sigma, noise_error, rng)
+
+    gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit, lead)]
+    first = _predictions(base, base.values, holdout[:1])[0][lead:]
+    last = _predictions(fit, fit.values, holdout[:1])[0][lead:]
+    drawn = np.array([_predictions(fit, values, holdout[:1])[0][lead:] for values in some])
     half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
@@ -181,6 +202,7 @@ def _finished(
         if key.split(".")[0] in decision.answer:
             unit = {"step": units.output, "size": units.output, "sd": "s"}.get(key.split(".")[1], "")
             parameters[key] = Estimate.log_normal(value, 0.1, unit)
+    advice = tuple(advice_on(decision.answer, posterior, found, drive))
     verdict = Verdict(
         decision.answer,
         decision.probability,
@@ -192,17 +214,29 @@ def _finished(
         estimates,
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
-        (*notes, *_notes(found, decision), *advice_on(decision.answer, posterior, found)),
+        (*notes, *_notes(found, decision), *advice),
+        known=known_verdict(found, posterior, train, holdout, closure_on),
     )
-    corrected = corrected_model(name, train, posterior, sigma)
+    corrected = corrected_model(name, train, posterior, sigma) | {
+        "answer": list(decision.answer),
+        "probability": {label: decision.probability[label] for label in decision.answer},
+        "motion": {
+            "velocity": max(float(np.abs(r.u).max()) for r in train),
+            "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
+            "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
+        },
+        "next_experiment": verdict.next_experiment,
+    }
+    if lead:
+        holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
         name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
-        corrected,
+        corrected, advice,
     )  # fmt: skip
 
 
 def _predictions(fit: JointFit, values: JointValues, records: Sequence[Record]) -> list[FloatArray]:
-    return [fit.response.simulate(values, record.u).y for record in records]
+    return [fit.response.simulate(values, record.u, record.known).y for record in records]
 
 
 def _middle_spread(drawn: FloatArray) -> FloatArray:
@@ -218,7 +252,7 @@ def _spread(fit: JointFit) -> float:
     if weights is None:
         return fit.point.rms
     errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
-    kept = np.concatenate([e[w < MASK / 2] for e, w in zip(errors, weights, strict=True)])
+    kept = np.concatenate([e[(w < MASK / 2) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
     return float(np.sqrt(np.mean(kept**2)))
 
 
@@ -231,9 +265,11 @@ def _closure(
     rng: np.random.Generator,
 ) -> Closure:
     """Closed fraction 1 - (after^2 - sigma^2) / (before^2 - sigma^2), the noise and the blocks of the records
-    drawn anew for its interval."""
+    drawn anew for its interval. `measured` is NaN where nothing was measured, which does not count."""
     e0 = np.concatenate([y - p for y, p in zip(measured, before, strict=True)])
     e1 = np.concatenate([y - p for y, p in zip(measured, after, strict=True)])
+    known = ~np.isnan(np.concatenate(list(measured)))
+    e0, e1 = e0[known], e1[known]
     rmse0, rmse1 = float(np.sqrt(np.mean(e0**2))), float(np.sqrt(np.mean(e1**2)))
     if np.array_equal(e0, e1):
         return Closure(rmse0, rmse1, sigma, 0.0, (0.0, 0.0))
@@ -268,8 +304,12 @@ def _location(train: Sequence[Record], found: JointAnswer, decision: JointDecisi
     block: str = "none"
     if decision.answer:
         block = str(LABEL_BLOCKS[named[0]]) if named else max(share, key=lambda b: share[b])
-    base = found.base
-    residuals = [r.y - base.response.simulate(base.values, r.u).y for r in train]
+    elif followed := [one for one in found.known if one.accepted]:
+        block = BLOCKS[followed[0].way]
+    base = found.bare
+    predicted = _predictions(base, base.values, train)
+    errors = [with_holes(r.y - y, r.measured) for r, y in zip(train, predicted, strict=True)]
+    residuals = [without_holes(e) for e in errors]
     rate = train[0].sample_rate_hz
     spectra = [welch(e, rate, nperseg=min(512, len(e)))[1] for e in residuals]
     frequency = welch(residuals[0], rate, nperseg=min(512, min(len(e) for e in residuals)))[0]
@@ -295,7 +335,7 @@ def _regimes(
     base: JointFit, train: Sequence[Record], residuals: Sequence[FloatArray], sigma: float
 ) -> dict[str, float]:
     values, e = base.values, np.concatenate(list(residuals))
-    runs = [base.response.simulate(values, record.u) for record in train]
+    runs = [base.response.simulate(values, record.u, record.known) for record in train]
     speed = np.concatenate([np.gradient(run.w) for run in runs])
     v = np.concatenate([run.v for run in runs])
     usual = float(np.sqrt(np.mean(speed**2)))
@@ -352,22 +392,6 @@ def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
 
 
 def summary(diagnosis: JointDiagnosis) -> str:
-    """One or two sentences: what the axis lacks and how sure that is."""
-    verdict = diagnosis.verdict
-    gap = verdict.gap_holdout
-    given = isinstance(diagnosis.found.fit, GivenFit)
-    if not verdict.answer:
-        model = "the model" if given else "a cascade inferred from the records"
-        return (
-            f"No structural gap: {model} and its noise explain them "
-            f"({100 * verdict.probability['none']:.3g} % sure)."
-        )
-    if verdict.answer == (OTHER,):
-        sure = 100 * verdict.probability[OTHER]
-        return f"Something is missing that no entry of the catalogue explains ({sure:.3g} % sure)."
-    parts = [f"{label} ({100 * verdict.probability[label]:.3g} % sure)" for label in verdict.answer]
-    source = "The model lacks" if given else "From the records alone"
-    said = f"{source}: {' and '.join(parts)}. "
-    if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
-        return said + "It is random, so that no simulation follows it: the band holds it."
-    return said + f"With it {100 * max(gap.closed, 0):.3g} % of the reducible error held out is gone."
+    """What the axis does, what its model lacks and how sure that is."""
+    follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
+    return f"{follows} {sentence(diagnosis)}".strip()

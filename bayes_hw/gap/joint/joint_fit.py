@@ -54,7 +54,18 @@ class JointFit:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        return tuple(effect.form.label for effect in self.response.template)
+        """Of the catalogue; known inputs, which come first among the effects, have none."""
+        return tuple(effect.form.label for effect in self.response.template if not effect.form.column)
+
+    @property
+    def known_count(self) -> int:
+        """How many of the effects are known inputs."""
+        return len(self.response.template) - len(self.labels)
+
+    @property
+    def numbers(self) -> range:
+        """Where the effects of `labels` stand."""
+        return range(self.known_count, len(self.response.template))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,7 +84,9 @@ class JointFit:
     def score(self) -> float:
         """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
         size = self.response.size + self.point.whitener.order + 1
-        price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(self.labels)
+        price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(
+            self.response.template
+        )
         return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
 
     def descended(self, steps: int = FULL_STEPS) -> JointFit:
@@ -96,6 +109,14 @@ class JointFit:
         ports = Ports.none(s.real_poles, s.sections) if form.is_law else None
         effect = Effect(form, np.array(start, dtype=np.float64), ports)
         return self.moved(s, JointValues(values.cascade, (*values.effects, effect)), self.point.whitener)
+
+    def with_known(self, form: Form, start: Sequence[float]) -> JointFit:
+        """One more known input, of no strength yet, before the effects of the catalogue."""
+        larger = self.with_effect(form, start)
+        effects, count = larger.values.effects, self.known_count
+        ordered = (*effects[:count], effects[-1], *effects[count:-1])
+        values = JointValues(larger.values.cascade, ordered)
+        return larger.moved(self.structure, values, self.point.whitener)
 
     def without_effect(self, number: int) -> JointFit:
         """One effect fewer."""

@@ -20,7 +20,7 @@ BIAS, CHANGE, WARMING = range(6, 9)
 INPUTS = 9
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, DRAG = range(9)
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
 BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
@@ -29,18 +29,20 @@ DIRECT_WEIGHT, DIRECT_POLE = range(2)
 @njit(cache=True, nogil=True, error_model="numpy")
 def respond_jointly(  # type: ignore[no-untyped-def]
     u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
-    direct, signal_real, signal_sections, columns, c_static, c_inputs, c_outputs, c_residue, c_real,
-    c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
-    v_out, w_out, y_out, slope_out, rows,
+    direct, signal_real, signal_sections, forced, forced_by_lag, columns, c_static, c_inputs, c_outputs,
+    c_residue, c_real, c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real,
+    c_signal_sections, work, v_out, w_out, y_out, slope_out, tau_out, q_out, rows,
 ):  # fmt: skip
     """One record from rest at w = 0.
 
     `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
-    `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n). The arrays c_... hold the column of
+    `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
+    and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
     each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
-    Written: v, w, y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
+    Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
+    samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
@@ -251,6 +253,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     tau, by_q, g0 = 1.0 - r, -1 / t0, r / t0
                 elif r < -1.0:
                     tau, by_q, g0 = -1.0 - r, -1 / t0, r / t0
+            elif law == KNOWN:
+                tau, g0 = forced[j, k], forced_by_lag[j, k]
             elif law == MODULATED:
                 by_q = math.sin(t0 * w + t1)
                 turned = q * math.cos(t0 * w + t1)
@@ -260,6 +264,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 r = q / t0
                 tau, by_q, g0 = -r * abs(r), -2 * abs(r) / t0, 2 * r * abs(r) / t0
             taus[j] = tau
+            tau_out[j, k], q_out[j, k] = tau, q
             if law == BRISTLE:
                 for c in range(columns):
                     d_z[c] = by_z * d_z[c] + by_q * d_q[c]

@@ -12,8 +12,12 @@ from bayes_hw.identify.growth.score_test import best_candidates
 
 STARTS_OF_A_LABEL = 3
 FIRST_STEPS, SECOND_STEPS = 4, 8
-KEPT_LABELS, KEPT_AFTER = 5, 2
-"""Successive halving over labels: steps given, and how many go on."""
+KEPT_STARTS, KEPT_LABELS, KEPT_AFTER = 16, 5, 2
+"""Successive halving over starts and labels: steps given, and how many go on."""
+
+LEAST_PROMISE = 2.0
+"""Nats that a start must promise to be tried, where the noise is white or of the first order: there a score
+test hides nothing."""
 
 REGROWTHS = 4
 SLACK_NATS = 0.5
@@ -31,11 +35,14 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
         if f.label not in present and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
     ]
     starts = screened(fit, free)
-    trials: dict[str, list[JointFit]] = {}
+    if fit.point.whitener.order <= 1:
+        starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
+    trials: list[JointFit] = []
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        trials[label] = [fit.with_effect(s.form, s.values).descended(FIRST_STEPS) for s in own]
-    ranked = sorted((t for own in trials.values() for t in own), key=lambda t: -t.score)
+        trials += [fit.with_effect(s.form, s.values).descended(FIRST_STEPS // 2) for s in own]
+    ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
+    ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
     kept: list[JointFit] = []
     for t in ranked:
         if (
@@ -56,7 +63,7 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
     """Signal ports of the torques present, and other forms of their law."""
     found = []
     for i, effect in enumerate(fit.values.effects):
-        if effect.ports is None:
+        if effect.ports is None or effect.form.column:
             continue
         if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
             found.append(fit.with_signal(i))
@@ -98,7 +105,7 @@ def pruned(fit: JointFit) -> JointFit:
     while True:
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
-            trials += [fit.without_effect(i) for i in range(len(fit.labels))]
+            trials += [fit.without_effect(i) for i in fit.numbers]
         trials += [fit.without_section(i) for i in range(fit.structure.sections)]
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:

@@ -11,9 +11,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.identified_model import dominant_modes
+from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
@@ -33,6 +35,10 @@ EXPLODED = 1e3
 """Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
 
 
+TORQUES = (K.COULOMB, K.STRIBECK, K.BRISTLE, K.RIPPLE)
+"""Laws whose largest value in motion is one."""
+
+
 @dataclass(frozen=True, eq=False)
 class JointPosterior:
     """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units."""
@@ -42,10 +48,6 @@ class JointPosterior:
     base: dict[str, FloatArray]
     effects: dict[str, FloatArray]
     units: dict[str, str]
-
-    @property
-    def values(self) -> list[JointValues]:
-        return [self.fit.response.values(x) for x in self.coordinates]
 
 
 def laplace(
@@ -81,6 +83,7 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
+    effects |= torque_draws(fit, drawn)
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
@@ -120,7 +123,7 @@ def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
         return whole, False
     found = np.zeros_like(whole)
     found[:count, :count] = held[:count, :count]
-    found[size, size] = np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals))
+    found[size, size] = np.sqrt(fit.point.sum_of_squares)
     return found, True
 
 
@@ -175,12 +178,30 @@ def static_gain(effect: Effect, values: JointValues) -> float:
     return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
 
 
+def gain_and_lag(effect: Effect, values: JointValues, cycles: float) -> tuple[float, float]:
+    """Of a known input at `cycles` per sample: output units a unit of its column, and samples."""
+    late = float(effect.values[-1])
+    if (p := effect.ports) is None:
+        return float(effect.values[0]), late
+    c, q = values.cascade, np.exp(-2j * np.pi * cycles)
+    a1, a2 = c.sections[:2]
+    total = p.direct[0] * q / (1 - p.direct[1] * q) + np.sum(p.real * q / (1 - c.real[0] * q))
+    total += np.sum((p.sections[0] * q + p.sections[1] * q * q) / (1 - a1 * q + a2 * q * q))
+    return polar(complex(total), cycles, late)
+
+
 def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
-    """Parameters of the effects in the units that are reported."""
+    """Parameters of the effects in the units that are reported; of a known input its gain, output units a
+    unit of the column (of a torque what it displaces w by when constant), and by how many s w follows a slow
+    change of it."""
     rate = fit.response.scale.rate_hz
     found: dict[str, float] = {}
     for effect in values.effects:
         form, label = effect.form, effect.form.label
+        if form.column:
+            gain, late = gain_and_lag(effect, values, fit.response.column_cycles[form.column])
+            found[f"{label}.gain"], found[f"{label}.lag"] = gain, late / rate
+            continue
         for slot, x in zip(form.slots(fit.response.scale), effect.values, strict=True):
             name, value = slot.name, float(x)
             if name == "wavenumber":
@@ -203,6 +224,20 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     return found
 
 
+def torque_draws(fit: JointFit, drawn: FloatArray) -> dict[str, list[float]]:
+    """LABEL.torque of laws whose unit is a torque, output units/s^2 of the whole axis, for every draw."""
+    found: dict[str, list[float]] = {}
+    rate, structure = fit.response.scale.rate_hz, fit.structure
+    for number, effect in enumerate(fit.values.effects):
+        if effect.form.law not in TORQUES or effect.ports is None:
+            continue
+        if acceleration_of_unit(structure, fit.values, effect, rate) is None:
+            continue
+        values = [fit.response.values(x) for x in drawn]
+        found[f"{effect.form.label}.torque"] = acceleration_draws(structure, values, number, rate).tolist()
+    return found
+
+
 def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
     """Units of `effect_quantities`."""
     found: dict[str, str] = {}
@@ -215,6 +250,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
             "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,
             "acceleration": f"{units.output}/s^2",
+            "torque": f"{units.output}/s^2",
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",
         }  # fmt: skip
         if form.place == "output":

@@ -7,17 +7,19 @@ pole of the direct path, and with a signal port the weights of the states in the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.holes import masks_of, with_holes
+from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
 
 LARGEST = float(np.arctanh(MAX_REFLECTION))
@@ -63,12 +65,15 @@ class JointValues:
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw."""
+    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw. `torques` and `signals`
+    (laws, samples) are what the laws of its torques give and look at."""
 
     v: FloatArray
     w: FloatArray
     y: FloatArray
     slope: FloatArray
+    torques: FloatArray
+    signals: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,20 @@ class JointResponse:
     @cached_property
     def _cascade(self) -> CascadeResponse:
         return CascadeResponse(self.structure, self.records)
+
+    @cached_property
+    def masks(self) -> tuple[BoolArray, ...] | None:
+        """Which samples of every record were measured; None where all were."""
+        return masks_of(self.records)
+
+    @cached_property
+    def column_cycles(self) -> dict[str, float]:
+        """Typical frequency, in cycles per sample, of every known input."""
+        return {
+            effect.form.column: typical_cycles([record.known[effect.form.column] for record in self.records])
+            for effect in self.template
+            if effect.form.column
+        }
 
     @cached_property
     def _n_base(self) -> int:
@@ -106,6 +125,11 @@ class JointResponse:
     @property
     def _n_natural(self) -> int:
         return self._n_base
+
+    @property
+    def effect_sizes(self) -> tuple[int, ...]:
+        """How many coordinates every effect has."""
+        return tuple(self._sizes)
 
     @property
     def size(self) -> int:
@@ -182,39 +206,47 @@ class JointResponse:
         return self._cascade.admissible(base, previous)
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
-        """Measured less simulated output of every record, over its weights."""
+        """Measured less simulated output of every record, over its weights, NaN where nothing was
+        measured."""
         values = self.values(coordinates)
         found = []
         for number, record in enumerate(self.records):
-            e = record.y - self.simulate(values, record.u).y
+            e = with_holes(record.y - self.simulate(values, record.u, record.known).y, record.measured)
             found.append(e if self.weights is None else e / self.weights[number])
         return found
 
-    def simulate(self, values: JointValues, u: FloatArray) -> Simulated:
-        """The response to a command (samples,) from rest."""
-        simulated, _ = self._run(values, u, False)
+    def simulate(
+        self, values: JointValues, u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+    ) -> Simulated:
+        """The response to a command (samples,) and known inputs (samples,) by name from rest."""
+        simulated, _ = self._run(values, u, known, False)
         return simulated
 
     def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """For every record the drive's command and dy/dw over the weight."""
         values, found = self.values(coordinates), []
         for number, record in enumerate(self.records):
-            run = self.simulate(values, record.u)
+            run = self.simulate(values, record.u, record.known)
             slope = run.slope if self.weights is None else run.slope / self.weights[number]
             found.append((run.v, slope))
         return found
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:  # noqa: ARG002
-        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record."""
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
+        the samples that were measured, None where all were."""
         values = self.values(coordinates)
         for number, record in enumerate(self.records):
-            run, tangents = self._run(values, record.u, True)
+            run, tangents = self._run(values, record.u, record.known, True)
             rows = np.empty((self.size + 1, len(record)))
             self._chain(values, tangents, rows)
             rows[-1] = record.y - run.y
             if self.weights is not None:
                 rows /= self.weights[number]
-            yield rows, 0
+            yield rows, 0, record.measured
 
     def effect_tangents(self, values: JointValues) -> list[FloatArray]:
         """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,
@@ -222,7 +254,8 @@ class JointResponse:
         found = []
         effect = values.effects[-1]
         for number, record in enumerate(self.records):
-            _, rows = self._run(values, record.u, True, self._n_natural + sum(self._sizes[:-1]))
+            first = self._n_natural + sum(self._sizes[:-1])
+            _, rows = self._run(values, record.u, record.known, True, first)
             for i, slot in enumerate(effect.form.slots(self.scale)):
                 if slot.logarithmic:
                     rows[i] *= effect.values[i]
@@ -258,7 +291,12 @@ class JointResponse:
             at += size
 
     def _run(
-        self, values: JointValues, u: FloatArray, tangents: bool, first: int = 0
+        self,
+        values: JointValues,
+        u: FloatArray,
+        known: Mapping[str, FloatArray],
+        tangents: bool,
+        first: int = 0,
     ) -> tuple[Simulated, FloatArray]:
         """Simulate, with tangents by the coordinates from `first` on."""
         s, cascade = self.structure, values.cascade
@@ -290,8 +328,17 @@ class JointResponse:
         for i in range(m):
             c_sections[:, i] = range(at, at + 4)
             at += 4
-        number = 0
+        number, length = 0, len(u)
+        forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
+        readings: list[tuple[int, float, FloatArray, FloatArray]] = []
         for effect in values.effects:
+            if effect.form.column:
+                shown, by_lag = delayed_column(known, effect.form.column, float(effect.values[-1]), length)
+                if effect.ports is None:
+                    readings.append((at, float(effect.values[0]), shown, by_lag))
+                    at += 2
+                    continue
+                forced[number], forced_by_lag[number] = shown, by_lag
             for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
                 if effect.form.place == "input":
                     inputs[slot.row], c_inputs[slot.row] = value, at
@@ -328,21 +375,25 @@ class JointResponse:
                       c_port_sections, c_direct, c_signal_real, c_signal_sections):  # fmt: skip
                 c[...] = np.maximum(c - first, -1)
             c_residue = max(c_residue - first, -1)
-        length = len(u)
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
         work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
-        run = Simulated(*(np.empty(length) for _ in range(4)))
+        run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
             cascade.integrator_residue, np.ascontiguousarray(cascade.real),
             np.ascontiguousarray(cascade.sections), np.array([e.form.law for e in laws], dtype=np.int64),
             np.array([e.form.base for e in laws], dtype=np.int64),
-            thetas, port_real, port_sections, direct, signal_real, signal_sections,
+            thetas, port_real, port_sections, direct, signal_real, signal_sections, forced, forced_by_lag,
             columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real,
             c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
-            run.v, run.w, run.y, run.slope, rows,
+            run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
         )  # fmt: skip
+        for row, gain, shown, by_lag in readings:
+            run.y[:] += gain * shown
+            for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
+                if tangents and column >= 0:
+                    rows[column] = slope
         return run, rows

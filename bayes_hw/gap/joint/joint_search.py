@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.joint_moves import (
     pruned,
     regrown,
 )
+from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.readings import Readings, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.identify.experiment import white_noise_level
@@ -30,14 +31,17 @@ VERIFIED_NATS = 25.0
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal."""
 
-MOST_EFFECTS, MOST_STEPS = 3, 8
+STRUCTURAL_NATS = 5.0
+"""A port or a section that gains as much is taken before another effect is looked for."""
+
+MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
 @dataclass(frozen=True, eq=False)
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
     label, the best score over the base's that every label reached alone, faults of the readings, and what is
-    left."""
+    left. `known` says of every known input what was found; those accepted are part of `base`."""
 
     fit: JointFit
     base: JointFit
@@ -45,18 +49,31 @@ class JointAnswer:
     rivals: Mapping[str, float]
     readings: Readings
     remainder: Remainder
+    known: tuple[KnownInput, ...] = ()
+
+    @property
+    def bare(self) -> JointFit:
+        """The best cascade without effects and without known inputs."""
+        return next((one.without for one in self.known if one.without is not None), self.base)
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step."""
     told = say or silent
     base, readings = _begun(records, told)
+    base, known = with_known_inputs(base)
+    for one in known:
+        told(f"known input {one.column} as a {one.way}: {one.nats:.0f} nats")
+    if any(one.accepted for one in known) and not readings.nats:
+        readings = read_faults(base)
+        if readings.nats:
+            base = weighted(base, readings.weights)
     fit, base, readings, rivals = _grown(base, readings, told)
     if fit.labels:
         fit = pruned(delayed(pruned(fit)))
         told(f"pruned: {described(fit)}")
     fit, nats = verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), known)
 
 
 def described(fit: JointFit) -> str:
@@ -72,7 +89,7 @@ def silent(message: str) -> None:
 
 def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
     """The best cascade without effects under the weights that the readings' faults ask for."""
-    base = grown_base(records, white_noise_level([record.y for record in records]))
+    base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
@@ -84,6 +101,13 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     return base, readings
 
 
+def _structural(fit: JointFit) -> JointFit:
+    """The best of the present effects with other ports, another form of their law, or a larger G."""
+    trials = port_candidates(fit) + larger_cascades(fit)
+    trials = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    return highest([fit, *(t.descended() for t in trials)])
+
+
 def _grown(
     base: JointFit, readings: Readings, say: Callable[[str], None]
 ) -> tuple[JointFit, JointFit, Readings, dict[str, float]]:
@@ -91,15 +115,12 @@ def _grown(
     reached."""
     fit, rivals = base, dict[str, float]()
     for step in range(MOST_STEPS):
-        trials: list[JointFit] = []
-        if len(fit.labels) < MOST_EFFECTS:
-            trials += effect_candidates(fit, FORMS)
-        if step == 0:
-            rivals = {t.labels[-1]: t.score - base.score for t in trials}
-        structural = port_candidates(fit) + (larger_cascades(fit) if step else [])
-        structural = sorted((t.descended(FIRST_STEPS) for t in structural), key=lambda t: -t.score)[:3]
-        trials += [t.descended() for t in structural]
-        best = highest(trials)
+        best = _structural(fit) if step else fit
+        if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
+            trials = effect_candidates(fit, FORMS)
+            if step == 0:
+                rivals = {t.labels[-1]: t.score - base.score for t in trials}
+            best = highest([best, *trials])
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
@@ -119,7 +140,7 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for i, label in enumerate(fit.labels):
+        for i, label in zip(fit.numbers, fit.labels, strict=True):
             without = regrown(fit.without_effect(i))
             if len(fit.labels) == 1:
                 without = highest([without, base])

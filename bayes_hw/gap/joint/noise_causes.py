@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.identify.growth.descent import innovations
 
 Shape: TypeAlias = Callable[[FloatArray], FloatArray]
 """Spectrum of parameters."""
@@ -38,15 +39,17 @@ class SpeedNoise:
 def speeds(fit: JointFit) -> list[FloatArray]:
     """Simulated steps of the output, output units a sample, by central differences."""
     values = fit.values
-    return [np.gradient(fit.response.simulate(values, record.u).y) for record in fit.response.records]
+    records = fit.response.records
+    return [np.gradient(fit.response.simulate(values, r.u, r.known).y) for r in records]
 
 
 def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
     """Of unweighted residuals; innovations under the fit's noise are taken: slow error tells nothing."""
-    whitener = fit.point.whitener
-    a = np.concatenate([whitener.apply(e[None, :])[0] for e in residuals])
+    a = np.concatenate(innovations(fit.point, residuals))
     steps = speeds(fit)
-    d = np.concatenate(steps) ** 2
+    records = fit.response.records
+    residuals = [np.where(r.measured_samples, e, 0.0) for r, e in zip(records, residuals, strict=True)]
+    d = np.concatenate([s[r.measured_samples] for r, s in zip(records, steps, strict=True)]) ** 2
     unit = float(np.mean(d)) or 1.0
     d = d / unit
     samples = len(a)

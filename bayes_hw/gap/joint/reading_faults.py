@@ -26,18 +26,16 @@ MASK = 1e4
 
 def rounding_step(records: Sequence[Record]) -> float | None:
     """The step to which readings are rounded, output units; None where there is none."""
-    steps = np.abs(np.concatenate([np.diff(record.y) for record in records]))
+    steps = np.abs(np.concatenate([np.diff(record.y_or_nan) for record in records]))
     positive = steps[steps > 0]
     if not len(positive):
         return None
     step = float(positive.min())
-    multiples = np.concatenate([record.y for record in records]) / step
-    off = np.abs(multiples - np.round(multiples))
     # The smallest difference carries the rounding of the file; the mean of many steps does not.
     usual = np.round(positive / step)
     near = usual <= 20
     step = float(np.mean(positive[near] / usual[near]))
-    multiples = np.concatenate([record.y for record in records]) / step
+    multiples = np.concatenate([record.y[record.measured_samples] for record in records]) / step
     off = np.abs(multiples - np.round(multiples))
     return step if np.quantile(off, 0.99) < LATTICE_TOLERANCE * 50 else None
 

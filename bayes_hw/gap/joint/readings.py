@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.joint_moves import pruned, regrown
 from bayes_hw.gap.joint.noise_causes import speed_noise, speeds
 from bayes_hw.gap.joint.reading_faults import MASK, REPEAT_SHARE, glitches, repeats, rounding_step
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.holes import with_holes, without_holes
 
 ROUNDED = 1.6
 """Step over the innovations' standard deviation from which rounding is named."""
@@ -31,7 +32,12 @@ def read_faults(fit: JointFit) -> Readings:
     """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
     records = fit.response.records
     values = fit.values
-    residuals = [record.y - fit.response.simulate(values, record.u).y for record in records]
+    residuals = [
+        without_holes(
+            with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
+        )
+        for record in records
+    ]
     innovation = innovation_sigma(fit)
     weights = [np.ones(len(record)) for record in records]
     nats: dict[str, float] = {}
@@ -43,7 +49,7 @@ def read_faults(fit: JointFit) -> Readings:
         parameters["encoder_quantization.step"] = step
         return Readings(tuple(weights), nats, step, parameters)
     moves = speeds(fit)
-    masks = [repeats(record.y, d, innovation) for record, d in zip(records, moves, strict=True)]
+    masks = [repeats(record.y_or_nan, d, innovation) for record, d in zip(records, moves, strict=True)]
     share = float(np.mean(np.concatenate(masks)))
     if share > REPEAT_SHARE:
         nats["timing_jitter"] = 1000.0
@@ -74,7 +80,7 @@ def read_faults(fit: JointFit) -> Readings:
 
 def innovation_sigma(fit: JointFit) -> float:
     """Standard deviation of the innovations, output units where the weights are one."""
-    return float(np.sqrt(fit.point.whitener.sum_of_squares(fit.point.residuals) / fit.point.samples))
+    return float(np.sqrt(fit.point.sum_of_squares / fit.point.samples))
 
 
 def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:

@@ -8,6 +8,8 @@ import numpy as np
 
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
+from bayes_hw.identify.growth.descent import innovations
+from bayes_hw.identify.holes import without_holes
 from bayes_hw.identify.identified_model import dominant_modes
 
 
@@ -23,10 +25,11 @@ class Remainder:
 
 
 def remainder_of(fit: JointFit) -> Remainder:
-    """Of a fit's weighted residuals."""
-    residuals = fit.point.residuals
+    """Of a fit's weighted residuals; for spectra those that were not measured lie between their
+    neighbours."""
+    residuals = [without_holes(e) for e in fit.point.residuals]
     whitener = fit.point.whitener
-    a = np.concatenate([whitener.apply(e[None, :])[0] for e in residuals])
+    a = np.concatenate(innovations(fit.point))
     rate = fit.response.scale.rate_hz
     modes = [
         (m.frequency_hz, m.damping_ratio)

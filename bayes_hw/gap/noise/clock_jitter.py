@@ -14,12 +14,12 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.columns import square_sums
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import jitter_filter, untimely_variance
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.stochastic import StochasticFit
 from bayes_hw.gap.noise.whitener import LOG_2PI, fit_autoregression, no_glitches
+from bayes_hw.gap.simulate.columns import square_sums
 
 CLOCK_SD = "timing_jitter.clock_sd"
 
@@ -70,9 +70,9 @@ class Untimely:
     bends: tuple[FloatArray, ...]
 
     @classmethod
-    def of(cls, fit: Fit) -> Untimely:
+    def of(cls, fit: Misfit) -> Untimely:
         """Of the motion that `fit` simulates."""
-        rate = fit.hypothesis.scale.rate
+        rate = fit.scale.rate
         splines = [CubicSpline(np.arange(len(s)) / rate, s) for s in fit.simulated]
         speeds, turns = ([spline(spline.x, order) for spline in splines] for order in (1, 2))
         bends = (
@@ -94,9 +94,9 @@ class Untimely:
         )
 
 
-def clock_jitter(fit: Fit) -> StochasticFit | None:
+def clock_jitter(fit: Misfit) -> StochasticFit | None:
     """First-order noise and samples off their instants, None without motion."""
-    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1)
+    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1, fit.unread)
     untimely = Untimely.of(fit)
     if untimely.power == 0:
         return None
@@ -106,11 +106,13 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
         coefficient = LARGEST_NOISE_CORRELATION / (1 + np.exp(-p[0]))
         variance = np.exp(2 * p[1])
         extra = untimely.variances(float(np.exp(2 * p[2])))
-        total = 0.0
+        if fit.unread is not None:
+            extra = tuple(np.where(mask, np.inf, r) for mask, r in zip(fit.unread, extra, strict=True))
+        total = -0.5 * fit.readings * LOG_2PI
         for e, r in zip(fit.residuals, extra, strict=True):
             white = np.empty((len(e), 1))
             log_determinant = jitter_filter(e[:, None], coefficient, variance, r, white)
-            total -= 0.5 * (len(e) * LOG_2PI + log_determinant + float(square_sums(white)[0]))
+            total -= 0.5 * (log_determinant + float(square_sums(white)[0]))
         return JitterWhitener(float(coefficient), float(variance), extra, total)
 
     first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
@@ -129,7 +131,7 @@ def clock_jitter(fit: Fit) -> StochasticFit | None:
     assert best is not None
     whitener = at(best.x)
     spread = float(np.exp(best.x[2]))
-    samples = sum(len(e) for e in fit.residuals)
+    samples = fit.readings
     return StochasticFit(
         "timing_jitter",
         "clock",

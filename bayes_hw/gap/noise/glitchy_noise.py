@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.glitches import Glitches
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
 from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.stochastic import StochasticFit
@@ -22,28 +22,28 @@ from bayes_hw.gap.noise.whitener import bridged_records
 WITH_GLITCHES = "with glitches"
 
 
-def wind_and_glitches(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def wind_and_glitches(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
     """Wind with glitches beside it, None without glitches; `start` as for `wind`."""
     return _with_glitches(wind, fit, start)
 
 
-def walk_and_glitches(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def walk_and_glitches(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
     """A wandering encoder with glitches, None without glitches; `start` as for `random_walk`."""
     return _with_glitches(random_walk, fit, start)
 
 
 def _with_glitches(
-    kind: Callable[..., StochasticFit | None], fit: Fit, start: FloatArray | None
+    kind: Callable[..., StochasticFit | None], fit: Misfit, start: FloatArray | None
 ) -> StochasticFit | None:
     """Slow noise of a kind, fitted to the samples that are no glitches, and the glitches."""
     glitches = Glitches.of(fit.residuals)
     if glitches is None:
         return None
-    bridged = replace(fit, residuals=bridged_records(fit.residuals, glitches.masks))
+    bridged = fit.with_residuals(bridged_records(fit.residuals, glitches.masks))
     slow = kind(bridged, start, [np.where(mask, np.inf, 0.0) for mask in glitches.masks])
     if slow is None or not isinstance(slow.whitener, StateNoise):
         return None
     total = slow.log_likelihood + glitches.log_likelihood
     both = replace(slow, whitener=replace(slow.whitener, log_likelihood=total), log_likelihood=total)
-    unit = fit.hypothesis.scale.units.output
+    unit = fit.scale.units.output
     return both.with_second("outliers", WITH_GLITCHES, glitches.parameters(unit))

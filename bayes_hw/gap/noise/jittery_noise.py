@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.clock_jitter import CLOCK_SD, Untimely
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.slow_noise import CURVATURE_STEP, random_walk, wind
 from bayes_hw.gap.noise.state_noise import StateNoise, View
 from bayes_hw.gap.noise.stochastic import StochasticFit
@@ -36,18 +36,18 @@ DEPARTURE = 1.5
 """Variance of white noise less the mean of its neighbours, over its own."""
 
 
-def wind_and_jitter(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def wind_and_jitter(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
     """Wind with clock jitter beside it, None where no spread grows with the speed; `start` as for `wind`."""
     return _with_jitter(wind, fit, start)
 
 
-def walk_and_jitter(fit: Fit, start: FloatArray | None = None) -> StochasticFit | None:
+def walk_and_jitter(fit: Misfit, start: FloatArray | None = None) -> StochasticFit | None:
     """A wandering encoder with clock jitter, None where no spread grows with the speed."""
     return _with_jitter(random_walk, fit, start)
 
 
 def _with_jitter(
-    kind: Callable[..., StochasticFit | None], fit: Fit, start: FloatArray | None
+    kind: Callable[..., StochasticFit | None], fit: Misfit, start: FloatArray | None
 ) -> StochasticFit | None:
     untimely = Untimely.of(fit)
     square = spread_with_speed(fit.residuals, untimely.speeds)
@@ -84,7 +84,7 @@ def spread_with_speed(residuals: Sequence[FloatArray], squares: Sequence[FloatAr
     return float(covariance[0, 1] / covariance[0, 0] / DEPARTURE) if certainty > CERTAIN else 0.0
 
 
-def _refined(fit: Fit, noise: StateNoise, untimely: Untimely, square: float) -> tuple[float, float]:
+def _refined(fit: Misfit, noise: StateNoise, untimely: Untimely, square: float) -> tuple[float, float]:
     """tau^2 of most likelihood beside slow `noise`, which holds it at `square`, the encoder's own noise free;
     with the curvature in log tau."""
     views, held = noise.views or (), untimely.variances(square)

@@ -23,7 +23,8 @@ def jitter_filter(columns, coefficient, innovation_variance, extra_variance, whi
     """Kalman filter of first-order noise plus white noise of known, changing variance; the log-determinant.
 
     n(k) = coefficient n(k-1) + a(k), e(k) = n(k) + r(k) with var a = innovation_variance and
-    var r(k) = extra_variance[k]. `columns` (samples, m) are filtered with the same gains into `white`.
+    var r(k) = extra_variance[k], infinite where there is no reading.
+    `columns` (samples, m) are filtered with the same gains into `white`.
     """
     samples, m = columns.shape
     state = np.zeros(m)
@@ -33,7 +34,8 @@ def jitter_filter(columns, coefficient, innovation_variance, extra_variance, whi
         total = variance + extra_variance[k]
         gain = variance / total
         root = np.sqrt(total)
-        log_determinant += np.log(total)
+        if total < np.inf:
+            log_determinant += np.log(total)
         for j in range(m):
             innovation = columns[k, j] - state[j]
             white[k, j] = innovation / root

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.whitener import LOG_2PI
 
 LARGEST_CORRELATION = 0.998
@@ -27,15 +28,15 @@ class CorrelatedPlain:
     sigma: float
     log_likelihood: float
     parameter_count: int = 2
+    unread: Sequence[BoolArray] | None = None
 
     @classmethod
-    def of(cls, correlation: float, fit: Fit) -> CorrelatedPlain:
+    def of(cls, correlation: float, fit: Misfit) -> CorrelatedPlain:
         """That of a plain fit's residuals with first autocorrelation `correlation`."""
         coefficients = np.array([np.clip(correlation, 0.0, LARGEST_CORRELATION)])
-        samples = sum(len(e) for e in fit.residuals)
-        found = cls(coefficients, fit.rmse, 0.0)
+        found = cls(coefficients, fit.rmse, 0.0, unread=fit.unread)
         each = np.log(fit.rmse) + 0.5 * (LOG_2PI + 1)
-        return cls(coefficients, fit.rmse, -samples / found.tau * each)
+        return replace(found, log_likelihood=-fit.readings / found.tau * each)
 
     @property
     def correlation(self) -> float:
@@ -46,5 +47,8 @@ class CorrelatedPlain:
         """Samples that count as one."""
         return (1 + self.correlation) / (1 - self.correlation)
 
-    def whiten(self, columns: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
-        return columns / (self.sigma * np.sqrt(self.tau))
+    def whiten(self, columns: FloatArray, record: int) -> FloatArray:
+        white = np.asarray(columns / (self.sigma * np.sqrt(self.tau)))
+        if self.unread is not None:
+            white[self.unread[record]] = 0.0
+        return white

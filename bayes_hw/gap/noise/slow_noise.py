@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import seen_part
 from bayes_hw.gap.noise.spectra import (
     LARGEST_NOISE_CORRELATION,
@@ -60,7 +60,7 @@ Model: TypeAlias = Callable[[FloatArray], StateNoise]
 
 
 def wind(
-    fit: Fit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
+    fit: Misfit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
 ) -> StochasticFit | None:
     """A slow load torque: first-order noise smoothed once more, through the drive train's own path.
 
@@ -68,8 +68,8 @@ def wind(
     do not move (aerodynamic admittance). From `start` (5,) where given, else from the spectrum. `doubts`
     (samples,), a record each, is the variance of what else is in a sample, infinite where it is no reading.
     """
-    rate, samples = fit.hypothesis.scale.rate, len(fit.residuals[0])
-    chain = fit.hypothesis.chain(fit.values)
+    rate, samples = fit.scale.rate, len(fit.residuals[0])
+    chain = fit.chain()
     if not isinstance(chain, Chain):
         return None
     path = chain.torque_path
@@ -80,7 +80,8 @@ def wind(
         first = float(np.exp(np.clip(p[3], lowest, highest)))
         return first, first * float(1 + np.exp(np.clip(p[4], -3, 6)))
 
-    motion, dead_zone = fit.hypothesis.motion(fit.values)
+    motion, dead_zone = fit.motion()
+    doubts = _with_unread(fit, doubts)
     rounds = FIRST_ROUNDS if start is None else 1
     own = [np.zeros(len(e)) for e in fit.residuals] if doubts is None else doubts
     at_rest = [
@@ -125,7 +126,7 @@ def wind(
         whitener,
         p,
         {
-            "wind.sd": (float(np.exp(p[2])), float(np.exp(p[2]) * sds[2]), fit.hypothesis.scale.units.output),
+            "wind.sd": (float(np.exp(p[2])), float(np.exp(p[2]) * sds[2]), fit.scale.units.output),
             "wind.corner_hz": (first, first * float(sds[3]), "Hz"),
             "wind.second_corner_hz": (second, (second - first) * float(sds[4]), "Hz"),
         },
@@ -144,13 +145,14 @@ def _view(w: FloatArray, sway: FloatArray, variance: FloatArray, dead_zone: floa
 
 
 def random_walk(
-    fit: Fit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
+    fit: Misfit, start: FloatArray | None = None, doubts: Sequence[FloatArray] | None = None
 ) -> StochasticFit:
     """A measured angle that wanders: increments of constant variance, beside the encoder's noise.
 
     From `start` (3,) where given, else from the spectrum; `doubts` as for `wind`.
     """
-    rate = fit.hypothesis.scale.rate
+    doubts = _with_unread(fit, doubts)
+    rate = fit.scale.rate
     duration = max(len(e) for e in fit.residuals) / rate
 
     def power(f: FloatArray, p: FloatArray) -> FloatArray:
@@ -171,7 +173,7 @@ def random_walk(
         start = fit_spectrum(mean_spectrum(fit.residuals, rate), power, starts)
     p, sds, whitener = _fitted(fit, noise, start)
     step = float(np.exp(p[2]))
-    unit = fit.hypothesis.scale.units.output
+    unit = fit.scale.units.output
     return _found(
         "sensor_drift",
         "random walk",
@@ -183,7 +185,15 @@ def random_walk(
     )
 
 
-def wandering_background(fit: Fit) -> Whitener:
+def _with_unread(fit: Misfit, doubts: Sequence[FloatArray] | None) -> Sequence[FloatArray] | None:
+    """`doubts`, infinite where nothing was measured."""
+    if fit.unread is None:
+        return doubts
+    own = [np.zeros(len(e)) for e in fit.residuals] if doubts is None else doubts
+    return [np.where(mask, np.inf, doubt) for mask, doubt in zip(fit.unread, own, strict=True)]
+
+
+def wandering_background(fit: Misfit) -> Whitener:
     """Noise of a random walk beside the encoder's, against which functions that name no cause are held.
 
     Where the spectrum gave a start that is hopeless, from one where half of every step is noise; where a walk
@@ -200,7 +210,7 @@ def wandering_background(fit: Fit) -> Whitener:
 def _found(
     label: str,
     form: str,
-    fit: Fit,
+    fit: Misfit,
     doubts: Sequence[FloatArray] | None,
     whitener: StateNoise,
     point: FloatArray,
@@ -238,7 +248,7 @@ def _load_compliance(path: Path, f: FloatArray) -> FloatArray:
 
 
 def _fitted(
-    fit: Fit, noise: Model, start: FloatArray, evaluations: int = REFINING_EVALUATIONS
+    fit: Misfit, noise: Model, start: FloatArray, evaluations: int = REFINING_EVALUATIONS
 ) -> tuple[FloatArray, FloatArray, StateNoise]:
     """Parameters of most likelihood near `start`, their standard deviations, and the noise at them."""
 

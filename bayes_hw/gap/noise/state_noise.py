@@ -14,9 +14,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.columns import count_finite, filled_out, part, square_sums
 from bayes_hw.gap.noise.noise_kernel import state_filter, state_gains
 from bayes_hw.gap.noise.whitener import LOG_2PI
+from bayes_hw.gap.simulate.columns import count_finite, filled_out, part, square_sums
 from bayes_hw.gap.simulate.path import Path
 from bayes_hw.model.lanes import padded_to_lanes
 

@@ -19,11 +19,18 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.glitches import Glitches
+from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import held_ages
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
-from bayes_hw.gap.noise.whitener import Autoregression, Plain, Whitener, fit_autoregression, no_glitches
+from bayes_hw.gap.noise.whitener import (
+    Autoregression,
+    Plain,
+    Whitener,
+    fit_autoregression,
+    no_glitches,
+    only_read,
+)
 
 ROUNDING = "encoder_quantization"
 """The label of a fact rather than a hypothesis: a lattice of the measured values is seen."""
@@ -116,25 +123,23 @@ class StochasticFit:
         return replace(self, form=forms, parameters={**self.parameters, **parameters}, beside=label)
 
 
-def autoregression(fit: Fit, order: int = NOISE_ORDER) -> Autoregression:
-    """Autoregressive noise of the fit's residuals, nothing masked."""
-    return fit_autoregression(fit.residuals, no_glitches(fit.residuals), order)
+def autoregression(fit: Misfit, order: int = NOISE_ORDER) -> Autoregression:
+    """Autoregressive noise of the fit's residuals, no glitches masked."""
+    return fit_autoregression(fit.residuals, no_glitches(fit.residuals), order, fit.unread)
 
 
-def outliers(fit: Fit) -> StochasticFit | None:
+def outliers(fit: Misfit) -> StochasticFit | None:
     """Glitches in the residuals of `fit`: the likelihood of the mixture of both kinds of sample."""
     glitches = Glitches.of(fit.residuals)
     if glitches is None:
         return None
-    noise = fit_autoregression(fit.residuals, glitches.masks, NOISE_ORDER)
+    noise = fit_autoregression(fit.residuals, glitches.masks, NOISE_ORDER, fit.unread)
     total = noise.log_likelihood + glitches.log_likelihood
     whitener = replace(noise, log_likelihood=total, parameter_count=Autoregression.parameter_count)
-    return StochasticFit(
-        "outliers", "", whitener, total, glitches.parameters(fit.hypothesis.scale.units.output)
-    )
+    return StochasticFit("outliers", "", whitener, total, glitches.parameters(fit.scale.units.output))
 
 
-def held_samples(fit: Fit) -> StochasticFit | None:
+def held_samples(fit: Misfit) -> StochasticFit | None:
     """Repeated samples: the age of every sample by a forward filter, their probability by its mean."""
     hold, coefficient = 0.3, 0.0
     sigma = 0.5 * fit.rmse
@@ -156,7 +161,7 @@ def held_samples(fit: Fit) -> StochasticFit | None:
         if count < 50:
             return None
         hold = float(np.clip(1 - fresh / count, 0.01, 0.95))
-        noise = fit_autoregression(left, no_glitches(left), 1)
+        noise = fit_autoregression(left, no_glitches(left), 1, fit.unread)
         coefficient = float(np.clip(noise.coefficients[0], 0.0, LARGEST_NOISE_CORRELATION))
         sigma = noise.innovation_sigma
     whitener = Autoregression(
@@ -165,6 +170,7 @@ def held_samples(fit: Fit) -> StochasticFit | None:
         sigma / float(np.sqrt(1 - coefficient**2)),
         total,
         no_glitches(fit.residuals),
+        unread=fit.unread,
     )
     if hold < 0.02:
         return None
@@ -200,13 +206,13 @@ def rounding_step(step: float, unit: str) -> dict[str, tuple[float, float, str]]
     return {f"{ROUNDING}.step": (step, 1e-6 * step, unit)}
 
 
-def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
+def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white."""
     measured = fit.measured
-    step = lattice_step(measured)
+    step = lattice_step(only_read(measured, fit.unread))
     if step == 0:
         return None
-    e = np.concatenate(fit.residuals)
+    e = np.concatenate(only_read(fit.residuals, fit.unread))
     candidates = step * np.geomspace(0.02, 1.0, 30)
     totals = [
         float(np.sum(_log_interval((e - 0.5 * step) / s, (e + 0.5 * step) / s))) - len(e) * np.log(step)
@@ -222,13 +228,13 @@ def quantization(fit: Fit, nominal_sigma: float) -> StochasticFit | None:
         y - display.show(s, record) for record, (y, s) in enumerate(zip(measured, fit.simulated, strict=True))
     ]
     spread = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
-    whitener = Plain(max(spread, 0.3 * sigma), totals[best])
+    whitener = Plain(max(spread, 0.3 * sigma), totals[best], masked=tuple(fit.unread or ()))
     return StochasticFit(
         ROUNDING,
         "",
         whitener,
         totals[best],
-        rounding_step(step, fit.hypothesis.scale.units.output),
+        rounding_step(step, fit.scale.units.output),
         display,
     )
 

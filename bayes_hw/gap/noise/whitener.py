@@ -13,8 +13,9 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.fit.columns import blank, count_true, scaled, square_sums
 from bayes_hw.gap.noise.noise_kernel import bridged_over, innovations
+from bayes_hw.gap.simulate.columns import blank, count_true, scaled, square_sums
+from bayes_hw.identify.holes import whitened_over_holes
 from bayes_hw.identify.noise import estimate_noise
 
 LOG_2PI = float(np.log(2 * np.pi))
@@ -79,7 +80,8 @@ class Plain:
 
 @dataclass(frozen=True)
 class Autoregression:
-    """Stationary autoregressive noise; samples in `glitches` (a mask a record) are bridged."""
+    """Stationary autoregressive noise; samples in `glitches` (a mask a record) are bridged, and conditioned
+    across where they are `unread`: exactly, see `bayes_hw.identify.holes`."""
 
     coefficients: FloatArray
     innovation_sigma: float
@@ -87,17 +89,37 @@ class Autoregression:
     log_likelihood: float
     glitches: Sequence[BoolArray]
     parameter_count: int = 2
+    unread: Sequence[BoolArray] | None = None
 
     @property
     def correlation(self) -> float:
         return float(self.coefficients[0]) if len(self.coefficients) == 1 else 0.0
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
-        glitches = self.glitches[record]
-        bridged = bridge(columns, glitches)
+        return self.whitened(columns, record)[0]
+
+    def whitened(self, columns: FloatArray, record: int) -> tuple[FloatArray, float]:
+        """`columns` white, and what unread samples change in the sum of the logarithms of the innovations'
+        standard deviations."""
+        glitches, change = self.glitches[record], 0.0
+        unread = None if self.unread is None else self.unread[record]
+        bridged = bridge(columns, glitches if unread is None else glitches | unread)
         white: FloatArray = innovations(bridged, self.coefficients, self.innovation_sigma, self.sigma)
+        if unread is not None and count_true(unread):
+            rows = np.ascontiguousarray(white.T)
+            change = whitened_over_holes(np.ascontiguousarray(bridged.T), ~unread, *self._predictors(), rows)
+            white = np.ascontiguousarray(rows.T)
         blank(white, glitches)
-        return white
+        return white, change
+
+    def _predictors(self) -> tuple[FloatArray, FloatArray]:
+        """Of every number of samples known; fewer than the order are of no use (see `innovations`)."""
+        order = len(self.coefficients)
+        coefficients = np.zeros((order + 1, max(order, 1)))
+        coefficients[order, :order] = self.coefficients
+        variances = np.full(order + 1, self.sigma**2)
+        variances[order] = self.innovation_sigma**2
+        return coefficients, variances
 
 
 def no_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
@@ -115,20 +137,40 @@ def bridged_records(records: Sequence[FloatArray], gaps: Sequence[BoolArray]) ->
     return [bridge(e[:, None], mask)[:, 0] for e, mask in zip(records, gaps, strict=True)]
 
 
+def readings_of(residuals: Sequence[FloatArray], unread: Sequence[BoolArray] | None) -> int:
+    """Samples of all records that were measured."""
+    missing = 0 if unread is None else sum(count_true(mask) for mask in unread)
+    return sum(len(e) for e in residuals) - missing
+
+
+def only_read(records: Sequence[FloatArray], unread: Sequence[BoolArray] | None) -> list[FloatArray]:
+    """Every record (samples,) without the samples that were not measured."""
+    if unread is None:
+        return list(records)
+    return [e[~mask] for e, mask in zip(records, unread, strict=True)]
+
+
 def fit_autoregression(
-    residuals: Sequence[FloatArray], glitches: Sequence[BoolArray], order: int
+    residuals: Sequence[FloatArray],
+    glitches: Sequence[BoolArray],
+    order: int,
+    unread: Sequence[BoolArray] | None = None,
 ) -> Autoregression:
-    """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted."""
+    """Autoregressive noise of `order` fitted to residuals (samples,), glitches bridged and not counted, nor
+    what is `unread`."""
     bridged = bridged_records(residuals, glitches)
+    if unread is not None:
+        bridged = [np.where(mask, np.nan, e) for e, mask in zip(bridged, unread, strict=True)]
     estimate = estimate_noise(bridged, order)
     model = Autoregression(
-        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches, order + 1
+        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, 0.0, glitches, order + 1, unread
     )
     total = 0.0
     for record, e in enumerate(residuals):
-        squares = square_sums(model.whiten(e[:, None], record))[0]
+        white, change = model.whitened(e[:, None], record)
+        squares = square_sums(white)[0]
         readings = len(e) - count_true(glitches[record])
         total -= 0.5 * float(squares) + readings * (np.log(model.innovation_sigma) + 0.5 * LOG_2PI)
-    return Autoregression(
-        estimate.autoregression, estimate.innovation_sigma, estimate.sigma, total, glitches, order + 1
-    )
+        if unread is not None:
+            total -= change - 0.5 * LOG_2PI * count_true(unread[record])
+    return replace(model, log_likelihood=total)

@@ -15,15 +15,14 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.leftover import leaves_structure
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.explanation import Explanation, is_far_ahead, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
-from bayes_hw.gap.fit.following import Following
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import FIRST_ITERATIONS, MORE_ITERATIONS, JointFits, cheapest_of_each
-from bayes_hw.gap.fit.restarts import Restarts, drawn_about, nearest
 from bayes_hw.gap.noise.glitches import Glitches
-from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.noise.whitener import Plain, only_read
 from bayes_hw.gap.search.chaotic_search import ChaoticSearch
 from bayes_hw.gap.search.contenders import (
     SLIGHT,
@@ -37,9 +36,11 @@ from bayes_hw.gap.search.contenders import (
     worst_first,
     worth_refining,
 )
+from bayes_hw.gap.search.following import Following
+from bayes_hw.gap.search.multistart import Restarts, drawn_about, nearest
 from bayes_hw.gap.search.pair_search import PairSearch
 from bayes_hw.gap.search.refinement import Refinement
-from bayes_hw.gap.search.screen import Candidate, Screen, distinct, most_promising
+from bayes_hw.gap.search.screen import Screen, distinct, most_promising
 from bayes_hw.gap.search.short_periods import SHORT_KEPT, most_of_a_short_period, short_periods
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.search.trimmed_search import TrimmedSearch
@@ -103,9 +104,10 @@ class Attributor:
     ) -> None:
         self.base, self.measured, self.effects, self.chosen = base, measured, effects, chosen
         self.seed, self.each, self.tell = int(rng.integers(2**31)), Each(jobs), tell
-        self.plain = Plain(base.scale.sigma)
+        self.plain = Plain(base.scale.sigma, masked=base.unread or ())
         self.glitches_known = "outliers" in stochastic_labels
-        self.stochastic = StochasticSearch(measured, stochastic_labels, base.scale.sigma, self.each)
+        read = only_read(measured, base.unread)
+        self.stochastic = StochasticSearch(measured, stochastic_labels, base.scale.sigma, self.each, read)
         self.found: list[Explanation] = []
         self.coloured: list[Explanation] = []
         self.singles: list[Fit] = []
@@ -339,7 +341,7 @@ class Attributor:
         best = min(fits, key=lambda f: f.cost)
         glitches = Glitches.of(best.residuals) if self.glitches_known else None
         if glitches is not None:
-            self.plain = Plain(self.plain.sigma, masked=tuple(glitches.masks))
+            self.plain = self.plain.without(glitches.masks)
             fits = [fitted_on(f, self.measured, self.plain) for f in fits]
         return sorted(fits, key=lambda f: f.cost)
 

@@ -12,7 +12,8 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.search.screen import Candidate, Screen
+from bayes_hw.gap.fit.candidate import Candidate
+from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.simulate.parallel import Each
 
 FEWEST_TIMES, MOST_TIMES = 0.3, 3.0

@@ -18,11 +18,12 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.effects.effect import Door, PeriodicEffect
+from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.chain import Chain
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.signals import door_responses
 from bayes_hw.gap.simulate.small_signals import NO_STATES, DoorStates, door_states
 from bayes_hw.gap.simulate.wave_kernel import add_products, turns_of, wave_responses
@@ -197,7 +198,7 @@ def _in_rows(values: FloatArray) -> FloatArray:
     return np.asarray(filled_up(values).reshape(-1, LANES))
 
 
-def _answer_to_pulse(chain: SignalChain, door: Door, samples: int) -> FloatArray:
+def _answer_to_pulse(chain: SignalChain, door: InjectionPoint, samples: int) -> FloatArray:
     """Change of w (samples,) for a one at `door` in the first sample."""
     return door_responses(chain, door, np.eye(samples, 1))[:, 0]
 

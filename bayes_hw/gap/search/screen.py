@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
-from bayes_hw.gap.fit.columns import largest_sizes, misses, square_sums
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.spectra import standing_out
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.period_scan import scan_periods
+from bayes_hw.gap.simulate.columns import largest_sizes, misses, square_sums
 
 MAX_PERIODS = 240
 SHORTEST_PERIOD_SHARE = 1 / 60
@@ -44,15 +44,6 @@ LARGEST_RESPONSE = 1e6
 
 SMALL, TINY = 1e-10, 1e-300
 """Added to the squares of responses, as a share and as it is: those of nothing stay apart from zero."""
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A start for an effect: parameter values and the reduction it promises."""
-
-    effect: Effect
-    values: tuple[float, ...]
-    reduction: float
 
 
 def most_promising(candidates: Sequence[Candidate]) -> float:

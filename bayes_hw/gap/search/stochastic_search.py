@@ -82,17 +82,24 @@ SECOND: Mapping[str, str] = MappingProxyType(
 
 
 class StochasticSearch:
-    """Stochastic effects on the records `measured`, those of `labels`; `sigma` the noise to start with."""
+    """Stochastic effects on the records `measured`, of which `read` are the samples that were, those of
+    `labels`; `sigma` the noise to start with."""
 
     def __init__(
-        self, measured: Sequence[FloatArray], labels: frozenset[str], sigma: float, each: Each
+        self,
+        measured: Sequence[FloatArray],
+        labels: frozenset[str],
+        sigma: float,
+        each: Each,
+        read: Sequence[FloatArray] | None = None,
     ) -> None:
         self.measured, self.labels, self.sigma, self.each = measured, labels, sigma, each
+        self.read = measured if read is None else read
 
     @cached_property
     def lattice(self) -> bool:
         """Whether the records lie on a lattice, and rounding is in the catalogue."""
-        return ROUNDING in self.labels and lattice_step(self.measured) > 0
+        return ROUNDING in self.labels and lattice_step(self.read) > 0
 
     def rounded(self, host: Fit) -> bool:
         """Whether the records lie on a lattice well above the noise: a fact, no hypothesis."""

@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles, continuous_poles
 from bayes_hw.gap.simulate.drive_train import DriveTrain, UnknownTrain, realise
+from bayes_hw.gap.simulate.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.gap.simulate.path import Path
 from bayes_hw.gap.simulate.recent import Recent
 from bayes_hw.gap.simulate.resonator import Resonator

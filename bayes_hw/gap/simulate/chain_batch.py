@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.fit.columns import part
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.batch_kernel import delay, in_lanes, lanes_of, silence
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import simulate_lanes
+from bayes_hw.gap.simulate.columns import part
 from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 

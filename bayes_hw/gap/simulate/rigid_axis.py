@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal
 from bayes_hw.record import Units
@@ -68,7 +68,7 @@ class RigidAxis:
     def _step_rate(self) -> float:
         return self.sample_rate_hz if self.controller is None else self.controller.rate_hz
 
-    def simulate(self, values: FloatArray, inputs: FloatArray, force: ForceLaw | None = None) -> FloatArray:
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Positions (batch, samples) for values (batch, parameters) and commands (samples,)."""
         steps = max(1, round(self._step_rate / self.sample_rate_hz))
         settings = np.tile(S.NEUTRAL, (len(values), 1)) if force is None else force.settings

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TypeAlias, cast
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions, simulate_chains
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.simulator_chain import SimulatorChain, simulate_simulators
 from bayes_hw.gap.simulate.small_signals import small_responses
 
@@ -36,14 +36,14 @@ def simulate_signals(
     return [(w, y) for w, y in simulate_chains(compiled, settings, inputs, keep_w, known, followed)]
 
 
-def has_door(chain: SignalChain, door: Door) -> bool:
+def has_door(chain: SignalChain, door: InjectionPoint) -> bool:
     """Whether signals can be added at `door`: a user's simulator may take no force."""
     if not isinstance(chain, SimulatorChain) or door in ("command", "output"):
         return True
     return door == "motor_torque" and chain.simulator.force_door
 
 
-def door_responses(chain: SignalChain, door: Door, signals: FloatArray) -> FloatArray:
+def door_responses(chain: SignalChain, door: InjectionPoint, signals: FloatArray) -> FloatArray:
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if isinstance(chain, SimulatorChain):
         return chain.small_responses(door, signals)

@@ -11,11 +11,12 @@ from scipy.signal import fftconvolve
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import Simulator
-from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.force_law import ForceLaw
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
 from bayes_hw.model.parameters import Parameter
@@ -35,7 +36,7 @@ class SimulatorChain:
     stiffness: tuple[float, float] = (0.0, 0.0)
     contact_damping: float = 0.0
 
-    def small_responses(self, door: Door, signals: FloatArray) -> FloatArray:
+    def small_responses(self, door: InjectionPoint, signals: FloatArray) -> FloatArray:
         """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample.
 
         By convolution with the response to a pulse; of a simulator that is not linear, from where a zero
@@ -52,7 +53,7 @@ class SimulatorChain:
             response = self._respond(rest, law) - self._respond(rest, none)
         return np.asarray(fftconvolve(signals, response[:, None], axes=0)[: len(signals)])
 
-    def _respond(self, command: FloatArray, force: ForceLaw | None) -> FloatArray:
+    def _respond(self, command: FloatArray, force: Force | None) -> FloatArray:
         return np.asarray(self.simulator.simulate(self.values[None], command, force)[0], np.float64)
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.effects.effect import Door
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import filter_lanes
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
 
@@ -26,7 +26,7 @@ class DoorStates(NamedTuple):
 NO_STATES = DoorStates(0, np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def door_states(chain: Chain, door: Door) -> DoorStates:
+def door_states(chain: Chain, door: InjectionPoint) -> DoorStates:
     """What small signals at `door` drive; no states where they are added to w itself."""
     if door == "output":
         return NO_STATES
@@ -47,7 +47,7 @@ def door_states(chain: Chain, door: Door) -> DoorStates:
     )
 
 
-def small_responses(chain: Chain, door: Door, signals: FloatArray) -> FloatArray:
+def small_responses(chain: Chain, door: InjectionPoint, signals: FloatArray) -> FloatArray:
     """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
     if door == "output":
         return signals

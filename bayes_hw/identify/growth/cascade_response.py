@@ -16,7 +16,9 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.lowered import beyond, clipped, commands
 from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
+from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.record import Record
 
 CLIPPED_SAMPLES, CLIPPED_SHARE = 5, 1e-3
@@ -32,6 +34,11 @@ class CascadeResponse:
 
     structure: Structure
     records: Sequence[Record]
+
+    @cached_property
+    def masks(self) -> tuple[BoolArray, ...] | None:
+        """Which samples of every record were measured; None where all were."""
+        return masks_of(self.records)
 
     def coordinates(self, values: CascadeValues) -> FloatArray:
         """Coordinates (size,) of natural parameters."""
@@ -108,25 +115,28 @@ class CascadeResponse:
         return real + [sections + 4 * i + j for i in range(s.sections) for j in (0, 1)]
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
-        """Measured less simulated output of every record."""
+        """Measured less simulated output of every record, NaN where nothing was measured."""
         values = self.values(coordinates)
         found = []
         for number, record in enumerate(self.records):
             w = self.intermediate(values, number)
-            found.append(record.y - dead_zone(w, values.half_width))
+            found.append(with_holes(record.y - dead_zone(w, values.half_width), record.measured))
         return found
 
     def intermediate(self, values: CascadeValues, number: int) -> FloatArray:
         """w of record `number`, shape (samples,)."""
         integral, real, sections = self._states(values, number)
-        v = np.clip(self._delayed(number), values.lower, values.upper)
+        v = clipped(self._delayed(number), values.lower, values.upper)
         w = np.empty(len(v))
         respond(v, values.integrator_residue, values.real, values.sections, integral, real, sections, w)
         return w
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]:
-        """Derivatives of y and, as the last row, the residual: pairs of rows (size + 1, samples) and the
-        number of samples at their start that belong to the block before, at least `overlap` of them."""
+    def linearise(
+        self, coordinates: FloatArray, overlap: int
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples), the number of
+        samples at their start that belong to the block before, `overlap` of them or as many as it takes for
+        the first `overlap` to have been measured, and which samples were, None where all."""
         values = self.values(coordinates)
         for number, record in enumerate(self.records):
             states = self._states(values, number)
@@ -134,23 +144,24 @@ class CascadeResponse:
             for begin in range(0, len(record), BLOCK_SAMPLES):
                 part = slice(begin, begin + BLOCK_SAMPLES)
                 rows = self._block(values, number, command[part], record.y[part], begin, states)
-                kept = min(overlap, begin)
+                kept = _overlap(record.measured, begin, overlap)
                 joined = np.concatenate([before[:, -kept:], rows], axis=1) if kept else rows
                 before = rows
-                yield joined, kept
+                measured = None if record.measured is None else record.measured[begin - kept : part.stop]
+                yield joined, kept, measured
 
     def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, BoolArray]]:
         """For every record the clipped, delayed command and where the output leaves the dead zone."""
         values = self.values(coordinates)
         found = []
         for number in range(len(self.records)):
-            v = np.clip(self._delayed(number), values.lower, values.upper)
+            v = clipped(self._delayed(number), values.lower, values.upper)
             found.append((v, np.abs(self.intermediate(values, number)) > values.half_width))
         return found
 
     def _delayed(self, number: int) -> FloatArray:
-        u, delay = self.records[number].u, self.structure.delay_samples
-        delayed = np.full(len(u), float(u[0]) if self.structure.free_start else 0.0)
+        u, delay = commands(self.records[number]), self.structure.delay_samples
+        delayed = np.full(u.shape, u.flat[0] if self.structure.free_start else 0.0)
         if delay < len(u):
             delayed[delay:] = u[: len(u) - delay]
         return delayed
@@ -185,8 +196,8 @@ class CascadeResponse:
         size, samples = s.size(len(self.records)), len(u)
         rows = np.zeros((size + 1, samples))
         w, below_limit, above_limit = np.zeros(samples), np.zeros(samples), np.zeros(samples)
-        v = np.clip(u, values.lower, values.upper)
-        below, above = (u < values.lower).astype(float), (u > values.upper).astype(float)
+        v = clipped(u, values.lower, values.upper)
+        below, above = beyond(u, values.lower, values.upper)
         at = s.n_static
         if s.integrator:
             integrate(
@@ -241,6 +252,17 @@ class CascadeResponse:
                 )  # fmt: skip
                 found.append(w[begin:])
         return np.array(found).reshape(s.order, samples)
+
+
+def _overlap(measured: BoolArray | None, begin: int, overlap: int) -> int:
+    """Samples before `begin` of which the first `overlap` were measured, or the whole block before."""
+    kept = min(overlap, begin)
+    if measured is None or not kept:
+        return kept
+    longest = min(begin, BLOCK_SAMPLES)
+    while kept < longest and not measured[begin - kept : begin - kept + overlap].all():
+        kept += 1
+    return kept
 
 
 def dead_zone(w: FloatArray, half_width: float) -> FloatArray:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.sensitivity_kernel import whiten
-from bayes_hw.identify.noise import autoregression_from_partial, estimate_noise
+from bayes_hw.identify.holes import mask_of, measured_count, predictors, whitened_over_holes
+from bayes_hw.identify.noise import MAX_ORDER, estimate_noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,40 +27,55 @@ class Whitener:
     @classmethod
     def of_partial(cls, partial: FloatArray) -> Whitener:
         """From partial autocorrelations (p,)."""
-        order = len(partial)
-        coefficients = np.zeros((order + 1, max(order, 1)))
-        for j in range(1, order + 1):
-            coefficients[j, :j] = autoregression_from_partial(partial[:j, None])[:, 0]
+        coefficients, _ = predictors(partial)
         shrinkage = np.append(1 - partial**2, 1.0)
-        scales = 1 / np.sqrt(np.cumprod(shrinkage[::-1])[::-1])
-        return cls(coefficients, scales)
+        return cls(coefficients, 1 / np.sqrt(np.cumprod(shrinkage[::-1])[::-1]))
 
     @classmethod
-    def of_residuals(cls, residuals: Sequence[FloatArray]) -> Whitener:
-        """Of the autoregression that Burg's method and the Bayesian information criterion find."""
-        return cls.of_partial(np.clip(estimate_noise(residuals).partial, -0.99999, 0.99999))
+    def of_residuals(cls, residuals: Sequence[FloatArray], most: int = MAX_ORDER) -> Whitener:
+        """Of the autoregression of order up to `most` that Burg's method and the Bayesian information
+        criterion find."""
+        return cls.of_partial(np.clip(estimate_noise(residuals, most=most).partial, -0.99999, 0.99999))
 
     @property
     def order(self) -> int:
         return len(self.scales) - 1
 
-    def apply(self, rows: FloatArray, first: int = 0) -> FloatArray:
-        """Innovations of `rows` (n, samples) from sample `first` on; those before are the past."""
-        result = np.empty((len(rows), rows.shape[1] - first))
-        whiten(rows, first, self.coefficients, self.scales, result)
+    def apply(self, rows: FloatArray, first: int = 0, measured: BoolArray | None = None) -> FloatArray:
+        """Innovations of `rows` (n, samples) from sample `first` on; those before are the past.
+
+        Samples that were not `measured` (samples,) have none, zero, and are bridged for those behind them;
+        where `first` is not zero the first p samples must have been.
+        """
+        result, _ = self._applied(rows, first, measured)
         return result
 
-    def sum_of_squares(self, residuals: Sequence[FloatArray]) -> float:
-        """Of the innovations of all records."""
-        return float(sum(np.sum(self.apply(e[None, :]) ** 2) for e in residuals))
+    def _applied(self, rows: FloatArray, first: int, measured: BoolArray | None) -> tuple[FloatArray, float]:
+        """Innovations, and what holes change in the sum of the logarithms of their standard deviations."""
+        result = np.empty((len(rows), rows.shape[1] - first))
+        whiten(rows, first, self.coefficients, self.scales, result)
+        if measured is None:
+            return result, 0.0
+        change = whitened_over_holes(rows, measured, self.coefficients, self.scales**2, result, first)
+        return result, change
 
-    def log_likelihood(self, residuals: Sequence[FloatArray]) -> float:
-        """Exact Gaussian log-likelihood, the innovations' variance at its maximum."""
-        samples = sum(len(e) for e in residuals)
-        return self.log_likelihood_of(self.sum_of_squares(residuals), samples, len(residuals))
+    def sum_of_squares(
+        self, residuals: Sequence[FloatArray], masks: Sequence[BoolArray] | None = None
+    ) -> float:
+        """Of the innovations of all records, of which the samples in `masks` were measured."""
+        return float(
+            sum(np.sum(self.apply(e[None, :], 0, mask_of(masks, i)) ** 2) for i, e in enumerate(residuals))
+        )
 
-    def log_likelihood_of(self, sum_of_squares: float, samples: int, records: int) -> float:
-        """The log-likelihood of innovations with this sum of squares."""
-        variance = max(sum_of_squares / samples, np.finfo(float).tiny)
-        correction = records * float(np.sum(np.log(self.scales[:-1])))
-        return -0.5 * samples * (np.log(2 * np.pi * variance) + 1) - correction
+    def log_likelihood(
+        self, residuals: Sequence[FloatArray], masks: Sequence[BoolArray] | None = None
+    ) -> float:
+        """Exact Gaussian log-likelihood of what was measured, the innovations' variance at its maximum."""
+        samples = measured_count(residuals, masks)
+        squares, logarithms = 0.0, len(residuals) * float(np.sum(np.log(self.scales[:-1])))
+        for i, e in enumerate(residuals):
+            innovations, change = self._applied(e[None, :], 0, mask_of(masks, i))
+            squares += float(np.sum(innovations**2))
+            logarithms += change
+        variance = max(squares / samples, np.finfo(float).tiny)
+        return -0.5 * samples * (np.log(2 * np.pi * variance) + 1) - logarithms

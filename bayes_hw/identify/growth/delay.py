@@ -37,7 +37,8 @@ def at_delay(item: Grown, delay_samples: int) -> Grown:
     structure, values = item.structure, item.values
     while structure.delay_samples < delay_samples:
         structure, values = advanced(structure, values)
-    return Grown.at(replace(structure, delay_samples=delay_samples), values, item.response.records)
+    structure = replace(structure, delay_samples=delay_samples)
+    return Grown.at(structure, values, item.response.records, item.point.most_noise)
 
 
 def coarse_delay(item: Grown) -> Grown:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import linalg
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.holes import mask_of, measured_count
+from bayes_hw.identify.noise import MAX_ORDER
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
 STEPS_BETWEEN_NOISE = 3
@@ -24,11 +26,17 @@ CONVERGED_NATS = 0.02
 
 
 class Response(Protocol):
-    """What a descent needs: residuals, their derivatives, and which coordinates mean something."""
+    """What a descent needs: residuals, NaN where nothing was measured, their derivatives, and which
+    coordinates mean something. `masks` say what was measured of every record, None where all was."""
+
+    @property
+    def masks(self) -> Sequence[BoolArray] | None: ...
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]: ...
 
-    def linearise(self, coordinates: FloatArray, overlap: int) -> Iterator[tuple[FloatArray, int]]: ...
+    def linearise(
+        self, coordinates: FloatArray, overlap: int
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]: ...
 
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray: ...
 
@@ -44,30 +52,53 @@ class PriorResponse(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Where a descent stands: coordinates (size,), residuals of every record, noise, log-likelihood (and
-    log-prior, up to its constant, where the response has one)."""
+    """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
+    see `masks`), noise, log-likelihood (and log-prior, up to its constant, where the response has one). The
+    noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
     whitener: Whitener
     log_likelihood: float
     converged: bool = False
+    masks: Sequence[BoolArray] | None = None
+    most_noise: int = MAX_ORDER
 
     @property
     def samples(self) -> int:
-        return sum(len(e) for e in self.residuals)
+        """That were measured."""
+        return measured_count(self.residuals, self.masks)
+
+    @property
+    def known(self) -> tuple[FloatArray, ...]:
+        """The residuals of what was measured, without holes."""
+        if self.masks is None:
+            return self.residuals
+        return tuple(e[mask] for e, mask in zip(self.residuals, self.masks, strict=True))
+
+    @property
+    def sum_of_squares(self) -> float:
+        """Of the innovations."""
+        return self.whitener.sum_of_squares(self.residuals, self.masks)
 
     @property
     def rms(self) -> float:
         """Root mean square residual, output units."""
-        return float(np.sqrt(sum(float(e @ e) for e in self.residuals) / self.samples))
+        return float(np.sqrt(sum(float(e @ e) for e in self.known) / self.samples))
 
 
-def evaluate(response: Response, coordinates: FloatArray, whitener: Whitener | None = None) -> Point:
+def evaluate(
+    response: Response,
+    coordinates: FloatArray,
+    whitener: Whitener | None = None,
+    most_noise: int = MAX_ORDER,
+) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
-    whitener = whitener or Whitener.of_residuals(residuals)
-    return _point(response, coordinates, residuals, whitener)
+    whitener = whitener or Whitener.of_residuals(residuals, most_noise)
+    masks = response.masks
+    likelihood = whitener.log_likelihood(residuals, masks) + log_prior(response, coordinates)
+    return Point(coordinates, residuals, whitener, likelihood, masks=masks, most_noise=most_noise)
 
 
 def log_prior(response: Response, coordinates: FloatArray) -> float:
@@ -77,18 +108,22 @@ def log_prior(response: Response, coordinates: FloatArray) -> float:
     return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
 
 
-def _point(
-    response: Response, coordinates: FloatArray, residuals: tuple[FloatArray, ...], whitener: Whitener
-) -> Point:
-    reached = whitener.log_likelihood(residuals) + log_prior(response, coordinates)
-    return Point(coordinates, residuals, whitener, reached)
+def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
+    """Innovations of every record under a point's noise, of its own or of other residuals, of the samples
+    that were measured."""
+    found = []
+    for number, e in enumerate(point.residuals if residuals is None else residuals):
+        measured = mask_of(point.masks, number)
+        white = point.whitener.apply(e[None, :], 0, measured)[0]
+        found.append(white if measured is None else white[measured])
+    return found
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:
     """R (size + 1, size + 1) of the whitened derivatives and residual, without holding all of them."""
     factor: FloatArray | None = None
-    for rows, first in response.linearise(point.coordinates, point.whitener.order):
-        block = point.whitener.apply(rows, first)
+    for rows, first, measured in response.linearise(point.coordinates, point.whitener.order):
+        block = point.whitener.apply(rows, first, measured)
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
         if not np.isfinite(stacked).all():
             raise FloatingPointError("derivatives are not finite")
@@ -119,17 +154,15 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
             point = _with_fresh_noise(response, point)
             if point.log_likelihood - reference < CONVERGED_NATS:
-                return _ended(point, True)
+                return replace(point, converged=True)
             reference = point.log_likelihood
-    return _ended(_with_fresh_noise(response, point), accepted < steps)
-
-
-def _ended(point: Point, converged: bool) -> Point:
-    return Point(point.coordinates, point.residuals, point.whitener, point.log_likelihood, converged)
+    return replace(_with_fresh_noise(response, point), converged=accepted < steps)
 
 
 def _with_fresh_noise(response: Response, point: Point) -> Point:
-    return _point(response, point.coordinates, point.residuals, Whitener.of_residuals(point.residuals))
+    whitener = Whitener.of_residuals(point.residuals, point.most_noise)
+    reached = whitener.log_likelihood(point.residuals, point.masks) + log_prior(response, point.coordinates)
+    return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -150,12 +183,14 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
         coordinates = response.admissible(point.coordinates + solution, point.coordinates)
         with np.errstate(all="ignore"):
             residuals = tuple(response.residuals(coordinates))
-            gained = all(np.isfinite(e).all() for e in residuals)
+            tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
+            gained = all(np.isfinite(e).all() for e in tried.known)
             if gained:
-                reached = point.whitener.log_likelihood(residuals) + log_prior(response, coordinates)
+                reached = point.whitener.log_likelihood(residuals, point.masks)
+                reached += log_prior(response, coordinates)
                 gained = reached > point.log_likelihood
         if gained:
-            moved = Point(coordinates, residuals, point.whitener, reached)
+            moved = replace(tried, log_likelihood=reached)
             return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None

@@ -13,6 +13,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point
 from bayes_hw.identify.growth.sensitivity_kernel import filtered_pair, filtered_pole
+from bayes_hw.identify.holes import mask_of
 
 REAL_DECADES = np.linspace(0.15, 4.0, 14)
 PAIR_DAMPING = (0.01, 0.05, 0.15, 0.4, 0.8)
@@ -73,15 +74,15 @@ class Residual:
     @classmethod
     def of(cls, response: CascadeResponse, point: Point) -> Residual:
         blocks = [
-            point.whitener.apply(rows, first)
-            for rows, first in response.linearise(point.coordinates, point.whitener.order)
+            point.whitener.apply(rows, first, measured)
+            for rows, first, measured in response.linearise(point.coordinates, point.whitener.order)
         ]
         return cls(response, point, *outside_of_derivatives(np.concatenate(blocks, axis=1)))
 
     def gains(self, columns: FloatArray) -> FloatArray:
         """Promised gains of groups of columns (groups, columns of a group, samples), whitened already."""
-        groups, width, samples = columns.shape
-        flat = columns.reshape(-1, samples)
+        groups, width, length = columns.shape
+        flat = columns.reshape(-1, length)
         inside = flat @ self.basis
         power = np.sum(flat**2, axis=1).reshape(groups, width)
         products = (flat @ self.residual).reshape(groups, width)
@@ -93,7 +94,7 @@ class Residual:
         scaled = products / scale
         explained = np.einsum("gi,gi->g", scaled, np.linalg.solve(gram, scaled[:, :, None])[:, :, 0])
         share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
-        return -0.5 * samples * np.log1p(-share)
+        return -0.5 * self.point.samples * np.log1p(-share)
 
     def pole_gains(self, poles: FloatArray) -> FloatArray:
         """Of one further real pole each."""
@@ -113,13 +114,14 @@ class Residual:
     def _columns(
         self, groups: int, width: int, fill: Callable[[int, FloatArray, FloatArray], None]
     ) -> FloatArray:
-        parts = []
-        for v, outside in self.response.gated(self.point.coordinates):
+        parts, masks = [], self.response.masks
+        for number, (v, outside) in enumerate(self.response.gated(self.point.coordinates)):
             part = np.empty((groups, width, len(v)))
             for i in range(groups):
                 fill(i, v, part[i])
             part *= outside
-            parts.append(self.point.whitener.apply(part.reshape(-1, len(v))).reshape(groups, width, -1))
+            white = self.point.whitener.apply(part.reshape(-1, len(v)), 0, mask_of(masks, number))
+            parts.append(white.reshape(groups, width, -1))
         return np.concatenate(parts, axis=2)
 
 

@@ -16,7 +16,9 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
 from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
+from bayes_hw.identify.growth.lowered import clipped, commands
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
+from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.record import Record
 
 LIMIT_GRID = 12
@@ -31,6 +33,9 @@ ROUNDS = ((4, 3), (10, 2))
 """Successive halving: steps given to every candidate, and how many go on."""
 
 LAST_STEPS = 60
+ABSORBED = 3.0
+"""Residuals so many times as large as their innovations may hide a misfit."""
+
 LEAST_ORDER, PATIENCE = 6, 2
 """The growth ends at an order of at least the first when the criterion has not improved for more orders than
 the second."""
@@ -66,10 +71,20 @@ class Grown:
         return -2 * self.log_likelihood + self.parameters * float(np.log(self.point.samples))
 
     @classmethod
-    def at(cls, structure: Structure, values: CascadeValues, records: Sequence[Record]) -> Grown:
+    def at(
+        cls,
+        structure: Structure,
+        values: CascadeValues,
+        records: Sequence[Record],
+        most_noise: int = MAX_ORDER,
+    ) -> Grown:
         """At given values, without any descent."""
         response = CascadeResponse(structure, records)
-        return cls(response, evaluate(response, response.coordinates(values)))
+        return cls(response, evaluate(response, response.coordinates(values), most_noise=most_noise))
+
+    def under_noise(self, most_noise: int) -> Grown:
+        """The same cascade with noise of orders up to `most_noise`."""
+        return Grown.at(self.structure, self.values, self.response.records, most_noise)
 
     def descended(self, steps: int = LAST_STEPS) -> Grown:
         """After at most `steps` steps."""
@@ -95,12 +110,14 @@ def halved(items: Sequence[Grown]) -> Grown:
     return likeliest([item.descended() for item in remaining])
 
 
-def smallest_cascade(records: Sequence[Record], structure: Structure, noise_level: float) -> Grown:
+def smallest_cascade(
+    records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int = MAX_ORDER
+) -> Grown:
     """An integrator with limits and dead zone: limits by a grid, gain by least squares, then descents."""
-    commands = np.concatenate([record.u for record in records])
+    given = np.concatenate([record.u for record in records])
     shares = np.linspace(SMALLEST_LIMIT, 1.0, LIMIT_GRID)
-    lowers = float(commands.min()) * shares if structure.lower else [-np.inf]
-    uppers = float(commands.max()) * shares if structure.upper else [np.inf]
+    lowers = float(given.min()) * shares if structure.lower else [-np.inf]
+    uppers = float(given.max()) * shares if structure.upper else [np.inf]
     grid = [
         _integrated(records, structure, float(lower), float(upper)) for lower in lowers for upper in uppers
     ]
@@ -111,7 +128,7 @@ def smallest_cascade(records: Sequence[Record], structure: Structure, noise_leve
             lower, upper, half_width * noise_level, 0.0, gain,
             np.zeros((2, 0)), np.zeros((4, 0)), np.zeros((len(records), 1)),
         )  # fmt: skip
-        trials.append(Grown.at(structure, values, records))
+        trials.append(Grown.at(structure, values, records, most_noise))
     return halved(trials)
 
 
@@ -122,7 +139,7 @@ def _integrated(
     cross = power = 0.0
     parts: list[tuple[FloatArray, FloatArray]] = []
     for record in records:
-        v = np.clip(record.u, lower, upper)
+        v = clipped(commands(record), lower, upper)
         w = np.concatenate([np.zeros(structure.delay_samples + 1), np.cumsum(v)])[: len(v)]
         y = record.y
         if structure.free_start:
@@ -140,8 +157,13 @@ def grow(
     progress: Callable[[int], None] | None = None,
     least_order: int = LEAST_ORDER,
 ) -> dict[int, Grown]:
-    """The best cascade of every order from that of `start` on, as far as the criterion asks."""
+    """The best cascade of every order from that of `start` on, as far as the criterion asks.
+
+    The noise is of the orders that `start` allows while the cascade grows, of any order where it is judged.
+    """
+    most_noise = start.point.most_noise
     pool = {start.structure.order: start}
+    judged: dict[int, Grown] = {}
     order = start.structure.order
     while order < largest_order:
         if progress is not None:
@@ -152,10 +174,14 @@ def grow(
         if order + 2 <= largest_order:
             _keep(pool, halved([extended(current, candidate) for candidate in pairs]))
         order += 1
-        best_order = min(pool, key=lambda n: pool[n].criterion)
+        if most_noise == MAX_ORDER:
+            judged = pool
+        else:
+            judged[order] = pool[order].under_noise(MAX_ORDER).descended()
+        best_order = min(judged, key=lambda n: judged[n].criterion)
         if order >= least_order and order > best_order + PATIENCE:
             break
-    return pool
+    return judged or pool
 
 
 def extended(current: Grown, candidate: Candidate) -> Grown:
@@ -165,13 +191,26 @@ def extended(current: Grown, candidate: Candidate) -> Grown:
     else:
         structure, values = with_section(current.structure, current.values, candidate.a1, candidate.a2)
     response = CascadeResponse(structure, current.response.records)
-    return Grown(response, evaluate(response, response.coordinates(values), current.point.whitener))
+    at, point = response.coordinates(values), current.point
+    return Grown(response, evaluate(response, at, point.whitener, point.most_noise))
+
+
+def absorbed(item: Grown) -> bool:
+    """Whether the noise model may have taken up what a cascade could explain.
+
+    An autoregression whitens a large slow misfit away, and the likelihood hardly sees it any more: its
+    residuals are then far larger than its innovations.
+    """
+    point = item.point
+    innovations = np.sqrt(point.whitener.sum_of_squares(point.residuals) / point.samples)
+    return bool(point.rms > ABSORBED * innovations)
 
 
 def _keep(pool: dict[int, Grown], found: Grown) -> None:
     paired = repaired(found.structure, found.values)
     if paired is not None:
-        again = Grown.at(found.structure, paired, found.response.records).descended()
+        records, most_noise = found.response.records, found.point.most_noise
+        again = Grown.at(found.structure, paired, records, most_noise).descended()
         found = likeliest([found, again])
     order = found.structure.order
     if order not in pool or pool[order].log_likelihood < found.log_likelihood:

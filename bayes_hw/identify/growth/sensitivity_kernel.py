@@ -135,7 +135,14 @@ def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untype
             begin += 1
         for k in range(begin, len(row)):
             out[k - first] = row[k]
-        for i in range(order):
+        fours = order - order % 4
+        for i in range(0, fours, 4):
+            p0, p1 = coefficients[order, i], coefficients[order, i + 1]
+            p2, p3 = coefficients[order, i + 2], coefficients[order, i + 3]
+            for k in range(begin, len(row)):
+                near = p0 * row[k - 1 - i] + p1 * row[k - 2 - i]
+                out[k - first] -= near + p2 * row[k - 3 - i] + p3 * row[k - 4 - i]
+        for i in range(fours, order):
             phi = coefficients[order, i]
             for k in range(begin, len(row)):
                 out[k - first] -= phi * row[k - 1 - i]

@@ -11,7 +11,7 @@ from bayes_hw.gap.blind.counts import CLASSES, ReliabilityBin, Share
 from bayes_hw.gap.blind.score import Closure
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import drawable, drawing_settings, finished, new_canvas
-from bayes_hw.report.page.palette import BLUE, INK, MUTED, NOMINAL, VERMILLION
+from bayes_hw.report.page.palette import BLUE, INK, MUTED, NOMINAL, ORANGE, VERMILLION
 
 DARK_CELL = 0.55
 CLOSURE_RANGE = (-0.6, 1.05)
@@ -26,10 +26,11 @@ def shares(groups: Mapping[str, Share], what: str, goal: float | None = None) ->
         for row, name in enumerate(names):
             entry = groups[name]
             low, high = entry.interval
-            colour = VERMILLION if goal is not None and high < goal else BLUE
+            colour = _share_colour(entry, goal)
             axes.plot([100 * low, 100 * high], [row, row], color=colour, linewidth=1.8)
             if entry.trials:
-                axes.plot(100 * entry.value, row, "o", color=colour, markersize=4)
+                marker = "o" if colour == BLUE else "D"
+                axes.plot(100 * entry.value, row, marker, color=colour, markersize=4)
         if goal is not None:
             axes.axvline(100 * goal, color=INK, linestyle="--", linewidth=0.9)
         labels = [drawable(f"{name} ({groups[name].hits}/{groups[name].trials})") for name in names]
@@ -39,9 +40,21 @@ def shares(groups: Mapping[str, Share], what: str, goal: float | None = None) ->
         return finished(
             canvas,
             f"{what}: share named exactly right, with 95 % binomial intervals (Clopper-Pearson)."
-            + ("" if goal is None else " Dashed: the goal; orange: the interval excludes it."),
+            + (
+                ""
+                if goal is None
+                else " Dashed: the goal. Discs: met; diamonds: missed, in amber where the interval still "
+                "holds the goal, in red-orange where it excludes it."
+            ),
             f"Shares of {len(names)} groups with intervals.",
         )
+
+
+def _share_colour(entry: Share, goal: float | None) -> str:
+    """Blue where a goal is met, amber where it is missed but lies in the interval, else red-orange."""
+    if goal is None or not entry.trials or entry.value >= goal:
+        return BLUE
+    return ORANGE if entry.interval[1] >= goal else VERMILLION
 
 
 def confusion_matrix(table: Mapping[str, Mapping[str, int]]) -> Figure:

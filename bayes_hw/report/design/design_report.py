@@ -56,6 +56,13 @@ def _verdict(design: Design) -> str:
             "The posterior has NOT converged; no probability below is to be relied on: "
             f"{design.posterior.problems[0]}."
         )
+    if design.posterior.failed_tests:
+        sentences.append(
+            "The model does NOT hold: its own residuals refute it "
+            f"({design.posterior.failed_tests[0]}); no probability below is to be relied on."
+        )
+    if design.effects is not None:
+        sentences.append(f"This axis has {design.effects.words}; it is in every simulation in time.")
     requirements, share = settings.requirements, format_percent(settings.share)
     given = [loop for loop in design.loops if not _is_tuned_on_point(design, loop)]
     kept = [loop.controller.name for loop in given if loop.met(requirements) >= settings.share]
@@ -126,11 +133,12 @@ def _cycling(loop: LoopReport) -> float:
 
 def _badges(design: Design) -> tuple[Badge, ...]:
     requirements, posterior = design.settings.requirements, design.posterior
-    badges = [
+    drawn = f"{design.axis.count} draws for the margins, as many fresh ones for the checks"
+    sampled = [
         Badge(
             "posterior converged" if posterior.converged else "posterior not converged",
             "good" if posterior.converged else "bad",
-            f"{design.axis.count} draws for the margins, as many fresh ones for the checks",
+            drawn,
         ),
         Badge(
             "all of G free" if posterior.axis.free == "all" else "other roots of G held",
@@ -141,6 +149,9 @@ def _badges(design: Design) -> tuple[Badge, ...]:
             "with --free all",
         ),
     ]
+    if design.effects is not None:
+        sampled = [Badge("draws of the corrected model", "good", drawn)]
+    badges = [*_holds(design), *sampled]
     if posterior.prior_dominated:
         names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
         badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))
@@ -160,6 +171,24 @@ def _badges(design: Design) -> tuple[Badge, ...]:
             )
         )
     return tuple(badges)
+
+
+def _holds(design: Design) -> tuple[Badge, ...]:
+    """Whether the model itself holds, and what was added to it: the first card."""
+    failed, effects = design.posterior.failed_tests, design.effects
+    if failed:
+        return (Badge("the model does not hold", "bad", "; ".join(failed[:2])),)
+    if effects is None:
+        return ()
+    if not effects.answer:
+        return (Badge("nothing is missing", "good", "no effect was found beside the linear part"),)
+    state: State = "good" if effects.simulated and "other" not in effects.answer else "bad"
+    where = (
+        "in limit cycles and tracking; margins are those of the linear part"
+        if effects.simulated
+        else "it is random and in no simulation: margins hold, tracking does not count it"
+    )
+    return (Badge(effects.words, state, where),)
 
 
 def _method_section(design: Design) -> Section:

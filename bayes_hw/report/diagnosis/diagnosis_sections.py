@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bayes_hw.gap.answer.base_shift import BaseShift, base_shifts
 from bayes_hw.gap.answer.locate import EVERYWHERE
 from bayes_hw.gap.answer.ranking import Ranked, ranking
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
-from bayes_hw.gap.criticism.base_shift import BaseShift, base_shifts
 from bayes_hw.gap.criticism.latent_force import latent_force
 from bayes_hw.gap.criticism.residual_map import noise_power, residual_map
 from bayes_hw.gap.diagnosis import Diagnosis
@@ -355,7 +355,7 @@ def _base_table(diagnosis: Diagnosis) -> Table:
         way = f"{'jointly with the effects of the answer' if added else 'without effects'}, averaged over "
         way += "other explanations by their probability"
     header = ("base parameter", "as given", "fitted alone", "estimated", "94 % HDI")
-    shifts = base_shifts(diagnosis)
+    shifts = base_shifts(diagnosis.attribution.base, diagnosis.case.model.noise_sigma, diagnosis.verdict.base)
     return Table(
         (*header, "pushed (sd)") if added else header,
         tuple(_base_row(shift, added) for shift in shifts),

@@ -1,104 +1,171 @@
-"""The report on records alone: what the axis does, what a cascade lacks, how sure, and what to do."""
+"""The page on records alone: what the axis does, what a plain model lacks, how sure, and what to do."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
+from bayes_hw.analysis import Beginning
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.effect_view import EffectView, Seen, effect_view
+from bayes_hw.gap.joint.finding import MOST_SAID, sentence, words_of
 from bayes_hw.gap.joint.given_response import GivenFit
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.identify.holes import with_holes
+from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
-from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record, label_probabilities
-from bayes_hw.report.page.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, Table
-from bayes_hw.report.page.rounding import format_percent
+from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record
+from bayes_hw.report.diagnosis.figures_effect import effect_figure
+from bayes_hw.report.diagnosis.joint_sections import (
+    advice_section,
+    axis_section,
+    evidence_section,
+    notes_section,
+    numbers_section,
+    odds_section,
+    refuted_section,
+    residuals_section,
+)
+from bayes_hw.report.page.document import Badge, Figure, KeyValues, Report, Section
+from bayes_hw.report.page.rounding import format_interval, format_percent
 from bayes_hw.report.page.typography import typeset
 
 SURE = 0.9
+BAND_GOOD = (0.88, 0.985)
+GONE_GOOD, GONE_POOR = 0.8, 0.4
 
 
-def joint_report(diagnosis: JointDiagnosis, origin: Provenance) -> Report:
-    """One page that answers, with the evidence below."""
-    verdict = diagnosis.verdict
+@dataclass(frozen=True, eq=False)
+class JointPage:
+    """What the page and its sections are made from, each computed once."""
+
+    diagnosis: JointDiagnosis
+    refuted: Beginning | None
+
+    @cached_property
+    def tests(self) -> ResidualReport:
+        """Of what the model with the answer's effects leaves of the training records."""
+        fit, train = self.diagnosis.posterior.fit, self.diagnosis.train
+        whitener = fit.point.whitener
+        order = whitener.order
+        residuals = [
+            with_holes(r.y - fit.response.simulate(fit.values, r.u, r.known).y, r.measured) for r in train
+        ]
+        return examine_residuals(train, residuals, whitener.coefficients[order, :order])
+
+    @cached_property
+    def view(self) -> EffectView | None:
+        """What convinces of the first label of the answer."""
+        answer = self.diagnosis.verdict.answer
+        if not answer:
+            return None
+        return effect_view(Seen(self.diagnosis.posterior.fit, self.diagnosis.found.readings), answer[0])
+
+    @cached_property
+    def prediction(self) -> Figure:
+        """The record held out."""
+        found = self.diagnosis
+        floor = found.verdict.gap_holdout.noise_floor
+        return gap_on_record(found.holdout[0], found.before, found.after, found.low, found.high, floor)
+
+
+def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginning | None = None) -> Report:
+    """One page that answers, with the evidence below; `refuted` is a plain model of the same records, whose
+    numbers are shown folded, as those of a model that does not hold."""
+    page = JointPage(diagnosis, refuted)
+    sections = [
+        evidence_section(diagnosis, page.prediction if page.view is not None else None),
+        advice_section(diagnosis),
+        axis_section(diagnosis),
+        numbers_section(diagnosis),
+        residuals_section(page.tests),
+        odds_section(diagnosis),
+    ]
+    if refuted is not None:
+        sections.append(refuted_section(diagnosis, refuted))
     return Report(
-        title=f"What the records of {diagnosis.name} say",
+        title=diagnosis.name,
         subtitle=_subtitle(diagnosis),
-        verdict=typeset(summary(diagnosis)),
-        badges=_badges(diagnosis),
-        key_figure=gap_on_record(
-            diagnosis.holdout[0],
-            diagnosis.before,
-            diagnosis.after,
-            diagnosis.low,
-            diagnosis.high,
-            verdict.gap_holdout.noise_floor,
-        ),
+        verdict=typeset(sentence(diagnosis)),
+        badges=_badges(page),
+        key_figure=page.prediction if page.view is None else effect_figure(page.view),
         sections=(
-            Section("What to do", (Bullets(tuple(typeset(note) for note in verdict.notes)),
-                                   Paragraph(typeset(f"Next experiment: {verdict.next_experiment}.")))),
-            Section("Which effect", (label_probabilities(verdict.probability, verdict.answer),
-                                     *_evidence(diagnosis))),
-            Section("Parameters", (_table(diagnosis),)),
-            Section("Provenance", (KeyValues(origin.rows()),)),
+            *sections,
+            notes_section(diagnosis),
+            Section("Where this comes from", (KeyValues(origin.rows()),), folded=True),
         ),
-    )  # fmt: skip
+    )
 
 
 def _subtitle(diagnosis: JointDiagnosis) -> str:
-    if isinstance(diagnosis.found.fit, GivenFit):
-        return "Base parameters of the model, effect and noise inferred together, through ports on its G"
-    return "Structure, effect and noise inferred together, without any model"
-
-
-def _badges(diagnosis: JointDiagnosis) -> tuple[Badge, ...]:
-    verdict = diagnosis.verdict
-    y = diagnosis.holdout[0].y
-    inside = float(np.mean((y >= diagnosis.low) & (y <= diagnosis.high)))
-    if not verdict.answer:
-        first = Badge("no structural gap", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
-    else:
-        sure = min(verdict.probability[label] for label in verdict.answer)
-        first = Badge(
-            " and ".join(verdict.answer),
-            "good" if sure >= SURE else "warn",
-            f"{format_percent(sure, 1)} sure",
-        )
-    band = Badge(
-        "band holds" if 0.88 <= inside <= 0.985 else "band off",
-        "good" if 0.88 <= inside <= 0.985 else "warn",
-        f"{format_percent(inside, 1)} of the samples held out lie in the 94 % band",
+    count = len(diagnosis.train)
+    model = (
+        "the given model lacks, found through ports on its G"
+        if _around_a_model(diagnosis)
+        else "its model lacks"
     )
-    return first, band
-
-
-def _evidence(diagnosis: JointDiagnosis) -> tuple[Table, ...]:
-    found = diagnosis.found
-    rows = [(label, f"{nats:.0f}") for label, nats in {**found.nats, **found.readings.nats}.items()]
-    rows_of = set(found.nats)
-    rivals = sorted(found.rivals.items(), key=lambda item: -item[1])
-    rows += [
-        (f"{label}, alone in place of it", f"{nats:.0f}")
-        for label, nats in rivals
-        if nats > 0 and label not in rows_of
-    ]
-    if not rows:
-        return ()
     return (
-        Table(
-            ("effect", "nats"),
-            tuple(rows),
-            _worth(diagnosis),
-            (1,),
-        ),
+        f"What the axis does and what {model}: from {count} record{'s' * (count > 1)}, "
+        f"checked on {diagnosis.holdout[0].name}"
     )
 
 
-def _worth(diagnosis: JointDiagnosis) -> str:
-    if isinstance(diagnosis.found.fit, GivenFit):
-        return "What each is worth, base parameters and noise free."
-    return "What each is worth, G and noise free (and grown again without it)."
+def _around_a_model(diagnosis: JointDiagnosis) -> bool:
+    return isinstance(diagnosis.found.fit, GivenFit)
 
 
-def _table(diagnosis: JointDiagnosis) -> Table:
-    estimates = {**diagnosis.verdict.parameters, **diagnosis.verdict.base}
-    header = ("parameter", "posterior mean ± sd", "94 % HDI")
-    return Table(header, estimate_rows(estimates), "Estimated together.", (1, 2))
+def _badges(page: JointPage) -> tuple[Badge, ...]:
+    diagnosis = page.diagnosis
+    return (_cause(diagnosis), _gone(diagnosis), _band(diagnosis), _left(page.tests))
+
+
+def _cause(diagnosis: JointDiagnosis) -> Badge:
+    verdict = diagnosis.verdict
+    if not verdict.answer:
+        return Badge("nothing missing", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
+    sure = min(verdict.probability[label] for label in verdict.answer)
+    rivals = ", ".join(words_of(rival) for _, rival in verdict.confusable)
+    label = " and ".join("cause unknown" if n == OTHER else words_of(n) for n in verdict.answer)
+    return Badge(
+        label,
+        "bad" if verdict.answer == (OTHER,) else "good" if sure >= SURE and not rivals else "warn",
+        f"{format_percent(sure, 1)} sure" + (f"; {rivals} would explain it as well" if rivals else ""),
+    )
+
+
+def _gone(diagnosis: JointDiagnosis) -> Badge:
+    gap = diagnosis.verdict.gap_holdout
+    low, high = gap.closed_hdi94
+    if np.array_equal(diagnosis.before, diagnosis.after):
+        detail = f"the error on {diagnosis.holdout[0].name} is that of the plain model"
+        return Badge("nothing was added", "warn" if diagnosis.verdict.answer else "good", detail)
+    sure = "" if low > MOST_SAID else f" (94 % interval {format_interval(100 * low, 100 * high, '%')})"
+    size = "over 99 %" if gap.closed > MOST_SAID else format_percent(max(gap.closed, 0.0))
+    return Badge(
+        f"{size} of the error gone",
+        "good" if gap.closed >= GONE_GOOD else "bad" if gap.closed < GONE_POOR else "warn",
+        f"of what a model could avoid on {diagnosis.holdout[0].name}, held out{sure}",
+    )
+
+
+def _band(diagnosis: JointDiagnosis) -> Badge:
+    record = diagnosis.holdout[0]
+    measured = record.measured_samples
+    inside = float(np.mean(((record.y >= diagnosis.low) & (record.y <= diagnosis.high))[measured]))
+    good = BAND_GOOD[0] <= inside <= BAND_GOOD[1]
+    label = "bands hold" if good else "bands too narrow" if inside < BAND_GOOD[0] else "bands too wide"
+    detail = f"{format_percent(inside, 1)} of {record.name} lies in the 94 % band"
+    return Badge(label, "good" if good else "warn", detail)
+
+
+def _left(tests: ResidualReport) -> Badge:
+    failed = [test for test in tests.tests if not test.passed]
+    if not failed:
+        return Badge("what is left is noise", "good", "all four tests of the residuals passed")
+    return Badge(
+        "something is left",
+        "bad" if not tests.white else "warn",
+        "; ".join(test.meaning.split(":")[0] for test in failed[:2]),
+    )

@@ -52,7 +52,7 @@ def experiment_report(
         title=f"{title}: the next experiment",
         subtitle="Command of largest expected information within what the axis may do",
         verdict=_verdict(design, check),
-        badges=_badges(design, check),
+        badges=(*_holds(posterior), *_badges(design, check)),
         key_figure=_command_figure(design, posterior),
         sections=(
             *sections,
@@ -60,6 +60,13 @@ def experiment_report(
             Section("Provenance", (KeyValues(provenance.rows()),)),
         ),
     )
+
+
+def _holds(posterior: Posterior) -> tuple[Badge, ...]:
+    """The first card where tests of the residuals refute the model."""
+    if not posterior.failed_tests:
+        return ()
+    return (Badge("the model does not hold", "bad", "; ".join(posterior.failed_tests[:2])),)
 
 
 def _verdict(design: Design, check: WidthCheck | None) -> str:

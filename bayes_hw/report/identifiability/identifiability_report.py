@@ -8,7 +8,9 @@ from collections.abc import Mapping
 from bayes_hw.identifiability.analysis import Identifiability
 from bayes_hw.identifiability.asymmetry import REFERENCE_LOG_SD
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict
+from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.provenance import Provenance
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.identifiability.identifiability_sections import (
     assumption_section,
     profile_section,
@@ -63,6 +65,7 @@ def identifiability_report(
             spectrum_section(result),
             profile_section(result),
             _cancellation_section(result),
+            *(_trade_section(result.trade) if result.trade else ()),
             _convergence_section(result),
             *((_comparison_section(result, others),) if others else ()),
             _limits_section(),
@@ -215,6 +218,10 @@ def _cancellation_section(result: Identifiability) -> Section:
             ),
         ),
     )
+
+
+def _trade_section(trade: Trade) -> tuple[Section, ...]:
+    return (Section("What trades places with the dead zone", trade_blocks(trade)),)
 
 
 def _convergence_section(result: Identifiability) -> Section:

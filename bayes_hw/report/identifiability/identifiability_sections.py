@@ -32,12 +32,12 @@ from bayes_hw.report.identifiability.figures_identifiability import (
     ridge,
     spectra,
 )
+from bayes_hw.report.identifiability.figures_profile import ProfilePanel, nuisance_paths, profiles
 from bayes_hw.report.page import equations
 from bayes_hw.report.page.document import Block, Bullets, Equation, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.rounding import format_estimate, format_interval, format_number
 from bayes_hw.report.page.typography import MINUS
-from bayes_hw.report.posterior.figures_profile import ProfilePanel, nuisance_paths, profiles
 
 SETTING_WORDS = {
     "c1 = 1": "c₁ = 1",

@@ -18,6 +18,7 @@ from markupsafe import Markup
 
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.first_look.advice import coherent_band
+from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, plots
 from bayes_hw.report.page.palette import page_colours
@@ -173,7 +174,17 @@ def facts(look: Look) -> list[tuple[str, str]]:
     if look.feedback is not None:
         hint = "a loop was closed" if look.feedback.closed_loop else "no sign of a closed loop"
         rows.append(("command against past noise", f"correlation {look.feedback.correlation:.2g}: {hint}"))
+    rows += [(f"error beside {column.name}", _following(column)) for column in look.known]
     return [(visible(name), visible(value)) for name, value in rows]
+
+
+def _following(column: KnownColumn) -> str:
+    if not column.follows:
+        return f"coherence nowhere above {column.bound:.2f}: the error does not follow it"
+    return (
+        f"coherence up to {column.coherence.max():.2f}, at {column.strongest_hz:.2g} Hz: "
+        f"{format_percent(column.share)} of the error follows it"
+    )
 
 
 def _card(state: str, label: str, detail: str) -> dict[str, str]:

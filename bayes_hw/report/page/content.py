@@ -45,6 +45,7 @@ def report_content(report: Report) -> dict[str, Any]:
                 "number": index,
                 "id": f"section-{index}",
                 "title": visible(section.title),
+                "folded": section.folded,
                 "blocks": [_block(block, numbers) for block in section.blocks],
             }
             for index, section in enumerate(report.sections, start=1)

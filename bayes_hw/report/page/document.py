@@ -140,10 +140,12 @@ Block: TypeAlias = Paragraph | Bullets | Callout | Table | KeyValues | Equation 
 
 @dataclass(frozen=True)
 class Section:
-    """A numbered section, listed in the table of contents."""
+    """A numbered section, listed in the table of contents; one that is `folded` is opened by who doubts, and
+    left out of the PDF, which says so."""
 
     title: str
     blocks: tuple[Block, ...]
+    folded: bool = False
 
 
 @dataclass(frozen=True)

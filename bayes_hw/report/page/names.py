@@ -28,6 +28,27 @@ _FIXED = {
     "c3/c2": ("ratio of the slopes of the dead zone", "c₃ / c₂"),
     "delta+/delta-": ("ratio of the thresholds", "δ₊ / δ₋"),
 }
+_EFFECTS = {
+    "period": "period in position",
+    "bias": "offset of the command",
+    "change": "whole change of the gain",
+    "time": "time constant",
+    "slope": "slope over position",
+    "rate": "rate",
+    "amount": "whole drift",
+    "step": "step of the reading",
+    "size": "size",
+    "torque": "torque, as acceleration of the whole axis",
+    "displacement": "angle given way under the torque",
+    "presliding": "angle of presliding",
+    "smoothing_speed": "speed within which it turns over",
+    "static_excess": "excess of static friction",
+    "stribeck_speed": "Stribeck speed",
+    "half_gap": "half of the gap",
+    "log_ratio": "logarithm of the ratio",
+    "share_repeated": "share of repeated readings",
+    "sd": "standard deviation of the instants",
+}
 _NUMBERED = {
     r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),
     r"mode(\d+)\.damping_ratio": ("damping ratio of mode {}", "ζ{}"),
@@ -62,6 +83,9 @@ def parameter_name(name: str) -> ParameterName:
             numbers = match.groups()
             small = (number.translate(SUBSCRIPTS) for number in numbers)
             return ParameterName(words.format(*numbers), symbol.format(*small))
+    label, _, own = name.partition(".")
+    if own in _EFFECTS:
+        return ParameterName(f"{label.replace('_', ' ')}: {_EFFECTS[own]}", name)
     return ParameterName(name, name)
 
 

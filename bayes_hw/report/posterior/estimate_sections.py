@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.analysis import Analysis
+from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.first_look.frequency_response import frequency_response as frequency_response_of
 from bayes_hw.identify.result import Identification
+from bayes_hw.identify.structure_pool import StructurePool
 from bayes_hw.report.page.document import Bullets, Figure, Paragraph, Section, Table
-from bayes_hw.report.page.rounding import format_number, format_p_value
-from bayes_hw.report.page.typography import typeset
+from bayes_hw.report.page.rounding import format_number, format_p_value, format_percent
+from bayes_hw.report.page.typography import MINUS, typeset
 from bayes_hw.report.posterior.figures_identification import (
     ResidualDiagnostics,
     ResponseBand,
@@ -23,9 +26,8 @@ LISTED_ORDERS = 12
 
 
 def estimate_sections(analysis: Analysis) -> tuple[Section, ...]:
-    """The four steps, where there was an identification, and the residual tests."""
-    steps = () if analysis.identification is None else (_steps_section(analysis, analysis.identification),)
-    return (*steps, _residual_section(analysis))
+    """The four steps, where there was an identification."""
+    return () if analysis.identification is None else (_steps_section(analysis, analysis.identification),)
 
 
 def _steps_section(analysis: Analysis, identification: Identification) -> Section:
@@ -70,16 +72,20 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
                 steps[0].fit_percent,
             ),
             blocks,
-            _response_figure(analysis),
             _shown_table(identification),
             _order_table(identification),
+            Paragraph(typeset(_sentence_of(identification.pool))),
+            _pool_table(identification.pool),
             *_warnings(identification),
         ),
+        folded=True,
     )
 
 
-def _response_figure(analysis: Analysis) -> Figure:
-    response = analysis.response
+def response_figure(analysis: Analysis, measured: FrequencyResponse | None) -> Figure:
+    """G over frequency, and the response measured without any model."""
+    response, reported = analysis.response, analysis.inference.posterior.reported
+    modes = [s.mean for n, s in reported.items() if n.startswith("mode") and n.endswith("frequency_hz")]
     units = analysis.records[0].units
     return frequency_response(
         response.frequency_hz,
@@ -87,6 +93,18 @@ def _response_figure(analysis: Analysis) -> Figure:
         f"{units.output} per {units.input}",
         response.baseline,
         ResponseBand("94 % of posterior draws", *response.magnitude_db, *response.phase_deg),
+        measured=measured,
+        modes_hz=modes,
+    )
+
+
+def measured_response(analysis: Analysis) -> FrequencyResponse | None:
+    """Of the output to the command behind the model's limits, by the local polynomial method."""
+    model = analysis.inference.posterior.mean_model()
+    return frequency_response_of(
+        [record.y for record in analysis.records],
+        [model.saturation(record.u) for record in analysis.records],
+        model.sample_rate_hz,
     )
 
 
@@ -131,7 +149,33 @@ def _order_table(identification: Identification) -> Table:
     )
 
 
-def _residual_section(analysis: Analysis) -> Section:
+def _sentence_of(pool: StructurePool) -> str:
+    return pool.sentence[:1].upper() + pool.sentence[1:] + "."
+
+
+def _pool_table(pool: StructurePool) -> Table:
+    return Table(
+        ("order", "delay (samples)", "slow poles added", "log-likelihood", "parameters", "weight", ""),
+        tuple(
+            (
+                str(member.order),
+                str(member.delay_samples),
+                str(member.slow_poles_added),
+                f"{member.log_likelihood - pool.chosen.log_likelihood:+.1f}".replace("-", MINUS),
+                str(member.parameters),
+                format_percent(member.weight),
+                "taken" if member.chosen else "",
+            )
+            for member in pool.members
+        ),
+        "The pool of structures: log-likelihood against that of the one taken, and weights "
+        "exp(log-likelihood − parameters) over all that were visited. The posterior is that of the one "
+        "taken.",
+        (0, 1, 2, 3, 4, 5),
+    )
+
+
+def residual_section(analysis: Analysis) -> Section:
     residuals, spectrum = analysis.inference.residuals, analysis.spectrum
     rate = analysis.records[0].sample_rate_hz
     joined = np.concatenate(residuals.innovations)
@@ -167,7 +211,7 @@ def _residual_section(analysis: Analysis) -> Section:
         (1, 2),
     )
     return Section(
-        "Residuals",
+        "What is left",
         (
             Paragraph(
                 f"The noise model is an autoregression of order {order}, chosen by the Bayesian information "
@@ -177,4 +221,5 @@ def _residual_section(analysis: Analysis) -> Section:
             table,
             figure,
         ),
+        folded=residuals.white and residuals.explained,
     )

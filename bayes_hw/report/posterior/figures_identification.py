@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.first_look.frequency_response import FrequencyResponse as MeasuredResponse
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
     drawable,
@@ -36,6 +37,9 @@ from bayes_hw.report.page.typography import squared_unit
 
 SCATTER_POINTS = 20_000
 """Most points of a scatter plot; more are thinned evenly."""
+
+SHOWN_COHERENCE = 0.3
+"""Above which a measured response is drawn."""
 
 QUANTILE_POINTS = 150
 """Most points of a quantile plot, evenly spread along its axis so that the tails keep theirs."""
@@ -152,11 +156,31 @@ def frequency_response(
     baseline: ComplexArray | None = None,
     band: ResponseBand | None = None,
     excited_hz: tuple[float, float] | None = None,
+    measured: MeasuredResponse | None = None,
+    modes_hz: Sequence[float] = (),
 ) -> Figure:
-    """Magnitude and phase of G over `frequency_hz` (frequencies,), in `gain_unit`."""
+    """Magnitude and phase of G over `frequency_hz` (frequencies,), in `gain_unit`; with its coherence, the
+    response `measured` without any model; frequencies of modes are marked."""
     with drawing_settings():
-        canvas = new_canvas(3.9)
-        magnitude, phase = canvas.subplots(2, 1, sharex=True)
+        canvas = new_canvas(3.9 if measured is None else 4.6)
+        rows = 2 if measured is None else 3
+        magnitude, phase, *below = canvas.subplots(rows, 1, sharex=True, height_ratios=(2.0, 1.4, 0.9)[:rows])
+        if measured is not None:
+            seen = measured.coherence > SHOWN_COHERENCE
+            with np.errstate(divide="ignore"):
+                level = np.where(seen, 20 * np.log10(measured.magnitude), np.nan)
+            points = {"color": DATA, "markersize": 3.0, "linestyle": "", "marker": "."}
+            magnitude.plot(measured.frequency_hz, level, label="measured", **points)
+            phase.plot(measured.frequency_hz, np.where(seen, measured.phase_deg, np.nan), **points)
+            below[0].plot(measured.frequency_hz, measured.coherence, color=INK, linewidth=0.9)
+            below[0].set(ylabel="coherence", ylim=(0, 1.05))
+        for number, mode in enumerate(modes_hz, start=1):
+            for axes in (magnitude, phase, *below):
+                axes.axvline(mode, color=MUTED, linewidth=0.7, linestyle=":")
+            magnitude.annotate(
+                f"f{number} {mode:.3g} Hz", (mode, 0.0), xycoords=("data", "axes fraction"), xytext=(3, 3),
+                textcoords="offset points", va="bottom", fontsize=8, rotation=90, color=INK,
+            )  # fmt: skip
         if excited_hz is not None:
             for axes in (magnitude, phase):
                 axes.axvspan(*excited_hz, color=MUTED, alpha=0.1, linewidth=0)
@@ -175,16 +199,22 @@ def frequency_response(
         _draw_response(magnitude, phase, frequency_hz, model, MODEL, "G of the Hammerstein-Wiener model")
         magnitude.set_xscale("log")
         magnitude.set_xlim(frequency_hz[0], frequency_hz[-1])
-        plain_log_ticks(phase, "x")
+        lowest = below[0] if below else phase
+        plain_log_ticks(lowest, "x")
         reference = f", re 1 {gain_unit}" if gain_unit else ""
         magnitude.set_ylabel(wrapped(f"magnitude (dB{drawable(reference)})", 24))
         phase.set_ylabel("phase (deg)")
-        phase.set_xlabel("frequency (Hz)")
-        canvas.legend(loc="outside upper right", ncols=3)
+        lowest.set_xlabel("frequency (Hz)")
+        canvas.align_ylabels()
+        canvas.legend(loc="outside upper right", ncols=4)
         notes = [
             f" Shaded: {band.label}." if band is not None else "",
             " The grey stretch is the excited band; outside it the response is extrapolated."
             if excited_hz is not None
+            else "",
+            " Points: the response measured between the limits without any model, where its coherence "
+            "(below: the share of the motion that the command explains linearly) exceeds 0.3."
+            if measured is not None
             else "",
         ]
         return finished(

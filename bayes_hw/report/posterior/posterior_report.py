@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bayes_hw.analysis import Analysis
 from bayes_hw.infer.prediction import Coverage, Prediction
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.provenance import Provenance
+from bayes_hw.report.axis.axis_sight import rise_remark
+from bayes_hw.report.axis.figures_axis import command_and_angle
 from bayes_hw.report.page import equations
 from bayes_hw.report.page.document import (
     Bullets,
@@ -20,12 +24,21 @@ from bayes_hw.report.page.document import (
     ZoomableRecord,
 )
 from bayes_hw.report.page.rounding import format_duration, format_interval, format_percent
-from bayes_hw.report.page.verdict import badges, verdict
-from bayes_hw.report.posterior.estimate_sections import estimate_sections
+from bayes_hw.report.posterior.estimate_sections import (
+    estimate_sections,
+    measured_response,
+    residual_section,
+    response_figure,
+)
 from bayes_hw.report.posterior.figures_prediction import Coverage as CoverageRow
 from bayes_hw.report.posterior.figures_prediction import PredictedRecord, predicted_overview, predicted_record
 from bayes_hw.report.posterior.figures_prediction import coverage as coverage_figure
-from bayes_hw.report.posterior.posterior_sections import posterior_sections
+from bayes_hw.report.posterior.posterior_sections import (
+    numbers_section,
+    parameter_section,
+    posterior_sections,
+)
+from bayes_hw.report.posterior.verdict import LIMITS, badges, verdict
 
 ZOOM_SHARE = 0.1
 
@@ -39,15 +52,36 @@ def posterior_report(analysis: Analysis, provenance: Provenance) -> Report:
         badges=badges(analysis),
         key_figure=_overview(analysis, analysis.predictions[0]),
         sections=(
-            _data_section(analysis),
-            _model_section(),
-            *estimate_sections(analysis),
-            *posterior_sections(analysis),
             _prediction_section(analysis),
+            _axis_section(analysis),
+            numbers_section(analysis),
+            residual_section(analysis),
+            _data_section(analysis),
+            *estimate_sections(analysis),
+            parameter_section(analysis),
+            *posterior_sections(analysis),
+            _model_section(),
             _limits_section(analysis),
-            Section("Provenance", (KeyValues(provenance.rows()),)),
+            Section("Provenance", (KeyValues(provenance.rows()),), folded=True),
         ),
     )
+
+
+def _axis_section(analysis: Analysis) -> Section:
+    """Command and angle, the response with what was measured, and a remark where it rises unmeasured."""
+    posterior = analysis.inference.posterior
+    limits = [posterior.reported[name].mean for name in LIMITS]
+    response = analysis.response
+    measured = measured_response(analysis)
+    speed = np.abs(response.model) * response.frequency_hz
+    remark = rise_remark(response.frequency_hz, speed, measured)
+    blocks: list[Figure | Callout] = [
+        command_and_angle(analysis.records, limits),
+        response_figure(analysis, measured),
+    ]
+    if remark:
+        blocks.append(Callout("warn", "The model beyond what was measured", remark))
+    return Section("The axis", tuple(blocks))
 
 
 def _data_section(analysis: Analysis) -> Section:
@@ -94,7 +128,7 @@ def _data_section(analysis: Analysis) -> Section:
         blocks += [Paragraph("What was done to the data after reading:"), Bullets(tuple(treated))]
     else:
         blocks.append(Paragraph("Nothing was done to the data after reading."))
-    return Section("Data", tuple(blocks))
+    return Section("Data", tuple(blocks), folded=True)
 
 
 def _model_section() -> Section:
@@ -119,6 +153,7 @@ def _model_section() -> Section:
                 "Source: Acta Astronomica Sinica, doi 10.15940/j.cnki.0001-5245.2026.01.012, eqs. 1 to 5."
             ),
         ),
+        folded=True,
     )
 
 
@@ -241,8 +276,14 @@ def _limits_section(analysis: Analysis) -> Section:
         "Order and delay of G are those chosen; slow poles that the evidence cannot exclude are kept in "
         "the model, and all roots are free.",
     ]
+    held = [name.replace("_pole", " pole ") for name in analysis.inference.posterior.axis.held_poles]
+    if held:
+        items.append(
+            f"Of {' and '.join(held)} of G the records say less than the prior does: the time constant stays "
+            "where the estimate has it, its weight is free."
+        )
     items += [
         f"Not estimated, but taken as known: {known}."
         for known in analysis.inference.posterior.conditional_on
     ]
-    return Section("What was not checked", (Bullets(tuple(items)),))
+    return Section("What was not checked", (Bullets(tuple(items)),), folded=True)

@@ -8,9 +8,12 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
+from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.prior_notation import LEGEND, prior_notation
@@ -32,19 +35,30 @@ from bayes_hw.report.posterior.figures_posterior import (
 
 CORNER_DRAWS = 20_000
 MARGINAL_DRAWS = 40_000
+AXIS_NUMBERS = (
+    "saturation.lower",
+    "saturation.upper",
+    "dead_zone.half_width",
+    "gain",
+    "velocity_gain",
+    "noise.sigma",
+)
 PARAMETER_HEADER = ("parameter", "prior", "posterior mean ± sd", "94 % HDI")
 
 
 def posterior_sections(analysis: Analysis) -> tuple[Section, ...]:
-    """Parameters, correlations and convergence."""
+    """Correlations and convergence, for who doubts the sampling."""
     posterior = analysis.inference.posterior
     summaries = posterior.summaries
-    sections = [
-        _parameter_section(analysis),
-        Section("Correlations", (_corner(posterior, summaries),)),
+    return (
+        *(() if analysis.check is None else (_check_section(analysis.check),)),
+        Section(
+            "Correlations",
+            (_corner(posterior, summaries), *(trade_blocks(posterior.trade) if posterior.trade else ())),
+            folded=True,
+        ),
         _convergence_section(analysis, summaries),
-    ]
-    return tuple(sections)
+    )
 
 
 def _flat(posterior: Posterior, count: int) -> FloatArray:
@@ -56,7 +70,41 @@ def _prior_density(prior: Prior):  # type: ignore[no-untyped-def]
     return lambda values: np.exp(prior.log_density(values))
 
 
-def _parameter_section(analysis: Analysis) -> Section:
+def numbers_section(analysis: Analysis) -> Section:
+    """The numbers of the axis; of a model that its residuals refute they are folded and marked."""
+    posterior, residuals = analysis.inference.posterior, analysis.inference.residuals
+    holds = residuals.white and residuals.explained
+    weak = posterior.prior_dominated
+    rows = tuple(
+        (
+            parameter_name(name).words + (" †" if name in weak else ""),
+            format_estimate(s.mean, s.sd, s.unit),
+            format_interval(*s.hdi94, s.unit),
+        )
+        for name, s in {**posterior.reported, **posterior.derived}.items()
+        if name in AXIS_NUMBERS or (name.startswith("mode") and name.endswith(("_hz", "_ratio")))
+    )
+    blocks: list[Callout | Table] = []
+    if not holds:
+        text = "; ".join(residuals.failures) or "it explains little of the records"
+        blocks.append(Callout("bad", "Of a model that does not hold", f"{text}. Rely on none of these."))
+    if posterior.conditional_on:
+        blocks.append(Callout("warn", "Conditional intervals", conditional_sentence(posterior)))
+    blocks.append(
+        Table(
+            ("parameter", "mean ± sd", "94 % interval"),
+            rows,
+            "The axis in numbers (94 %: highest-density interval). What else was sampled is folded below."
+            + _mark(posterior),
+            (1, 2),
+        )
+    )
+    title = "How sure are the numbers?" if holds else "Numbers of a model that does not hold"
+    return Section(title, tuple(blocks), folded=not holds)
+
+
+def parameter_section(analysis: Analysis) -> Section:
+    """Every sampled parameter with its prior."""
     posterior = analysis.inference.posterior
     derived = tuple(
         (
@@ -66,8 +114,9 @@ def _parameter_section(analysis: Analysis) -> Section:
             format_interval(*summary.hdi94, summary.unit),
         )
         for name, summary in posterior.derived.items()
+        if not name.startswith("noise.autoregression")
     )
-    blocks: list[Table | Callout | Figure] = [
+    blocks: list[Table | Figure] = [
         Table(
             PARAMETER_HEADER,
             (*_parameter_rows(posterior), *derived),
@@ -77,9 +126,7 @@ def _parameter_section(analysis: Analysis) -> Section:
         ),
         priors_and_posteriors(marginals(posterior, posterior.names, analysis.truth)),
     ]
-    if posterior.conditional_on:
-        blocks.append(Callout("warn", "Conditional intervals", conditional_sentence(posterior)))
-    return Section("Parameters", tuple(blocks))
+    return Section("Every sampled parameter, with its prior", tuple(blocks), folded=True)
 
 
 def conditional_sentence(posterior: Posterior) -> str:
@@ -135,6 +182,39 @@ def marginals(posterior: Posterior, names: Sequence[str], truth: dict[str, float
     return found
 
 
+def _check_section(check: OwnCheck) -> Section:
+    """How often the intervals of axes simulated from this posterior held."""
+    rows = []
+    for name, one in check.held.items():
+        low, high = one.interval95
+        rows.append(
+            (
+                parameter_name(name).words,
+                f"{one.held} of {one.of}",
+                f"{format_percent(low)} to {format_percent(high)}",
+                "too seldom" if name in check.refuted else "",
+            )
+        )
+    return Section(
+        "Do the intervals hold?",
+        (
+            Paragraph(
+                f"{check.replicates} axes were drawn from this posterior and simulated under the commands "
+                "of these records, each with its own noise; each was then identified and sampled anew from "
+                f"its records alone, and {check.converged} of the samplings converged. An interval of 94 % "
+                "should hold the value that was simulated with in 94 % of them. A resonance that was not "
+                "found again counts as not held."
+            ),
+            Table(
+                ("parameter", "held", "95 % interval of the share", ""),
+                tuple(rows),
+                "How often the 94 % intervals held (intervals of the share: Clopper and Pearson).",
+                (1, 2),
+            ),
+        ),
+    )
+
+
 def _corner(posterior: Posterior, summaries: dict[str, Summary]) -> Figure:
     chosen = list(range(min(CORNER_LIMIT, len(posterior.names))))
     return corner_plot(
@@ -180,6 +260,8 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
             f"{sampling.non_finite} evaluations gave no finite number. {agreeing}"
         )
     ]
+    if posterior.reweighting is not None:
+        blocks.append(Paragraph(expanded_sentence(posterior.reweighting)))
     if not posterior.converged:
         blocks += [
             Callout("bad", "Not converged", "Do not rely on the intervals of this report."),
@@ -195,7 +277,19 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         traces(posterior.values, names, [parameter.unit for parameter in posterior.parameters]),
         autocorrelation(analysis.autocorrelations, times, names),
     ]
-    return Section("Convergence", tuple(blocks))
+    return Section("Convergence", tuple(blocks), folded=posterior.converged)
+
+
+def expanded_sentence(judged: Reweighting) -> str:
+    """What the sampler walked on instead of the likelihood of all samples, and how good that was."""
+    return (
+        f"The records are long ({judged.samples} samples): the chains walked on a likelihood whose residuals "
+        "are expanded to second order about the estimate, from all samples, and "
+        f"{judged.draws} of their draws were decided on by the likelihood itself, which accepted "
+        f"{format_percent(judged.acceptance)} of them. Their weights are worth "
+        f"{format_number(judged.effective, 4)} draws; Pareto's k of their tail is "
+        f"{format_number(judged.pareto_k, 2)} (0.7 is the most that may be relied on)."
+    )
 
 
 def sampling_starts(analysis: Analysis) -> str:

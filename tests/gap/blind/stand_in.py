@@ -80,7 +80,8 @@ def by_the_files(case: Path, out: Path, seed: int, **options: str) -> None:  # n
     rng = np.random.default_rng([seed, len((case / "holdout.csv").read_bytes())])
     label = str(rng.choice(list(BLOCKS)))
     zeros = np.zeros(len(Record.read(case / "holdout.csv")))
-    write_verdict(out, verdict([label], seen=shown), zeros, zeros)
+    described = sorted(json.loads((case / "case.json").read_text()))
+    write_verdict(out, verdict([label], seen=shown, described=described), zeros, zeros)
 
 
 def fails(case: Path, out: Path, seed: int) -> None:  # noqa: ARG001

@@ -104,6 +104,30 @@ def test_diagnosis_sees_its_case_alone(blind_set: Path, tmp_path: Path) -> None:
         assert verdict["seen"] == FILES
 
 
+def test_from_records_no_model_is_to_be_had(blind_set: Path, tmp_path: Path) -> None:
+    """The diagnosis sees every file but model.json, case.json names none, and the verdicts say so."""
+    run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", from_records=True, executor=HERE)
+    for number in range(3):
+        verdict = json.loads((tmp_path / f"case_{number:04d}" / "verdict.json").read_text())
+        assert verdict["seen"] == [name for name in FILES if name != "model.json"]
+        assert verdict["described"] == ["holdout", "train"]
+    assert json.loads((tmp_path / "verdicts.json").read_text())["from_records"] is True
+    with pytest.raises(InputError, match="belongs to another run"):
+        run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)
+
+
+def test_what_is_part_of_g_is_no_gap_without_a_model(tmp_path: Path) -> None:
+    labels = [["transport_delay"], ["friction", "unmodelled_mode"]]
+    make_set(tmp_path / "set", 2, 6, "easy", labels=labels, executor=HERE)
+    for from_records, kinds in ((False, ["single", "pair"]), (True, ["none", "single"])):
+        out = tmp_path / str(from_records)
+        run_set(tmp_path / "set", out, diagnosis="stand_in:by_the_files",
+                from_records=from_records, executor=HERE)  # fmt: skip
+        truths = read_evidence(tmp_path / "set", out).truths
+        assert [truth.kind for truth in truths] == kinds
+    assert truths[1].effects == ("friction",) and len(truths[1].gap_over_sigma) == 1
+
+
 def test_stopped_run_goes_on_to_the_same_verdicts(blind_set: Path, tmp_path: Path) -> None:
     """With one finished case removed only that one is diagnosed again."""
     digest = run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)

@@ -14,6 +14,7 @@ from bayes_hw.gap.blind.calibrate import (
     DOUBTS,
     STEPS,
     CalibrationCase,
+    CalibrationFit,
     calibrate,
     fit_doubts,
     moved,
@@ -83,18 +84,23 @@ def test_constants_that_are_right_stay() -> None:
     assert abs(fit.gain[0]) < 3 * fit.gain[1] + 1e-9
 
 
-def test_constants_that_predict_worse_are_not_adopted() -> None:
+@pytest.fixture(scope="module")
+def fit_of_temperature() -> CalibrationFit:
+    """Of 100 cases whose temperature alone is off."""
+    return calibrate(drawn(11.0, 100, 3), QUIET)
+
+
+def test_constants_that_predict_worse_are_not_adopted(fit_of_temperature: CalibrationFit) -> None:
     """Exchanged: what was by hand scores the more on cases left out."""
-    cases = drawn(11.0, 100, 3)
-    fit = calibrate(cases, QUIET)
+    fit = fit_of_temperature
     worse = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand)
     assert fit.gain[0] == pytest.approx(-worse.gain[0])
     assert fit.adopted == fit.fitted != BY_HAND == worse.adopted
 
 
-def test_of_fits_as_good_the_one_of_fewer_constants_is_kept() -> None:
+def test_of_fits_as_good_the_one_of_fewer_constants_is_kept(fit_of_temperature: CalibrationFit) -> None:
     """The temperature is all that is off: a fit of every constant finds no more, and is not kept."""
-    fit = calibrate(drawn(11.0, 100, 3), QUIET)
+    fit = fit_of_temperature
     assert fit.names == DOUBTS
     few, many = (fit.gains[len(names)] for names in (DOUBTS, names_fitted()))
     assert few[0] >= many[0] - many[1]

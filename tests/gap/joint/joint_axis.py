@@ -11,6 +11,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.record import Record, Units
 
 RATE, SIGMA = 20.0, 0.002
+SAMPLES = 400
 STRUCTURE = Structure(1, True, 0, 1, lower=True, upper=True, dead_zone=True)
 CASCADE = CascadeValues(
     -0.35, 0.3, 0.02, 0.0, 0.005, np.zeros((2, 0)),
@@ -60,3 +61,14 @@ def torque(law: Form, start: tuple[float, ...], weight: float, seen: float = 0.0
         np.zeros(0), np.array([[seen], [-0.5 * seen]]), True,
     )  # fmt: skip
     return Effect(law, np.array(start), ports)
+
+
+def some_effect(law: Form) -> Effect:
+    """The form at a strength that shows."""
+    start = law.starts(scale(SAMPLES))[0]
+    if law.is_law:
+        stiff = law.label in ("cubic_stiffness", "other")
+        return torque(law, start, 1e-10 if stiff else 2e-4, 1e-5 if stiff else 0.02)
+    slots = law.slots(scale(SAMPLES))
+    values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]
+    return Effect(law, np.array(values))

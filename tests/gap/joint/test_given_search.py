@@ -53,7 +53,7 @@ def test_derivatives_are_those_of_the_response(added: tuple[float, ...]) -> None
     response = GivenResponse(
         given.structure(part, further), (), records, scale, given=given, part=part, further=further
     )
-    rows, _ = next(iter(response.linearise(theta, 0)))
+    rows, _, _ = next(iter(response.linearise(theta, 0)))
 
     def y(at: FloatArray) -> FloatArray:
         return response.simulate(response.values(at), records[0].u).y

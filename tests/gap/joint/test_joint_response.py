@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, command, form, response_with, scale, torque
+from joint_axis import CASCADE, STRUCTURE, command, form, response_with, some_effect
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import FORMS, Form
@@ -14,17 +14,6 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 SAMPLES = 400
-
-
-def _some(law: Form) -> Effect:
-    """The form at a strength that shows."""
-    start = law.starts(scale(SAMPLES))[0]
-    if law.is_law:
-        stiff = law.label in ("cubic_stiffness", "other")
-        return torque(law, start, 1e-10 if stiff else 2e-4, 1e-5 if stiff else 0.02)
-    slots = law.slots(scale(SAMPLES))
-    values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]
-    return Effect(law, np.array(values))
 
 
 def _difference(response: JointResponse, x: FloatArray, i: int) -> FloatArray:
@@ -38,10 +27,10 @@ def _difference(response: JointResponse, x: FloatArray, i: int) -> FloatArray:
 @pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
 def test_tangents_are_the_derivatives(law: Form) -> None:
     """Of all but the few samples where a limit, a play or a clip begins to act."""
-    effect = _some(law)
+    effect = some_effect(law)
     response, values = response_with((effect,), SAMPLES)
     x = response.coordinates(values)
-    ((rows, _),) = response.linearise(x, 0)
+    ((rows, _, _),) = response.linearise(x, 0)
     for i in range(response.size):
         expected = _difference(response, x, i)
         error = np.quantile(np.abs(rows[i] - expected), 0.97)
@@ -50,7 +39,7 @@ def test_tangents_are_the_derivatives(law: Form) -> None:
 
 @pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
 def test_coordinates_and_values_are_inverse(law: Form) -> None:
-    response, values = response_with((_some(law),), SAMPLES)
+    response, values = response_with((some_effect(law),), SAMPLES)
     x = response.coordinates(values)
     np.testing.assert_allclose(response.coordinates(response.values(x)), x, rtol=1e-12)
 

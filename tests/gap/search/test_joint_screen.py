@@ -12,6 +12,7 @@ from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, RateLimit
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
+from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.joint_screen import (
@@ -21,7 +22,7 @@ from bayes_hw.gap.search.joint_screen import (
     joint_reductions,
     promising_pairs,
 )
-from bayes_hw.gap.search.screen import Candidate, Screen
+from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.simulate.parallel import Each
 
 INPUTS = [command(700, 1), command(700, 2)]

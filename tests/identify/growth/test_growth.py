@@ -16,8 +16,13 @@ from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.delay import at_delay, with_longer_delay
 from bayes_hw.identify.growth.extension import with_real_pole, with_section
 from bayes_hw.identify.growth.score_test import best_candidates
-from bayes_hw.identify.growth.search import Grown, extended, grow, smallest_cascade
+from bayes_hw.identify.growth.search import Grown, absorbed, extended, grow, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import slow_poles, with_real_poles, with_slow_poles
+from bayes_hw.identify.noise import MAX_ORDER
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.excitation import sine_sweep
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.twin import twin_records
 from bayes_hw.record import Record, Units
 
@@ -45,7 +50,7 @@ def test_derivatives_are_those_of_differences_in_blocks_of_any_size(
     structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True)
     response = CascadeResponse(structure, records())
     at = coordinates(structure, 2)
-    rows = np.concatenate([part[:, first:] for part, first in response.linearise(at, 7)], axis=1)
+    rows = np.concatenate([part[:, first:] for part, first, _ in response.linearise(at, 7)], axis=1)
     np.testing.assert_allclose(rows[-1], np.concatenate(response.residuals(at)), atol=1e-12)
     for i, row in enumerate(rows[:-1]):
         step = np.zeros(len(at))
@@ -167,3 +172,42 @@ def test_the_score_test_finds_the_missing_resonance() -> None:
     reached = extended(item, pairs[0]).descended()
     assert np.sqrt(reached.values.sections[1, 0]) == pytest.approx(radius, abs=0.003)
     assert reached.point.rms == pytest.approx(0.01, rel=0.1)
+
+
+def fast_records() -> tuple[list[Record], float]:
+    """A mode at 3 Hz behind 17 samples of delay, swept for seconds at 265 Hz; sigma of its noise."""
+    rate, sigma, rng = 265.0, 2.5e-4, np.random.default_rng(11)
+    mode, zero = Mode(3.05, 0.023).pole(rate), Mode(2.45, 0.025).pole(rate)
+    linear = LinearBlock(
+        np.array([zero, zero.conjugate()]), np.array([1.0, mode, mode.conjugate()]), 0.0015, 17
+    )
+    model = HammersteinWiener("fast", rate, Saturation(-0.86, 0.95), linear, DeadZone(0.0065))
+    found = []
+    for offset in (0.02, -0.05):
+        u = sine_sweep(rate, 4.5, 1.0, 0.0, 4.0, start_phase_rad=-np.pi / 4) + offset
+        y = model.simulate(u).y + sigma * rng.standard_normal(len(u))
+        found.append(Record("fast", np.arange(len(u)) / rate, u, y, rate, Units()))
+    return found, sigma
+
+
+def test_a_misfit_that_coloured_noise_would_whiten_away_is_found_on_plain_residuals() -> None:
+    """With hundred samples a period an autoregression predicts any misfit of a wrong cascade."""
+    given, sigma = fast_records()
+    experiment = prepare(given, free_start=False)
+    structure = Structure(17, True, 0, 0, lower=True, upper=True, dead_zone=True)
+    coloured, plain = (
+        grow(smallest_cascade(experiment.records, structure, experiment.noise_level, most), 3, least_order=3)
+        for most in (MAX_ORDER, 0)
+    )
+    assert absorbed(coloured[3])
+    assert coloured[3].point.rms * experiment.output_scale > 5 * sigma
+    assert not absorbed(plain[3])
+    assert plain[3].point.rms * experiment.output_scale < 1.1 * sigma
+    assert plain[3].point.most_noise == MAX_ORDER
+    assert plain[3].log_likelihood > coloured[3].log_likelihood + 500
+
+
+def test_noise_of_no_order_is_white() -> None:
+    e = np.cumsum(np.random.default_rng(2).standard_normal(400))
+    assert Whitener.of_residuals([e], 0).order == 0
+    assert Whitener.of_residuals([e], 1).order == 1

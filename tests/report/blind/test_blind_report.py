@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from blind_check.leave_out import LeftOut
+from blind_check.power import SmallestGap
 from pages.leave_out_report import leave_out_report
 from pages.power_report import PowerStudy, gap_text, power_report
 
 from bayes_hw.gap.blind.check import joined
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.blind.leave_out import LeftOut
-from bayes_hw.gap.blind.power import SmallestGap
 from bayes_hw.gap.blind.score import score_evidence
 from bayes_hw.provenance import provenance
 from bayes_hw.report.blind.blind_report import blind_report, share_text
@@ -18,6 +18,7 @@ from bayes_hw.report.blind.figures_blind import shares
 from bayes_hw.report.page.content import report_content
 from bayes_hw.report.page.document import Report
 from bayes_hw.report.page.html import to_html
+from bayes_hw.report.page.palette import BLUE, ORANGE, VERMILLION
 
 ORIGIN = provenance("bayes-hw blind score", 1, [], 1.0)
 
@@ -115,3 +116,14 @@ def test_leave_out_report_counts() -> None:
 def test_a_set_without_single_effects_has_its_figure() -> None:
     """No row to draw, and no warning."""
     assert "0 groups" in shares({}, "Nothing").alt_text
+
+
+def test_a_share_below_the_goal_never_has_the_colour_of_one_that_met_it() -> None:
+    def colours(share: Share) -> set[str]:
+        svg = shares({"friction": share}, "Single effects", 0.97).svg.upper()
+        return {colour for colour in (BLUE, ORANGE, VERMILLION) if colour.upper() in svg}
+
+    assert colours(Share(14, 14)) == {BLUE}
+    assert colours(Share(9, 11)) == {ORANGE}
+    assert colours(Share(14, 16)) == {ORANGE}
+    assert colours(Share(5, 11)) == {VERMILLION}

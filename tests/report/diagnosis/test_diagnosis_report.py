@@ -12,10 +12,10 @@ from browser import Browser
 from page_checks import check_page
 from simulated_records import coloured_noise, command, measured
 
+from bayes_hw.gap.answer.base_shift import base_shifts
 from bayes_hw.gap.answer.ranking import ranking
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.criticism.base_shift import base_shifts
 from bayes_hw.gap.criticism.residual_map import residual_map
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
 from bayes_hw.gap.simulate.chain_batch import Followed
@@ -105,7 +105,12 @@ def test_base_parameters_stand_before_and_after(report: Report, diagnosis: Diagn
     """The bias had been taken up by the limits, which it pushes by many of their standard deviations."""
     table = _tables(report, "How far it shrinks")[-1]
     assert table.header[-1] == "pushed (sd)"
-    shifts = {shift.name: shift for shift in base_shifts(diagnosis)}
+    shifts = {
+        shift.name: shift
+        for shift in base_shifts(
+            diagnosis.attribution.base, diagnosis.case.model.noise_sigma, diagnosis.verdict.base
+        )
+    }
     assert len(table.rows) == len(shifts) == len(diagnosis.verdict.base)
     lower = shifts["saturation.lower"]
     assert lower.nominal == diagnosis.case.model.saturation.lower

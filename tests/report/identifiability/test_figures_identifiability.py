@@ -25,8 +25,8 @@ from bayes_hw.report.identifiability.figures_identifiability import (
     ridge,
     spectra,
 )
+from bayes_hw.report.identifiability.figures_profile import ProfilePanel, nuisance_paths, profiles
 from bayes_hw.report.page.palette import VERMILLION
-from bayes_hw.report.posterior.figures_profile import ProfilePanel, nuisance_paths, profiles
 
 
 @pytest.fixture

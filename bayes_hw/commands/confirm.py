@@ -1,0 +1,79 @@
+"""bayes-hw design-experiment on a corrected axis: the experiment that confirms what it has."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from bayes_hw.commands.next_step import say_next
+from bayes_hw.commands.speech import say, say_page
+from bayes_hw.csv_output import write_csv
+from bayes_hw.errors import InputError
+from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+from bayes_hw.gap.joint.expected_information import ExpectedInformation
+from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
+from bayes_hw.identifiability.motion_limits import MotionLimits
+from bayes_hw.provenance import provenance
+from bayes_hw.report.experiment.confirming_report import confirming_report
+from bayes_hw.report.page.render import render
+
+SCHEMA = "bayes-hw/experiment/1"
+
+
+def confirm(parsed: argparse.Namespace, axis: CorrectedAxis) -> None:
+    """Make the command, write it with its page, and say what it is. Raises InputError where the axis may do
+    none within its limits."""
+    begin, out = time.perf_counter(), Path(parsed.out)
+    if parsed.check or parsed.about:
+        raise InputError("--check and --about go with a sampled posterior; this is a corrected model")
+    motion = axis.motion
+    lowest, highest = parsed.stroke or motion["stroke"]
+    limits = MotionLimits(
+        parsed.velocity or motion["velocity"], parsed.acceleration or motion["acceleration"], lowest, highest
+    )
+    model = axis.posterior.axis.model
+    gain = model.linear.velocity_gain(model.sample_rate_hz)
+    stage = Stage(model.sample_rate_hz, parsed.duration, limits, gain)
+    information = ExpectedInformation(axis, model.units)
+    found = confirming_experiments(axis.answer, stage, information.outputs, information.nats)
+    narrowing = information.narrowing(found[0].u)
+    write_experiment(out, stage, found, narrowing)
+    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+    page = confirming_report(parsed.title or model.name, axis, stage, found, narrowing, origin)
+    written = render(page, out)
+    for one in found:
+        say(f"{one.label:48} {one.nats:.2f} nats")
+    say(f"command: {out / 'command.csv'}; play it, and call the record played.csv")
+    say_page(page, written)
+    say_next(parsed, "report", "played.csv", "--out", "again/")
+
+
+def write_experiment(out: Path, stage: Stage, found: list[Experiment], narrowing: float) -> None:
+    """command.csv with columns t,u and experiment.json, both or neither."""
+    first, limits = found[0], stage.limits
+    content = {
+        "schema": SCHEMA,
+        "method": "Laplace approximation at the corrected model",
+        "sample_rate_hz": stage.sample_rate_hz,
+        "duration_s": len(first.u) / stage.sample_rate_hz,
+        "limits": {
+            "velocity": limits.velocity,
+            "acceleration": limits.acceleration,
+            "stroke": [limits.lowest, limits.highest],
+        },
+        "winner": {
+            "family": first.label,
+            "expected_gain_nats": first.nats,
+            "sd_after_over_before": narrowing,
+        },
+        "candidates": [{"family": one.label, "expected_gain_nats": one.nats} for one in found],
+    }
+    with staged(out) as place:
+        write_csv(place / "command.csv", {"t": np.arange(len(first.u)) / stage.sample_rate_hz, "u": first.u})
+        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+        write_text_atomically(place / "experiment.json", text)

@@ -1,0 +1,95 @@
+"""Further measured columns beside the error: at which frequencies the error follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.record import Record
+
+SEGMENTS = 16
+"""Half overlapping, of the longest record: what coherence is averaged over at least."""
+
+LONGEST, SHORTEST = 4096, 16
+EFFECTIVE = 9 / 11
+"""Of half-overlapping Hann windows, how many count as independent (Welch 1967,
+doi 10.1109/TAU.1967.1161901)."""
+
+LEVEL = 0.01
+"""Probability that the largest coherence of a column that has nothing to do with the error exceeds
+`bound`."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownColumn:
+    """One column: its coherence with the error over `frequency_hz`, the `bound` below which it means
+    nothing, and the share of the error's
+    power, in the band shown, that follows it."""
+
+    name: str
+    unit: str
+    frequency_hz: FloatArray
+    coherence: FloatArray
+    bound: float
+    share: float
+
+    @property
+    def follows(self) -> bool:
+        """Whether the error follows the column at some frequency."""
+        return bool(self.coherence.max() > self.bound)
+
+    @property
+    def strongest_hz(self) -> float:
+        """The frequency of the largest coherence."""
+        return float(self.frequency_hz[int(np.argmax(self.coherence))])
+
+
+def known_columns(
+    records: Sequence[Record], errors: Sequence[FloatArray], rate: float
+) -> tuple[KnownColumn, ...]:
+    """Every column that all records have and that changes; `errors` (samples,) a record each.
+
+    Magnitude-squared coherence by Welch's method over all records; error and column are differenced, so that
+    a slow drift common to most signals is no coherence.
+    """
+    return tuple(
+        _known_column(name, records, errors, rate)
+        for name in records[0].known
+        if all(name in record.known and float(np.ptp(record.known[name])) > 0 for record in records)
+    )
+
+
+def _known_column(
+    name: str, records: Sequence[Record], errors: Sequence[FloatArray], rate: float
+) -> KnownColumn:
+    longest = max(len(record) for record in records)
+    length = int(np.clip(2 * longest // (SEGMENTS + 1), SHORTEST, LONGEST))
+    count_of_ordinates = length // 2 + 1
+    cross = np.zeros(count_of_ordinates, dtype=np.complex128)
+    of_error, of_column = np.zeros(count_of_ordinates), np.zeros(count_of_ordinates)
+    frequency: FloatArray = np.arange(count_of_ordinates) * rate / length
+    segments = 0
+    for record, error in zip(records, errors, strict=True):
+        if len(record) <= length:
+            continue
+        e, x = np.diff(error), np.diff(record.known[name])
+        count = (len(e) - length // 2) // (length - length // 2)
+        cross += count * signal.csd(x, e, rate, nperseg=length)[1]
+        of_error += count * signal.welch(e, rate, nperseg=length)[1]
+        of_column += count * signal.welch(x, rate, nperseg=length)[1]
+        segments += count
+    power = of_error[1:]
+    coherence = np.abs(cross[1:]) ** 2 / np.maximum(power * of_column[1:], 1e-300)
+    independent = max(EFFECTIVE * segments, 2.0)
+    each = 1 - (1 - LEVEL) ** (1 / len(coherence))
+    bound = 1 - each ** (1 / (independent - 1))
+    angle = 2 * np.sin(np.pi * frequency[1:] / rate)
+    unmixed = power / angle**2
+    excess = np.clip((coherence * independent - 1) / (independent - 1), 0.0, 1.0)
+    share = float(np.sum(excess * unmixed) / max(float(np.sum(unmixed)), 1e-300))
+    unit = records[0].known_units.get(name, "")
+    return KnownColumn(name, unit, frequency[1:], np.clip(coherence, 0.0, 1.0), float(bound), share)

@@ -1,0 +1,93 @@
+"""A corrected axis inside a position loop: every draw with its effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.loop_kernel import loop_jointly
+
+
+@dataclass(frozen=True, eq=False)
+class EffectLoop:
+    """Draws of a cascade with effects, as `loop_kernel.loop_jointly` takes them; known inputs are at rest."""
+
+    response: JointResponse
+    draws: tuple[JointValues, ...]
+
+    @classmethod
+    def of(cls, response: JointResponse, coordinates: FloatArray) -> EffectLoop:
+        """Of coordinates (draws, size)."""
+        return cls(response, tuple(response.values(x) for x in coordinates))
+
+    def take(self, index: IntArray) -> EffectLoop:
+        """The draws of the given indices."""
+        return EffectLoop(self.response, tuple(self.draws[i] for i in index))
+
+    def simulate(
+        self,
+        numbers: FloatArray,
+        sections: FloatArray,
+        ratio: int,
+        delay: int,
+        reference: FloatArray,
+        noise: FloatArray,
+        start: FloatArray,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Command, w and output without noise, (draws, samples), of a controller given by its numbers and
+        filter sections, acting on every `ratio`-th sample, its command `delay` samples late (less G's own).
+        """
+        shape = (len(self.draws), len(reference))
+        found = np.empty(shape), np.empty(shape), np.empty(shape)
+        loop_jointly(
+            numbers, sections, ratio, delay + self.response.structure.delay_samples, reference, noise, start,
+            *self._packed(), *found,
+        )  # fmt: skip
+        return found
+
+    def _packed(self) -> list[FloatArray]:
+        scale, structure = self.response.scale, self.response.structure
+        laws = [e.form for e in self.response.template if e.ports is not None and not e.form.column]
+        d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
+        static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
+        inputs[:, K.WARMING] = outputs[:, K.SETTLING_TIME] = 1.0
+        thetas = np.zeros((d, j, K.THETAS))
+        thetas[:, :, 0] = 1.0
+        ports = [
+            np.zeros((d, j, n)), np.zeros((d, j, 2, m)), np.zeros((d, j, 2)), np.zeros((d, j, n)),
+            np.zeros((d, j, 2, m)),
+        ]  # fmt: skip
+        for i, values in enumerate(self.draws):
+            static[i] = values.cascade.lower, values.cascade.upper, values.cascade.half_width
+            law = 0
+            for effect in values.effects:
+                if effect.form.column:
+                    continue
+                rows = {"input": inputs[i], "output": outputs[i]}.get(effect.form.place)
+                target = thetas[i, law] if rows is None else rows
+                for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
+                    target[slot.row] = value
+                if (p := effect.ports) is None:
+                    continue
+                if effect.form.law == K.CUBIC:
+                    thetas[i, law, 0] = 0.1 * scale.speed * scale.gain
+                given = (p.real, p.sections, p.direct, p.signal_real, p.signal_sections)
+                for array, part in zip(ports, given, strict=True):
+                    array[i, law] = part
+                law += 1
+        cascades = [values.cascade for values in self.draws]
+        return [
+            static, inputs, outputs, np.array([c.integrator_residue for c in cascades]),
+            _stacked([c.real for c in cascades], (2, n)), _stacked([c.sections for c in cascades], (4, m)),
+            np.array([form.law for form in laws], dtype=np.int64),
+            np.array([form.base for form in laws], dtype=np.int64), thetas, *ports,
+        ]  # fmt: skip
+
+
+def _stacked(parts: Sequence[FloatArray], shape: tuple[int, int]) -> FloatArray:
+    return np.ascontiguousarray(np.array(parts, dtype=np.float64).reshape(len(parts), *shape))

@@ -1,0 +1,456 @@
+"""What convinces of an effect: a quantity over another one, found without the effect's law, beside that law.
+
+Every label has its own method (`VIEWS`); all give an `EffectView`, so that a page draws any of them. Where an
+effect is a function of something that moves (force of speed, error of position, gain of time), that function
+is estimated anew as a piecewise linear one, all else as fitted, under the fitted noise: points that follow
+the law were not made by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+from scipy.signal import welch
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.effect_paths import through_drive, through_port
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
+from bayes_hw.gap.joint.readings import Readings
+from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
+from bayes_hw.record import Record
+
+KNOTS = 13
+RIDGE = 1e-6
+BINS = 16
+LINE_BINS = 120
+
+Rows: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Signals (n, samples) to what they change in y (n, samples)."""
+
+
+@dataclass(frozen=True, eq=False)
+class EffectView:
+    """`y` over `x` (points,) with half widths `half` of 94 % intervals, and the answer's law as a line.
+
+    `reading` says how to read it; `logarithmic` that both axes are.
+    """
+
+    quantity: str
+    quantity_unit: str
+    over: str
+    over_unit: str
+    x: FloatArray
+    y: FloatArray
+    half: FloatArray
+    line_x: FloatArray
+    line_y: FloatArray
+    reading: str
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a view is made from: the fit with the answer's effects, and the readings' faults."""
+
+    fit: JointFit
+    readings: Readings
+
+    @property
+    def records(self) -> Sequence[Record]:
+        return self.fit.response.records
+
+    @property
+    def rate(self) -> float:
+        return self.fit.response.scale.rate_hz
+
+    def runs(self, values: JointValues) -> list[Simulated]:
+        """Simulations of every record."""
+        return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
+
+    def residuals(self) -> list[FloatArray]:
+        """Measured less simulated output, unweighted, zero where nothing was measured."""
+        runs = self.runs(self.fit.values)
+        return [
+            np.where(record.measured_samples, record.y - run.y, 0.0)
+            for record, run in zip(self.records, runs, strict=True)
+        ]
+
+    def number(self, label: str) -> int | None:
+        """Which effect of the fit has this label."""
+        return self.fit.labels.index(label) if label in self.fit.labels else None
+
+
+View: TypeAlias = Callable[[Seen, str], EffectView]
+
+
+def effect_view(seen: Seen, label: str) -> EffectView:
+    """The view of a label of the answer, by its own method; of one without any, the error over time."""
+    return VIEWS.get(label, _error_over_time)(seen, label)
+
+
+def _knots(x: Sequence[FloatArray]) -> FloatArray:
+    """Where the free function bends: half by quantiles of x, half evenly, so that neither crowds."""
+    joined = np.concatenate(list(x))
+    by_quantile = np.quantile(joined, np.linspace(0, 1, KNOTS))
+    evenly = np.linspace(joined.min(), joined.max(), KNOTS)
+    knots = np.unique((by_quantile + evenly) / 2)
+    spaced = [float(knots[0])]
+    least = 0.02 * float(np.ptp(joined))
+    for knot in knots[1:]:
+        if knot - spaced[-1] >= least:
+            spaced.append(float(knot))
+    return np.array(spaced)
+
+
+def _hats(x: FloatArray, knots: FloatArray) -> FloatArray:
+    """Linear B-splines (knots, samples)."""
+    return np.array([np.interp(x, knots, row) for row in np.eye(len(knots))])
+
+
+def free_function(
+    seen: Seen,
+    x: Sequence[FloatArray],
+    law: Sequence[FloatArray],
+    paths: Sequence[Rows],
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Knots, values and half widths of 94 % intervals (knots,) of the function that stands in place of `law`.
+
+    `x` and `law` are (samples,) a record, and `paths` take signals to what they change in y. Generalised
+    least squares under the fitted noise and weights.
+    """
+    knots, whitener = _knots(x), seen.fit.point.whitener
+    weights = seen.fit.response.weights
+    rows = []
+    for i, (own, values, path, e) in enumerate(zip(x, law, paths, seen.residuals(), strict=True)):
+        block = np.vstack([path(_hats(own, knots)), e + path(values[None, :])[0]])
+        rows.append(whitener.apply(block if weights is None else block / weights[i]))
+    joined = np.concatenate(rows, axis=1)
+    basis, target = joined[:-1].T, joined[-1]
+    norms = np.linalg.norm(basis, axis=0)
+    kept = norms > 1e-9 * norms.max()
+    scaled = basis[:, kept] / norms[kept]
+    gram = scaled.T @ scaled + RIDGE * np.eye(int(kept.sum()))
+    found = np.linalg.solve(gram, scaled.T @ target)
+    variance = float(np.mean((target - scaled @ found) ** 2))
+    spread = np.sqrt(variance * np.diag(np.linalg.inv(gram)))
+    return knots[kept], found / norms[kept], NORMAL_HALF_WIDTH * spread / norms[kept]
+
+
+def _line(x: Sequence[FloatArray], law: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """The law as it was met: means of its values over bins of x."""
+    joined, values = np.concatenate(list(x)), np.concatenate(list(law))
+    edges = np.linspace(joined.min(), joined.max(), LINE_BINS + 1)
+    at = np.clip(np.searchsorted(edges, joined, side="right") - 1, 0, LINE_BINS - 1)
+    count = np.bincount(at, minlength=LINE_BINS)
+    total = np.bincount(at, weights=values, minlength=LINE_BINS)
+    met = count > 0
+    return ((edges[:-1] + edges[1:]) / 2)[met], total[met] / count[met]
+
+
+def _viewed(
+    seen: Seen,
+    x: Sequence[FloatArray],
+    law: Sequence[FloatArray],
+    paths: Sequence[Rows],
+    words: tuple[str, str, str, str, str],
+    scales: tuple[float, float] = (1.0, 1.0),
+) -> EffectView:
+    """A free function as a view; `scales` multiply x and y."""
+    knots, values, half = free_function(seen, x, law, paths)
+    line_x, line_y = _line(x, law)
+    across, up = scales
+    quantity, quantity_unit, over, over_unit, reading = words
+    return EffectView(
+        quantity, quantity_unit, over, over_unit, across * knots, up * values, abs(up) * half,
+        across * line_x, up * line_y, reading,
+    )  # fmt: skip
+
+
+def _torque(seen: Seen, label: str) -> EffectView:
+    """Torque over what its law looks at: speed for friction, twist for a spring, position for a ripple."""
+    number = seen.number(label)
+    if number is None:
+        return _error_over_time(seen, label)
+    values, records = seen.fit.values, seen.records
+    effect = values.effects[number]
+    law = sum(e.ports is not None for e in values.effects[:number])
+    runs = seen.runs(values)
+    units = records[0].units
+    q = [run.signals[law] for run in runs]
+    torques = [run.torques[law] for run in runs]
+    paths: list[Rows] = [lambda rows, run=run: run.slope * through_port(values, effect, rows) for run in runs]  # type: ignore[misc]
+    unit = acceleration_of_unit(seen.fit.structure, values, effect, seen.rate)
+    sign = -1.0 if label == "friction" else 1.0
+    quantity = {"friction": "friction", "torque_ripple": "torque"}.get(label, "torque beside the spring's")
+    up, unit_up = (sign, "of its law") if unit is None else (sign * unit, f"{units.output}/s^2")
+    over, across, over_unit = _abscissa(effect, units.output, units.input, seen.rate)
+    if effect.form.base == K.BASE_POSITION:
+        period = 2 * np.pi / float(effect.values[0])
+        q = [np.mod(one, period) for one in q]
+        over = f"position within its period of {period:.4g} {units.output}"
+    reading = (
+        f"{quantity[:1].upper()}{quantity[1:]} over {over}, found as a free function (points, 94 % "
+        "intervals), all else as fitted; the line is the law of the answer. Without the effect the points "
+        "lie at zero."
+    )
+    return _viewed(seen, q, torques, paths, (quantity, unit_up, over, over_unit, reading), (across, up))
+
+
+def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[str, float, str]:
+    """Name, factor and unit of a law's signal."""
+    return {
+        K.BASE_COMMAND: ("speed of the motor", 1.0, command),
+        K.BASE_SPEED: ("speed of the load", rate, f"{output}/s"),
+        K.BASE_SECOND_DIFFERENCE: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
+        K.BASE_POSITION: ("position", 1.0, output),
+    }[effect.form.base]
+
+
+def _without(seen: Seen, number: int) -> list[Simulated]:
+    values = seen.fit.values
+    kept = tuple(e for i, e in enumerate(values.effects) if i != number)
+    response = seen.fit.response
+    plain = type(response)(response.structure, kept, response.records, response.scale)
+    shown = JointValues(values.cascade, kept)
+    return [plain.simulate(shown, record.u, record.known) for record in seen.records]
+
+
+def _reading_error(
+    over: Callable[[Seen, Simulated, Effect], tuple[FloatArray, str, str]],
+) -> View:
+    """Error of the reading over something: position for a wave or unequal gains, time for a drift, speed for
+    a play."""
+
+    def view(seen: Seen, label: str) -> EffectView:
+        number = seen.number(label)
+        if number is None:
+            return _error_over_time(seen, label)
+        values, unit = seen.fit.values, seen.records[0].units.output
+        runs, plain = seen.runs(values), _without(seen, number)
+        law = [run.y - other.y for run, other in zip(runs, plain, strict=True)]
+        found = [over(seen, run, values.effects[number]) for run in runs]
+        x, (_, name, over_unit) = [one[0] for one in found], found[0]
+        reading = (
+            f"Error of the reading over {name}, found as a free function (points, 94 % intervals), all else "
+            "as fitted; the line is the law of the answer. Without this effect the points lie at zero."
+        )
+        paths: list[Rows] = [_as_is for _ in runs]
+        return _viewed(seen, x, law, paths, ("error of the reading", unit, name, over_unit, reading))
+
+    return view
+
+
+def _as_is(rows: FloatArray) -> FloatArray:
+    return rows
+
+
+def _play(seen: Seen, label: str) -> EffectView:
+    """Lost angle over speed where the play has memory alone; torque over twist where it has impacts."""
+    number = seen.number(label)
+    with_torque = number is not None and seen.fit.values.effects[number].ports is not None
+    return _torque(seen, label) if with_torque else _reading_error(_speed)(seen, label)
+
+
+def _position(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, str]:
+    unit = seen.records[0].units.output
+    for slot, value in zip(effect.form.slots(seen.fit.response.scale), effect.values, strict=True):
+        period = 2 * np.pi / float(value) if slot.name == "wavenumber" else np.inf
+        if period < 0.7 * np.ptp(run.w):
+            return np.mod(run.w, period), f"position within its period of {period:.4g} {unit}", unit
+    return run.w, "position", unit
+
+
+def _time(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, str]:
+    del effect
+    return np.arange(len(run.w)) / seen.rate, "time from the record's start", "s"
+
+
+def _speed(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, str]:
+    del effect
+    return np.gradient(run.w) * seen.rate, "speed of the axis", f"{seen.records[0].units.output}/s"
+
+
+def _command_side(
+    label: str, seen: Seen, run: Simulated, u: FloatArray
+) -> tuple[FloatArray, FloatArray, Rows]:
+    """Abscissa, law and path of an effect on the command."""
+    values, samples = seen.fit.values, len(u)
+    drive: Rows = lambda rows: run.slope * through_drive(seen.fit.structure, values, rows)  # noqa: E731
+    time = np.arange(samples) / seen.rate
+    slots = {
+        slot.name: float(value)
+        for e in values.effects
+        if e.form.label == label
+        for slot, value in zip(e.form.slots(seen.fit.response.scale), e.values, strict=True)
+    }
+    if label == "gain_drift":
+        law = slots["change"] * (1 - np.exp(-np.arange(samples) / slots["time"]))
+        carrier = run.v / (1 + law)
+        return time, law, lambda rows: drive(rows * carrier)
+    if label == "saturation_drift":
+        cascade = values.cascade
+        limit = np.where(run.v > 0, cascade.upper, cascade.lower)
+        limit = np.where(np.isfinite(limit), limit, 1.0)
+        law = run.v / limit - 1
+        clipped = ((u > run.v) & (run.v > 0)) | ((u < run.v) & (run.v < 0))
+        return run.w, np.where(clipped, law, 0.0), lambda rows: drive(rows * np.where(clipped, limit, 0.0))
+    if label == "rate_limit":
+        before = np.concatenate([[0.0], run.v[:-1]])
+        asked = np.clip(u, values.cascade.lower, values.cascade.upper) - before
+        return asked, run.v - before, lambda rows: drive(np.cumsum(rows, axis=1))
+    return time, np.full(samples, slots.get("bias", 0.0)), drive
+
+
+def _command(seen: Seen, label: str) -> EffectView:
+    """Gain over time, limit over position, change of the command reached over that asked for, offset over
+    time."""
+    if seen.number(label) is None:
+        return _error_over_time(seen, label)
+    delay = seen.fit.structure.delay_samples
+    runs = seen.runs(seen.fit.values)
+    delayed = [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in seen.records]
+    parts = [_command_side(label, seen, run, u) for run, u in zip(runs, delayed, strict=True)]
+    units, rate = seen.records[0].units, seen.rate
+    quantity, unit, over, over_unit, scales = {
+        "gain_drift": ("change of the gain", "%", "time from the record's start", "s", (1.0, 100.0)),
+        "saturation_drift": ("change of the limit", "%", "position", units.output, (1.0, 100.0)),
+        "rate_limit": (
+            "change of the command that the drive makes", f"{units.input}/s",
+            "change asked for", f"{units.input}/s", (rate, rate),
+        ),
+    }.get(
+        label, ("offset of the command", units.input, "time from the record's start", "s", (1.0, 1.0))
+    )  # fmt: skip
+    reading = (
+        f"{quantity[:1].upper()}{quantity[1:]} over {over}, found as a free function (points, 94 % "
+        "intervals), all else as fitted; the line is the law of the answer."
+    )
+    x, law, paths = ([part[i] for part in parts] for i in range(3))
+    return _viewed(seen, x, law, paths, (quantity, unit, over, over_unit, reading), scales)  # type: ignore[arg-type]
+
+
+def _binned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Middles, root mean squares and half widths of 94 % intervals of y in bins of equal counts of x."""
+    order = np.argsort(x)
+    parts = [part for part in np.array_split(order, BINS) if len(part) > 4]
+    middle = np.array([np.median(x[part]) for part in parts])
+    size = np.array([np.sqrt(np.mean(y[part] ** 2)) for part in parts])
+    return middle, size, NORMAL_HALF_WIDTH * size / np.sqrt([2 * len(part) for part in parts])
+
+
+def _late_readings(seen: Seen, label: str) -> EffectView:
+    """Error over speed: readings at the wrong instant err in proportion to it."""
+    del label
+    runs, unit = seen.runs(seen.fit.values), seen.records[0].units.output
+    speed = np.abs(np.concatenate([np.gradient(run.w) for run in runs]))
+    whitener = seen.fit.point.whitener
+    error = np.concatenate([whitener.apply(e[None, :])[0] for e in seen.residuals()])
+    x, y, half = _binned(speed, error)
+    jitter = seen.readings.parameters.get("timing_jitter.sd", 0.0) * seen.rate
+    line = np.linspace(0.0, float(x[-1]), 60)
+    level = np.sqrt(max(float(y[0]) ** 2 - (jitter * float(x[0])) ** 2, 0.0))
+    return EffectView(
+        "size of the error", unit, "speed of the axis, either way", f"{unit}/s", x * seen.rate, y, half,
+        line * seen.rate, np.sqrt(level**2 + (jitter * line) ** 2),
+        "Root mean square error over speed (points, 94 % intervals) and what late or early samples give "
+        "(line). Noise of the encoder alone is level.",
+    )  # fmt: skip
+
+
+def _rounding(seen: Seen, label: str) -> EffectView:
+    """Share of the readings over where they lie within one step."""
+    step = seen.readings.parameters.get(f"{label}.step")
+    if step is None:
+        return _error_over_time(seen, label)
+    y = np.concatenate([record.y for record in seen.records]) / step
+    place = y - np.round(y)
+    count, edges = np.histogram(place, BINS + 5, range=(-0.5, 0.5))
+    share = 100 * count / len(place)
+    half = NORMAL_HALF_WIDTH * 100 * np.sqrt(np.maximum(count, 1)) / len(place)
+    middle = (edges[1:] + edges[:-1]) / 2
+    unit = seen.records[0].units.output
+    return EffectView(
+        "share of the readings", "%", f"place of a reading within its step of {step:.4g} {unit}", "steps",
+        middle, share, half, middle, np.full(len(middle), 100 / len(middle)),
+        "Where readings lie within a step (points). Readings that are not rounded lie everywhere (line).",
+    )  # fmt: skip
+
+
+def _glitches(seen: Seen, label: str) -> EffectView:
+    """Error of the samples that jump, over time."""
+    view = _error_over_time(seen, label)
+    errors = seen.residuals()
+    at = np.concatenate([np.arange(len(e)) / seen.rate for e in errors])
+    joined = np.concatenate(errors)
+    level = 1.4826 * float(np.median(np.abs(joined)))
+    far = np.abs(joined) > 6 * level
+    ends = np.array([0.0, float(at.max())])
+    return EffectView(
+        "error of single samples", view.quantity_unit, view.over, view.over_unit, at[far], joined[far],
+        np.zeros(int(far.sum())), ends, np.full(2, 6 * level),
+        "Samples whose error exceeds six times the usual one (line). Noise alone has none.",
+    )  # fmt: skip
+
+
+def _slow_torque(seen: Seen, label: str) -> EffectView:
+    """Spectrum of what is left."""
+    del label
+    errors, unit = seen.residuals(), seen.records[0].units.output
+    length = min(1024, min(len(e) for e in errors))
+    spectra = [welch(e, seen.rate, nperseg=length) for e in errors]
+    frequency, power = spectra[0][0][1:], np.mean([s[1][1:] for s in spectra], axis=0)
+    floor = np.full(len(frequency), float(np.quantile(power, 0.1)))
+    return EffectView(
+        "spectrum of the error", f"({unit})^2/Hz", "frequency", "Hz", frequency, power,
+        np.zeros(len(power)), frequency, floor,
+        "Spectrum of what the best model leaves (points) over the encoder's own level (line). It rises where "
+        "a slow torque pushes the axis.", True,
+    )  # fmt: skip
+
+
+def _error_over_time(seen: Seen, label: str) -> EffectView:
+    """Means of the error over stretches of the record where it is largest."""
+    del label
+    errors, unit = seen.residuals(), seen.records[0].units.output
+    loudest = max(range(len(errors)), key=lambda i: float(np.mean(errors[i] ** 2)))
+    e = errors[loudest]
+    parts = np.array_split(np.arange(len(e)), min(120, len(e)))
+    mean = np.array([float(e[part].mean()) for part in parts])
+    white = NORMAL_HALF_WIDTH * float(np.std(np.diff(e))) / np.sqrt(2 * len(parts[0]))
+    t = np.array([float(part.mean()) for part in parts]) / seen.rate
+    return EffectView(
+        "error", unit, f"time in {seen.records[loudest].name}", "s", t, mean, np.full(len(t), white),
+        np.array([0.0, float(t[-1])]), np.zeros(2),
+        "Error of the best model, means of short stretches; the intervals are those of white noise, which "
+        "would lie about zero.",
+    )  # fmt: skip
+
+
+VIEWS: Mapping[str, View] = MappingProxyType(
+    {
+        "backlash": _play,
+        "rate_limit": _command,
+        "saturation_drift": _command,
+        "command_bias": _command,
+        "gain_drift": _command,
+        "cubic_stiffness": _torque,
+        "friction": _torque,
+        "torque_ripple": _torque,
+        "other": _torque,
+        "encoder_eccentricity": _reading_error(_position),
+        "gain_asymmetry": _reading_error(_position),
+        "sensor_drift": _reading_error(_time),
+        "wind": _slow_torque,
+        "encoder_quantization": _rounding,
+        "timing_jitter": _late_readings,
+        "outliers": _glitches,
+    }
+)
+"""The method of every label."""

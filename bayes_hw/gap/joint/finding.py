@@ -1,0 +1,67 @@
+"""What a diagnosis of records alone found, in one sentence without private words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+
+RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
+"""Labels whose effect no simulation follows."""
+
+MOST_SAID = 0.99
+"""No share is said to be larger: the noise that it is measured against is itself estimated."""
+
+
+def words_of(label: str) -> str:
+    """A label as it is said in a sentence."""
+    if label == OTHER:
+        return "something that none of the known effects explains"
+    title = DESCRIPTIONS[label].title if label in DESCRIPTIONS else label.replace("_", " ")
+    return title[:1].lower() + title[1:]
+
+
+def percent(probability: float) -> str:
+    """A probability, never rounded up to certainty."""
+    return f"{min(100 * probability, 99.9):.3g} %"
+
+
+def sentence(diagnosis: JointDiagnosis) -> str:
+    """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts."""
+    verdict = diagnosis.verdict
+    does = axis_words(verdict.base)
+    if not verdict.answer:
+        return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
+    lacks = " and ".join(f"{words_of(n)} ({percent(verdict.probability[n])} sure)" for n in verdict.answer)
+    said = f"{does}; what a model of limits, linear dynamics and dead zone lacks is {lacks}."
+    if verdict.answer == (OTHER,):
+        return f"{said} No remedy follows from that; the next experiment does."
+    if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
+        return f"{said} It is random: no simulation follows it, and the bands are made wide enough for it."
+    share = verdict.gap_holdout.closed
+    size = f"more than {100 * MOST_SAID:.0f} %" if share > MOST_SAID else f"{100 * max(share, 0.0):.0f} %"
+    held_out = diagnosis.holdout[0].name
+    return f"{said} With it in the model, {size} of the avoidable error is gone on {held_out}, held out."
+
+
+def axis_words(base: Mapping[str, Estimate]) -> str:
+    """Limits and resonances of the axis: the beginning of a sentence."""
+    limits = [base[n] for n in ("saturation.lower", "saturation.upper") if n in base]
+    parts = []
+    if limits:
+        parts.append(f"follows commands up to {_listed([e.mean for e in limits])} {limits[0].unit}")
+    modes = [e.mean for n, e in base.items() if n.startswith("mode") and n.endswith("frequency_hz")]
+    if modes:
+        parts.append(f"swings at {_listed(modes)} Hz")
+    return "The axis " + (" and ".join(parts) if parts else "follows its command")
+
+
+def _listed(values: Sequence[float]) -> str:
+    *others, last = (f"{value:.3g}" for value in values)
+    return f"{', '.join(others)} and {last}" if others else last

@@ -1,0 +1,56 @@
+"""What the decision from records alone rests on, as plain numbers: kept, it can be decided again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
+from bayes_hw.gap.joint.remainder import Remainder
+
+
+@dataclass(frozen=True)
+class JointEvidence:
+    """Nats of every label of the fit after regrowth (`nats`), of the readings' faults (`reading_nats`), of
+    every label's best explanation alone over the base (`rivals`) and of the fit over the base (`own`); the
+    labels of the fit and what it leaves."""
+
+    nats: Mapping[str, float]
+    reading_nats: Mapping[str, float]
+    rivals: Mapping[str, float]
+    own: float
+    labels: tuple[str, ...]
+    remainder: Remainder
+    extra: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, found: JointAnswer) -> JointEvidence:
+        """Of a finished search."""
+        return cls(
+            dict(found.nats),
+            dict(found.readings.nats),
+            dict(found.rivals),
+            found.fit.score - found.base.score,
+            found.fit.labels,
+            found.remainder,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """For a file."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> JointEvidence:
+        """As `to_dict` gives it."""
+        left = content["remainder"]
+        return cls(
+            content["nats"],
+            content["reading_nats"],
+            content["rivals"],
+            float(content["own"]),
+            tuple(content["labels"]),
+            Remainder(**{**left, "spectrum": NoiseSpectrum(**left["spectrum"])}),
+            content.get("extra", {}),
+        )

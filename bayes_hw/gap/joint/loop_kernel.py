@@ -1,0 +1,192 @@
+"""Compiled position loop around a cascade with effects inside: one draw after another, sample by sample.
+
+The axis is that of `joint_kernel.respond_jointly` without tangents; the controller that of
+`bayes_hw.control.controller`, given as plain numbers.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.gap.joint.joint_kernel import (
+    BASE_COMMAND,
+    BASE_SECOND_DIFFERENCE,
+    BASE_SPEED,
+    BIAS,
+    BRISTLE,
+    CHANGE,
+    COSINE,
+    COSINE2,
+    COULOMB,
+    CUBIC,
+    EARLY_RATE,
+    EXCESS,
+    GAP,
+    LATE_RATE,
+    LIMIT_COSINE,
+    LIMIT_SINE,
+    LIMIT_SLOPE,
+    LIMIT_WAVENUMBER,
+    LOG_RATIO,
+    PLAY,
+    RATE,
+    RIPPLE,
+    SETTLING,
+    SETTLING_TIME,
+    SINE,
+    SINE2,
+    STRIBECK,
+    WARMING,
+    WAVENUMBER,
+    _ramped,
+)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def law_value(law, q, w, theta, memory):  # type: ignore[no-untyped-def]
+    """Torque of a law at signal q and position w, and its memory after it; `theta` (3,)."""
+    t0, t1, t2 = theta
+    if law == COULOMB:
+        return -math.tanh(q / t0), memory
+    if law == STRIBECK:
+        return -math.tanh(q / t0) * (1 + t1 * math.exp(-((q / t2) ** 2))), memory
+    if law == BRISTLE:
+        sign = 1.0 if q >= 0 else -1.0
+        after = sign + (memory - sign) * math.exp(-abs(q) / t0)
+        return -after, after
+    if law == RIPPLE:
+        return math.sin(t0 * q + t1) + t2 * math.sin(2 * t0 * q + t1) - (1 + t2) * math.sin(t1), memory
+    r = q / t0
+    if law == CUBIC:
+        return r**3 / (1 + t1 * r * r), memory
+    if law == GAP:
+        return -min(max(r, -1.0), 1.0), memory
+    if law == EXCESS:
+        return -(r - min(max(r, -1.0), 1.0)), memory
+    return q * math.sin(t0 * w + t1), memory
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def loop_jointly(  # type: ignore[no-untyped-def]
+    numbers, controller_sections, ratio, delay, reference, noise, start, static, inputs, outputs, residue,
+    real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
+    u_out, w_out, y_out,
+):  # fmt: skip
+    """Every draw d: `static` (d, 3), `inputs` (d, 9), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
+    `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
+    (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m); `numbers` and
+    `controller_sections` (k, 5) are the controller's; `reference` (samples,), `noise` (d, samples) or empty,
+    `start` (d,) the position of w. Written: command, w and output without noise (d, samples)."""
+    proportional, integral_gain, derivative, pole, lowest, highest, most_change, share = numbers
+    n_laws, samples = len(laws), len(reference)
+    n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
+    for d in range(len(residue)):
+        lower, upper, half_width = static[d]
+        ins, outs = inputs[d], outputs[d]
+        x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
+        memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
+        integral, early, late = start[d], 0.0, 0.0
+        out = w1 = w2 = start[d]
+        line = np.zeros(max(delay, 1))
+        state = np.zeros((n_filters, 2))
+        before = filtered_rate = kept = command = 0.0
+        for k in range(samples):
+            w = integral
+            for i in range(n_real):
+                w += x_real[i]
+            for i in range(n_sections):
+                w += x1[i]
+            for j in range(n_laws):
+                w += x_direct[j]
+            # The output.
+            out = min(max(out, w - outs[PLAY]), w + outs[PLAY])
+            y = 0.0
+            if out > half_width:
+                y = math.exp(outs[LOG_RATIO]) * (out - half_width)
+            elif out < -half_width:
+                y = out + half_width
+            if outs[SINE] != 0.0 or outs[COSINE] != 0.0:
+                a = outs[WAVENUMBER] * out
+                y += outs[SINE] * math.sin(a) + outs[COSINE] * (math.cos(a) - 1)
+                y += outs[SINE2] * math.sin(2 * a) + outs[COSINE2] * (math.cos(2 * a) - 1)
+            y += outs[RATE] * k + outs[SETTLING] * (1 - math.exp(-k / outs[SETTLING_TIME]))
+            # The controller.
+            if k % ratio == 0:
+                error = reference[k] - y
+                if noise.size > 0:
+                    error -= noise[d, k]
+                if k == 0:
+                    at_rest = reference[0] - y
+                    for i in range(n_filters):
+                        b0, b1, b2, a1, a2 = controller_sections[i]
+                        gain = (b0 + b1 + b2) / (1 + a1 + a2)
+                        state[i, 1] = b2 * at_rest - a2 * gain * at_rest
+                        state[i, 0] = (gain - b0) * at_rest
+                        at_rest = gain * at_rest
+                    before = at_rest
+                for i in range(n_filters):
+                    b0, b1, b2, a1, a2 = controller_sections[i]
+                    filtered = b0 * error + state[i, 0]
+                    state[i, 0] = b1 * error - a1 * filtered + state[i, 1]
+                    state[i, 1] = b2 * error - a2 * filtered
+                    error = filtered
+                new_rate = pole * filtered_rate + derivative * (error - before)
+                kept += proportional * (error - before) + integral_gain * error + new_rate - filtered_rate
+                before, filtered_rate = error, new_rate
+                limited = min(max(kept, command - most_change), command + most_change)
+                command = min(max(limited, lowest), highest)
+                kept += share * (command - kept)
+            asked = command
+            if delay > 0:
+                asked = line[k % delay]
+                line[k % delay] = command
+            u_out[d, k], w_out[d, k], y_out[d, k] = command, w, y
+            # The command behind the input's effects.
+            if ins[EARLY_RATE] > 0.0:
+                asked, early, _, _, _, _ = _ramped(asked, early, ins[EARLY_RATE])
+            a = ins[LIMIT_WAVENUMBER] * w
+            factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a)
+            factor += ins[LIMIT_SLOPE] * w
+            v = asked
+            if asked < lower * factor:
+                v = lower * factor
+            elif asked > upper * factor:
+                v = upper * factor
+            if ins[LATE_RATE] > 0.0:
+                v, late, _, _, _, _ = _ramped(v, late, ins[LATE_RATE])
+            v *= 1 + ins[CHANGE] * (1 - math.exp(-k / ins[WARMING]))
+            v += ins[BIAS]
+            # Torques.
+            for j in range(n_laws):
+                q = w
+                if bases[j] == BASE_COMMAND:
+                    q = v
+                elif bases[j] == BASE_SPEED:
+                    q = w - w1
+                elif bases[j] == BASE_SECOND_DIFFERENCE:
+                    q = w - 2 * w1 + w2
+                for i in range(n_real):
+                    q += signal_real[d, j, i] * x_real[i]
+                for i in range(n_sections):
+                    q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
+                taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j])
+            # States a sample on.
+            w2, w1 = w1, w
+            integral += residue[d] * v
+            for i in range(n_real):
+                x = real[d, 0, i] * x_real[i] + real[d, 1, i] * v
+                for j in range(n_laws):
+                    x += port_real[d, j, i] * taus[j]
+                x_real[i] = x
+            for i in range(n_sections):
+                one = x1[i]
+                x1[i] = sections[d, 0, i] * one + x2[i] + sections[d, 2, i] * v
+                x2[i] = sections[d, 3, i] * v - sections[d, 1, i] * one
+                for j in range(n_laws):
+                    x1[i] += port_sections[d, j, 0, i] * taus[j]
+                    x2[i] += port_sections[d, j, 1, i] * taus[j]
+            for j in range(n_laws):
+                x_direct[j] = direct[d, j, 1] * x_direct[j] + direct[d, j, 0] * taus[j]

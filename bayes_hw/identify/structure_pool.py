@@ -1,0 +1,110 @@
+"""The structures that a search visited, with their weights: what the choice of one of them rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bayes_hw.identify.growth.search import Grown
+
+LISTED = 12
+"""Members kept, the heaviest first, and the chosen one."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One fitted structure: its order, delay, integrator and static blocks, how many slow real poles were
+    added to what the criterion asked for, log-likelihood, free parameters, and its weight in the pool."""
+
+    order: int
+    delay_samples: int
+    integrator: bool
+    blocks: tuple[str, ...]
+    slow_poles_added: int
+    log_likelihood: float
+    parameters: int
+    weight: float
+    chosen: bool
+
+
+@dataclass(frozen=True)
+class StructurePool:
+    """The heaviest structures; weights exp(log-likelihood - parameters) of all that were visited, their sum
+    one (Burnham and Anderson, Model Selection and Multimodel Inference, sec. 2.9)."""
+
+    members: tuple[Member, ...]
+    visited: int
+
+    @property
+    def chosen(self) -> Member:
+        return next(member for member in self.members if member.chosen)
+
+    @property
+    def sentence(self) -> str:
+        """What was chosen, and what speaks for the others."""
+        one = self.chosen
+        said = (
+            f"{self.visited} structures of G were fitted; the one of order {one.order} with a delay of "
+            f"{one.delay_samples} samples is taken, which holds {100 * one.weight:.2g} % of their weights"
+        )
+        heaviest = self.members[0]
+        if not heaviest.chosen:
+            said += (
+                f" (order {heaviest.order}, delay {heaviest.delay_samples}: {100 * heaviest.weight:.2g} %)"
+            )
+        if one.slow_poles_added:
+            said += (
+                f"; {one.slow_poles_added} slow real poles in it are kept because the evidence cannot "
+                "exclude them: without them the dead zone would take up their travel"
+            )
+        return said
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry `structure` of fit.json, model.json and posterior.json."""
+        return {
+            "visited": self.visited,
+            "weights": "exp(log-likelihood - parameters), over all structures visited",
+            "sentence": self.sentence,
+            "pool": [asdict(member) | {"blocks": list(member.blocks)} for member in self.members],
+        }
+
+
+def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int) -> StructurePool:
+    """The best fit of every structure among `tried`, and `chosen`, all fitted to the same samples."""
+    best: dict[tuple[Any, ...], tuple[Grown, int]] = {}
+    for item, added in [*((item, 0) for item in tried), (chosen, slow_poles_added)]:
+        s = item.structure
+        key = s.order, s.delay_samples, s.integrator, blocks_of(item), added
+        if key not in best or item.log_likelihood >= best[key][0].log_likelihood:
+            best[key] = item, added
+    entries = list(best.values())
+    logarithms = np.array([item.log_likelihood - item.parameters for item, _ in entries])
+    weights = np.exp(logarithms - logarithms.max())
+    weights /= weights.sum()
+    members = [
+        Member(
+            item.structure.order,
+            item.structure.delay_samples,
+            item.structure.integrator,
+            blocks_of(item),
+            added,
+            float(item.log_likelihood),
+            item.parameters,
+            float(weight),
+            item is chosen,
+        )
+        for (item, added), weight in zip(entries, weights, strict=True)
+    ]
+    members.sort(key=lambda member: -member.weight)
+    kept = [member for place, member in enumerate(members) if place < LISTED or member.chosen]
+    return StructurePool(tuple(kept), len(members))
+
+
+def blocks_of(item: Grown) -> tuple[str, ...]:
+    """Names of the static blocks that a structure has."""
+    s = item.structure
+    present = (("lower limit", s.lower), ("upper limit", s.upper), ("dead zone", s.dead_zone))
+    return tuple(name for name, there in present if there)

@@ -1,0 +1,62 @@
+"""Real poles of which the records say less than their prior does.
+
+A slow pole may stand in a model for want of evidence against it, its weight hardly told from none. Where the
+weight is nothing its time constant is anything: the posterior is a funnel that no ensemble crosses in
+reasonable time, while in the linearised response the time constant plays no part. Such a pole stays where the
+estimate has it, as a fixed function of the command whose weight is free, so that what it could take from the
+dead zone or the gain still widens their intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.noise import estimate_noise
+from bayes_hw.identify.output_error import DIFFERENCE_STEP, prior_scale, simulated_outputs, whitened
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.parameters import as_coordinates, as_values
+from bayes_hw.record import Record
+
+LEAST_SHARE = 0.5
+"""Of the prior's precision and the records' together, all else free: a pole with less of it from the records
+stays where it is."""
+
+
+def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> AxisParameters:
+    """`axis` with the real poles held of which `records` say less than their priors, one after the other."""
+    while True:
+        shares = {
+            name: share
+            for name, share in zip(axis.names, shares_of_records(axis, records), strict=True)
+            if name.startswith("real_pole") and name.endswith(".value")
+        }
+        least = min(shares, key=lambda name: shares[name], default=None)
+        if least is None or shares[least] >= LEAST_SHARE:
+            return axis
+        axis = AxisParameters(
+            axis.model,
+            axis.free,
+            output_scale=axis.output_scale,
+            start_positions=axis.start_positions,
+            held_poles=(*axis.held_poles, least.removesuffix(".value")),
+        )
+
+
+def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatArray:
+    """1 - (posterior sd / prior sd)^2 of every parameter (parameters,) in coordinates, linearised at the
+    nominal values, with the noise of the residuals there."""
+    centre = as_coordinates(axis.parameters, axis.nominal)[:, None]
+    steps = DIFFERENCE_STEP * np.eye(len(centre))
+    trials = np.concatenate([centre, centre + steps, centre - steps], axis=1)
+    outputs = simulated_outputs(axis, as_values(axis.parameters, trials), records)
+    noise = estimate_noise([record.y - output[0] for record, output in zip(records, outputs, strict=True)])
+    _, prior_sd = prior_scale(axis)
+    information = np.eye(len(centre))
+    for output in outputs:
+        slopes = (output[1 : len(centre) + 1] - output[len(centre) + 1 :]) / (2 * DIFFERENCE_STEP)
+        rows = whitened(slopes, noise.autoregression) / noise.innovation_sigma * prior_sd[:, None]
+        information += rows @ rows.T
+    return np.asarray(1 - np.diag(np.linalg.inv(information)))

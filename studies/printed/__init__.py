@@ -1,0 +1,1 @@
+"""What the printed digits of the Nanshan model leave open."""

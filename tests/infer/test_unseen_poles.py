@@ -1,0 +1,86 @@
+"""A real pole whose place the records do not tell stays there, its weight free; others move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayes_hw.infer.inference import infer
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.unseen_poles import shares_of_records, without_unseen_poles
+from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock
+from bayes_hw.record import Record
+
+SIGMA = 0.01
+
+
+def with_lag(model: HammersteinWiener, zero: float) -> HammersteinWiener:
+    """The axis with a slow lag, and a zero that all but cancels it where it is near the pole at 0.97."""
+    linear = model.linear
+    poles, zeros = np.append(linear.poles, 0.97), np.append(linear.zeros, zero)
+    gain = linear.gain * (1 - 0.97) / (1 - zero)
+    return replace(model, linear=LinearBlock(zeros, poles, gain, linear.delay_samples), noise_sigma=SIGMA)
+
+
+def records_of(model: HammersteinWiener) -> list[Record]:
+    rng, rate = np.random.default_rng(1), model.sample_rate_hz
+    found = []
+    for name in ("a", "b"):
+        u = np.repeat(rng.normal(0, 0.9, size=60), 10)
+        y = model.simulate(u).y + SIGMA * rng.standard_normal(len(u))
+        found.append(Record(name, np.arange(len(u)) / rate, u, y, rate, model.units))
+    return found
+
+
+def slow_pole(axis: AxisParameters) -> str:
+    """The name of the real pole at 0.97."""
+    return next(n for n, v in zip(axis.names, axis.nominal, strict=True) if abs(v - 0.97) < 1e-9)
+
+
+@pytest.mark.parametrize(("zero", "held"), [(0.97002, True), (0.9, False)])
+def test_the_records_decide_which_poles_move(small_axis: HammersteinWiener, zero: float, held: bool) -> None:
+    model = with_lag(small_axis, zero)
+    axis, records = AxisParameters(model, "all"), records_of(model)
+    name = slow_pole(axis)
+    chosen = without_unseen_poles(axis, records)
+    assert chosen.held_poles == ((name.removesuffix(".value"),) if held else ())
+    assert (name in chosen.names) is not held
+    assert name.replace(".value", ".weight") in chosen.names
+    share = dict(zip(axis.names, shares_of_records(axis, records), strict=True))
+    assert bool(share[name] < 0.5) is held
+    assert share["saturation.upper"] > 0.9
+
+
+def test_an_axis_with_a_held_pole_is_the_same_axis(small_axis: HammersteinWiener) -> None:
+    model = with_lag(small_axis, 0.95)
+    free = AxisParameters(model, "all")
+    held = AxisParameters(model, "all", held_poles=(slow_pole(free).removesuffix(".value"),))
+    assert len(held.names) == len(free.names) - 1
+    assert held.in_order(held.nominal[:, None])[0]
+    np.testing.assert_allclose(held.put_in_order(held.nominal), held.nominal, atol=1e-12)
+    u = np.repeat(np.random.default_rng(2).normal(0, 0.9, size=40), 10)
+    np.testing.assert_allclose(held.to_model(held.nominal).simulate(u).y, model.simulate(u).y, atol=1e-9)
+
+
+def test_a_posterior_with_a_held_pole_converges_and_is_read_back(
+    small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """With the pole free the same sampler needs hundreds of steps an independent draw."""
+    model = with_lag(small_axis, 0.97002)
+    folder = tmp_path_factory.mktemp("posterior")
+    settings = SamplerSettings(max_steps=200)
+    posterior = infer(model, records_of(model), np.random.default_rng(3), settings=settings).posterior
+    assert posterior.axis.held_poles
+    assert posterior.converged
+    posterior.write(folder)
+    again = Posterior.read(folder)
+    assert again.names == posterior.names
+    assert again.to_dict()["held_poles"] == list(posterior.axis.held_poles)
+    assert again.summaries["saturation.upper"].mean == pytest.approx(
+        posterior.summaries["saturation.upper"].mean, rel=1e-3
+    )

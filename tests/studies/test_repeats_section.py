@@ -1,0 +1,35 @@
+"""The first page of a repeated analysis says how often its intervals held, good or bad."""
+
+from __future__ import annotations
+
+import pytest
+from pages.repeats_section import Repeats, with_repeats
+from rank_statistics import IntervalCoverage
+
+from bayes_hw.report.page.document import Figure, Paragraph, Report, Section
+
+FIGURE = Figure("<svg xmlns='http://www.w3.org/2000/svg'/>", "caption", "alt")
+
+
+def page(delta: int) -> Report:
+    held = {
+        "saturation.upper": IntervalCoverage(0.94, 29, 30),
+        "dead_zone.half_width": IntervalCoverage(0.94, delta, 30),
+    }
+    before = Report(
+        "twin", "", "Good.", (), FIGURE, (Section("A", (Paragraph("a"),)), Section("Provenance", ()))
+    )
+    return with_repeats(before, Repeats(30, 28, held, {"saturation.upper": 1.04}))
+
+
+@pytest.mark.parametrize(("delta", "state"), [(28, "good"), (12, "bad")])
+def test_the_first_page_says_how_often_the_intervals_held(delta: int, state: str) -> None:
+    report = page(delta)
+    assert f"{29 + delta} of 60 94 % intervals held the truth" in report.verdict
+    assert f"with {delta} of 30); 28 of 30 samplers converged." in report.verdict
+    assert report.badges[-1].state == state
+    assert [section.title for section in report.sections] == [
+        "A",
+        "How often the intervals hold",
+        "Provenance",
+    ]
