@@ -14,6 +14,7 @@ from bayes_hw.commands.options import add_common, add_drive, add_output, add_rec
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
+    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.record import Record
 
 NAME = "diagnose"
@@ -70,6 +71,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.answer.sentence import sentence
+    from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
     from bayes_hw.gap.case.posed_case import posed_case
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
@@ -125,6 +127,9 @@ def run(parsed: argparse.Namespace) -> None:
             f"known inputs ({', '.join(parsed.known)}) are not used beside a given model; diagnose the "
             "records alone to ask whether the gap follows them"
         )
+    if isinstance(case, Case) and not parsed.without and needs_ports(case.model):
+        _joint(parsed, out, begin, case.train, case.holdout, case.name, (), case.model)
+        return
     progress = Progress(parsed.quiet)
     diagnosis = diagnose(
         case,
@@ -243,8 +248,9 @@ def _joint(
     holdout: Sequence[Record],
     name: str,
     notes: Sequence[str],
+    model: HammersteinWiener | None = None,
 ) -> None:
-    """Infer structure, effect and noise together, and write."""
+    """Infer structure (that of `model` where given), effect and noise together, and write."""
     import numpy as np
 
     from bayes_hw.commands.speech import say, say_page
@@ -255,7 +261,14 @@ def _joint(
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
     diagnosis = diagnose_records(
-        train, holdout, rng, name=name, notes=notes, progress=progress, drive=drive_of(parsed)
+        train,
+        holdout,
+        rng,
+        name=name,
+        notes=notes,
+        progress=progress,
+        drive=drive_of(parsed),
+        model=model,
     )
     write_results(diagnosis, out)
     remove_pages(out)

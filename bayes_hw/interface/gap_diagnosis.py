@@ -13,6 +13,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.verdict import Verdict
+from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.gap.joint import joint_diagnosis
@@ -121,4 +122,6 @@ def diagnose(
         given = Case.of_records(simulator.name, simulator, records, held_out)
         case, notes = posed_case(given, origin=origin, start=start)
         warn_of(notes)
+        if isinstance(case, Case) and not labels and needs_ports(case.model):
+            return GapDiagnosis(diagnose_by_ports(case, rng))
         return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))

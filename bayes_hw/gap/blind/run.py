@@ -28,7 +28,7 @@ from bayes_hw.gap.blind.folders import (
 from bayes_hw.named_object import named_object
 from bayes_hw.progress import Progress
 
-DIAGNOSIS = "bayes_hw.gap.diagnosis:diagnose_case"
+DIAGNOSIS = "bayes_hw.gap.any_train:diagnose_any_case"
 FROM_RECORDS = "bayes_hw.gap.blind.joint_ballot:diagnose_from_records"
 VERDICTS = "verdicts.json"
 SCHEMA = "bayes-hw/verdicts/2"

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 
 Place = Literal["input", "output", "law", "reading"]
-PERIOD_GRID = 28
-"""Periods in position that are screened, from 1/25 of the travel to 8 times it."""
+TURNS_SEEN = 1.5
+"""Within the travel, at least, for a shape over position to be told as a period."""
+
+FEW_TURNS, MOST_TURNS = 10.0, 25.0
+"""Turns within the travel: screened by halves up to the first, by whole ones up to the second."""
+
+LONG_PERIODS = 8
+"""Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +72,29 @@ class Form:
         return f"{self.label} ({self.name})" if self.name else self.label
 
 
-def _periods(scale: JointScale) -> list[float]:
-    return [float(p) for p in np.geomspace(0.04, 8.0, PERIOD_GRID) * scale.travel]
+def _turning(scale: JointScale) -> list[float]:
+    """Periods seen often enough."""
+    turns = [*np.arange(TURNS_SEEN, FEW_TURNS, 0.5), *np.arange(FEW_TURNS, MOST_TURNS + 1, 1.0)]
+    return [float(scale.travel / t) for t in turns]
+
+
+def _bending(scale: JointScale) -> list[float]:
+    """Longer ones: shapes over position."""
+    return [float(p) for p in np.geomspace(1.05 / TURNS_SEEN, 8.0, LONG_PERIODS) * scale.travel]
 
 
 def _wavenumber(scale: JointScale, row: int) -> Slot:
     return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / (0.02 * scale.travel))
+
+
+def _period_wavenumber(scale: JointScale, row: int) -> Slot:
+    shortest = 2 * np.pi / (0.02 * scale.travel)
+    return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, shortest)
+
+
+def _shape_wavenumber(scale: JointScale, row: int) -> Slot:
+    longest = 2 * np.pi / (12 * scale.travel)
+    return Slot(row, "wavenumber", True, longest, 2 * np.pi * TURNS_SEEN / scale.travel)
 
 
 def _slow(scale: JointScale, row: int, name: str = "time") -> Slot:
@@ -131,31 +154,35 @@ def _early_rate(row: int, name: str) -> Form:
     )  # fmt: skip
 
 
-def _wave(label: str, name: str, place: Place, first: int) -> Form:
+Periods: TypeAlias = Callable[[JointScale], list[float]]
+Wavenumber: TypeAlias = Callable[[JointScale, int], Slot]
+
+
+def _wave(label: str, name: str, place: Place, first: int, periods: Periods, wavenumber: Wavenumber) -> Form:
     return Form(
         label, name, place,
-        lambda s: (
-            Slot(first, "sine"), Slot(first + 1, "cosine"), _wavenumber(s, first + 2),
-        ),
-        lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in _periods(s)],
+        lambda s: (Slot(first, "sine"), Slot(first + 1, "cosine"), wavenumber(s, first + 2)),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in periods(s)],
     )  # fmt: skip
 
 
-def _ripple(name: str, base: int) -> Form:
+def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
     return Form(
-        "torque_ripple", name, "law",
-        lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
-        lambda s: [
-            (2 * np.pi / p, phase) for p in _periods(s) if p < 1.5 * s.travel for phase in (0.4, 2.0)
-        ],
-        K.RIPPLE, base,
+        label, name, "law",
+        lambda s: (wavenumber(s, 0), Slot(1, "phase")),
+        lambda s: [(2 * np.pi / p, phase) for p in periods(s) for phase in (0.4, 2.0)],
+        K.RIPPLE, K.BASE_POSITION,
     )  # fmt: skip
+
+
+def _any_period(scale: JointScale) -> list[float]:
+    return [*_turning(scale)[::2], *_bending(scale)]
 
 
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
-    _wave("saturation_drift", "", "input", K.LIMIT_SINE),
+    _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber),
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
@@ -190,8 +217,8 @@ FORMS: tuple[Form, ...] = (
         lambda s: [(share * _twist(s),) for share in (0.1, 0.5)],
         K.GAP, K.BASE_SECOND_DIFFERENCE,
     ),
-    _ripple("", K.BASE_POSITION),
-    _wave("encoder_eccentricity", "", "output", K.SINE),
+    _ripple("torque_ripple", "", _turning, _period_wavenumber),
+    _wave("encoder_eccentricity", "", "output", K.SINE, _turning, _period_wavenumber),
     Form(
         "gain_asymmetry", "", "output",
         lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
@@ -207,10 +234,13 @@ FORMS: tuple[Form, ...] = (
         "other", "stiffness over position", "law",
         lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
         lambda s: [
-            (2 * np.pi / p, phase) for p in _periods(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
+            (2 * np.pi / p, phase) for p in _any_period(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
         ],
         K.MODULATED, K.BASE_SECOND_DIFFERENCE,
     ),
+    _wave("other", "reading over position", "output", K.SINE, _bending, _shape_wavenumber),
+    _ripple("other", "torque over position", _bending, _shape_wavenumber),
+    Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(
         "sensor_drift", "thermal", "output",

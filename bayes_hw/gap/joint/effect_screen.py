@@ -32,8 +32,8 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False)
-class _Whitened:
-    """Residual and present derivatives under one noise, of as many `samples` as were measured."""
+class NoiseScreen:
+    """Residual and present derivatives of a fit under one noise, of as many `samples` as were measured."""
 
     whitener: Whitener
     basis: FloatArray
@@ -42,7 +42,7 @@ class _Whitened:
     samples: int
 
     @classmethod
-    def of(cls, fit: JointFit, whitener: Whitener) -> _Whitened:
+    def of(cls, fit: JointFit, whitener: Whitener) -> NoiseScreen:
         blocks = [
             whitener.apply(rows, 0, measured)
             for rows, _, measured in fit.response.linearise(fit.point.coordinates, whitener.order)
@@ -71,12 +71,17 @@ def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
     return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -0.99999, 0.99999))
 
 
-def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
-    """Every start of every form with its promises."""
+def noise_screens(fit: JointFit) -> list[NoiseScreen]:
+    """Under the noise as fitted and, where that is of a higher order, under one of the first."""
     whiteners = [fit.point.whitener]
     if fit.point.whitener.order > 1:
         whiteners.append(first_order_noise(fit.point.residuals))
-    noises = [_Whitened.of(fit, whitener) for whitener in whiteners]
+    return [NoiseScreen.of(fit, whitener) for whitener in whiteners]
+
+
+def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
+    """Every start of every form with its promises."""
+    noises = noise_screens(fit)
     found = []
     for form in forms:
         for values in form.starts(fit.response.scale):
@@ -108,4 +113,4 @@ def _apart(one: Start, other: Start) -> bool:
         return True
     mine, others = np.array(one.values), np.array(other.values)
     ratio = np.abs(np.log((np.abs(mine) + 1e-12) / (np.abs(others) + 1e-12)))
-    return bool(ratio.max() > 0.3)
+    return bool(ratio.max(initial=0.0) > 0.3)

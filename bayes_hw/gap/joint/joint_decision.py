@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,8 +47,8 @@ class JointDecision:
     confusable: tuple[tuple[str, str], ...]
 
 
-def decide_jointly(found: JointAnswer) -> JointDecision:
-    """See the constants above."""
+def decide_jointly(found: JointAnswer, part_of_g: Sequence[str] = PART_OF_G) -> JointDecision:
+    """See the constants above; with a given model nothing is `part_of_g`."""
     evidence = {**found.nats, **found.readings.nats}
     remains = evidence.pop(OTHER, 0.0)
     if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
@@ -62,7 +62,9 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)
     confusable = confusions(found, answer)
-    return JointDecision(answer, _probabilities(found, answer, evidence, remains, confusable), confusable)
+    return JointDecision(
+        answer, _probabilities(found, answer, evidence, remains, confusable, part_of_g), confusable
+    )
 
 
 def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
@@ -89,6 +91,7 @@ def _probabilities(
     evidence: Mapping[str, float],
     remains: float,
     confusable: tuple[tuple[str, str], ...],
+    part_of_g: Sequence[str],
 ) -> dict[str, float]:
     certain = {label: sure(nats) for label, nats in evidence.items()}
     nothing = float(np.prod([1 - p for p in certain.values()]))
@@ -101,7 +104,7 @@ def _probabilities(
     probability.update(certain)
     if answer == (OTHER,):
         probability = {label: min(p, 0.3) for label, p in probability.items()}
-    for label in PART_OF_G:
+    for label in part_of_g:
         probability[label] = 0.0
     for named, rival in confusable:
         shared = probability[named]
@@ -113,7 +116,7 @@ def _probabilities(
         best = max(found.rivals.values(), default=-10.0)
         none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
         rest = max(0.0, 1 - none - p_other)
-    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in PART_OF_G]
+    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
     for label in silent:
         probability[label] = rest / max(len(silent), 1)
     probability["none"], probability[OTHER] = none, p_other

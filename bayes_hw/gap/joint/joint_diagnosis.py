@@ -25,6 +25,11 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.given_decision import decide_given
+from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
+from bayes_hw.gap.joint.given_posterior import laplace_given
+from bayes_hw.gap.joint.given_response import GivenFit
+from bayes_hw.gap.joint.given_search import search_given
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
@@ -35,6 +40,7 @@ from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.identify.holes import with_holes, without_holes
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -78,14 +84,17 @@ def diagnose_records(
     progress: Progress | None = None,
     lead: int = 0,
     drive: Drive | None = None,
+    model: HammersteinWiener | None = None,
 ) -> JointDiagnosis:
-    """Diagnose `records` without any model; the outputs of `holdout` only score the finished prediction.
+    """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
+    the outputs of `holdout` only score the finished prediction.
 
     The first `lead` samples of every record held out are simulated and not scored: those of a record whose
     end alone is held out. The diagnosis then holds the ends. What is known of the `drive` states torques in
     N m.
 
-    Raises InputError where there is no record, one at another rate or one too short.
+    Raises InputError where there is no record, one at another rate or one too short, and
+    where the G of a model answers within the sample.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
@@ -104,12 +113,19 @@ def diagnose_records(
             f"only the beginnings of the records were used, {MOST_SAMPLES} of {whole} samples",
         )
     with one_blas_thread(), np.errstate(all="ignore"):
-        found = search(records, progress.say)
-        decision = decide_jointly(found)
+        if model is None:
+            found = search(records, progress.say)
+            decision = decide_jointly(found)
+        else:
+            found = search_given(records, model, progress.say)
+            decision = decide_given(found, model.noise_sigma)
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
-        wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
-        posterior = laplace(fit, records[0].units, rng, wide)
+        rounded = OF_ROUNDED / INFLATION if "encoder_quantization" in decision.answer else 1.0
+        if isinstance(fit, GivenFit):
+            posterior = laplace_given(fit, records[0].units, rng, GIVEN_INFLATION * rounded)
+        else:
+            posterior = laplace(fit, records[0].units, rng, INFLATION * rounded)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive,
@@ -335,13 +351,20 @@ def _regimes(
 
 def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
     fit = found.fit
-    said = [
-        "no model was given: the structure of G, effects and noise were inferred together from the records, "
-        f"G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
-        "a longer delay or a further mode is part of such a G and cannot be a gap",
-    ]
+    if isinstance(fit, GivenFit):
+        said = [
+            "no drive train was read back from the model's G: torques and speeds of the effects enter "
+            "through its poles, at weights of their own (ports)"
+        ]
+    else:
+        said = [
+            "no model was given: the structure of G, effects and noise were inferred together from the "
+            f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
+            "a longer delay or a further mode is part of such a G and cannot be a gap",
+        ]
+    again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
-        f"without {label} the records are {found.nats[label]:.0f} nats less likely, G regrown"
+        f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
         for label in fit.labels
         if label in found.nats and label in decision.answer
     ]

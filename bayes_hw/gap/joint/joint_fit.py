@@ -98,7 +98,9 @@ class JointFit:
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
         response = replace(self.response, structure=structure, template=values.effects)
-        return JointFit(response, evaluate(response, response.coordinates(values), whitener))
+        return replace(
+            self, response=response, point=evaluate(response, response.coordinates(values), whitener)
+        )
 
     def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
         """One more effect, of no strength yet."""

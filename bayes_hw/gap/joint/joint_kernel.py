@@ -20,7 +20,7 @@ BIAS, CHANGE, WARMING = range(6, 9)
 INPUTS = 9
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN = range(9)
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
 BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
@@ -260,6 +260,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 turned = q * math.cos(t0 * w + t1)
                 tau = q * by_q
                 by_w, g0, g1 = t0 * turned, w * turned, turned
+            elif law == DRAG:
+                r = q / t0
+                tau, by_q, g0 = -r * abs(r), -2 * abs(r) / t0, 2 * r * abs(r) / t0
             taus[j] = tau
             tau_out[j, k], q_out[j, k] = tau, q
             if law == BRISTLE:

@@ -25,8 +25,16 @@ SLACK_NATS = 0.5
 
 def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     """The best explanations with one more label, descended."""
-    present = set(fit.labels)
-    starts = screened(fit, [f for f in forms if f.label not in present])
+    present, scale = set(fit.labels), fit.response.scale
+    taken = {
+        (e.form.place, t.row) for e in fit.response.template if not e.form.is_law for t in e.form.slots(scale)
+    }
+    free = [
+        f
+        for f in forms
+        if f.label not in present and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
+    ]
+    starts = screened(fit, free)
     if fit.point.whitener.order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
     trials: list[JointFit] = []

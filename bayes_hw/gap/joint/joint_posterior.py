@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +25,9 @@ INFLATION = 1.7
 docs/decisions/0016-joint-search.md."""
 
 RIDGE = 1e-9
+NEVER_SETTLES = 1 - 1e-6
+"""Pole from which a constant torque moves the axis on and on: no displacement is told."""
+
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
 
@@ -50,7 +54,7 @@ def laplace(
     fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`."""
-    factor, chaotic = _factor(fit)
+    factor, chaotic = whitened_factor(fit)
     if chaotic:
         inflation *= CHAOTIC
     size = len(factor) - 1
@@ -84,18 +88,7 @@ def laplace(
         effects = {name: draws for name, draws in effects.items() if not name.endswith(".displacement")}
     else:
         effects |= torque_draws(fit, drawn)
-    unit = {
-        "saturation.lower": units.input,
-        "saturation.upper": units.input,
-        "dead_zone.half_width": units.output,
-    }
-    unit["gain"] = (
-        f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
-    )
-    for name in base:
-        if name.endswith("frequency_hz"):
-            unit[name] = "Hz"
-    unit.update(effect_units(fit, units))
+    unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
         drawn,
@@ -105,7 +98,19 @@ def laplace(
     )
 
 
-def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
+def base_units(names: Iterable[str], units: Units) -> dict[str, str]:
+    """Units of base parameters."""
+    gain = f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
+    known = {
+        "saturation.lower": units.input,
+        "saturation.upper": units.input,
+        "dead_zone.half_width": units.output,
+        "gain": gain,
+    }
+    return known | {name: "Hz" for name in names if name.endswith("frequency_hz")}
+
+
+def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
     """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
     effects' torques held as they are and their parameters not moved."""
     whole = triangular_factor(fit.response, fit.point)
@@ -170,7 +175,9 @@ def static_gain(effect: Effect, values: JointValues) -> float:
     p = effect.ports
     assert p is not None
     c = values.cascade
-    total = float(p.direct[0] / (1 - p.direct[1])) + float(np.sum(p.real / (1 - c.real[0])))
+    settling = c.real[0] < NEVER_SETTLES
+    total = float(p.direct[0] / (1 - p.direct[1]))
+    total += float(np.sum(p.real[settling] / (1 - c.real[0, settling])))
     a1, a2 = c.sections[:2]
     return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
 

@@ -123,6 +123,10 @@ class JointResponse:
         return found
 
     @property
+    def _n_natural(self) -> int:
+        return self._n_base
+
+    @property
     def effect_sizes(self) -> tuple[int, ...]:
         """How many coordinates every effect has."""
         return tuple(self._sizes)
@@ -133,7 +137,10 @@ class JointResponse:
 
     def coordinates(self, values: JointValues) -> FloatArray:
         """Coordinates (size,) of natural parameters."""
-        parts = [self._cascade.coordinates(values.cascade)]
+        return np.concatenate([self._cascade.coordinates(values.cascade), self._effect_coordinates(values)])
+
+    def _effect_coordinates(self, values: JointValues) -> FloatArray:
+        parts = [np.empty(0)]
         for effect in values.effects:
             slots = effect.form.slots(self.scale)
             parts.append(
@@ -150,7 +157,11 @@ class JointResponse:
 
     def values(self, coordinates: FloatArray) -> JointValues:
         """Natural parameters at `coordinates` (size,)."""
-        s, at = self.structure, self._n_base
+        cascade = self._cascade.values(coordinates[: self._n_base])
+        return JointValues(cascade, self._effect_values(coordinates[self._n_base :]))
+
+    def _effect_values(self, coordinates: FloatArray) -> tuple[Effect, ...]:
+        s, at = self.structure, 0
         effects = []
         for old, size in zip(self.template, self._sizes, strict=True):
             part = coordinates[at : at + size]
@@ -169,12 +180,13 @@ class JointResponse:
                     more = rest[n + m + 2 :]
                     ports = replace(ports, signal_real=more[:n], signal_sections=more[n:].reshape(2, -1))
             effects.append(Effect(old.form, own, ports))
-        return JointValues(self._cascade.values(coordinates[: self._n_base]), tuple(effects))
+        return tuple(effects)
 
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
         """The nearest coordinates that mean something (see `CascadeResponse`), effects within bounds."""
         found = coordinates.copy()
-        found[: self._n_base] = self._cascade.admissible(found[: self._n_base], previous[: self._n_base])
+        n = self._n_base
+        found[:n] = self._admissible_base(found[:n], previous[:n])
         at = self._n_base
         for effect, size in zip(self.template, self._sizes, strict=True):
             for i, slot in enumerate(effect.form.slots(self.scale)):
@@ -189,6 +201,9 @@ class JointResponse:
                 found[pole] = np.clip(found[pole], -1.5, 1.5)
             at += size
         return found
+
+    def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
+        return self._cascade.admissible(base, previous)
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, over its weights, NaN where nothing was
@@ -236,10 +251,11 @@ class JointResponse:
     def effect_tangents(self, values: JointValues) -> list[FloatArray]:
         """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,
         over the weights; exact where that effect changes nothing yet."""
-        count, found = self._sizes[-1], []
+        found = []
         effect = values.effects[-1]
         for number, record in enumerate(self.records):
-            _, rows = self._run(values, record.u, record.known, True, self.size - count)
+            first = self._n_natural + sum(self._sizes[:-1])
+            _, rows = self._run(values, record.u, record.known, True, first)
             for i, slot in enumerate(effect.form.slots(self.scale)):
                 if slot.logarithmic:
                     rows[i] *= effect.values[i]
@@ -261,6 +277,10 @@ class JointResponse:
             rows[at] = (1 - k1**2) * (1 + a2) * first
             rows[at + 1] = (1 - a2**2) * (k1 * first + second)
             at += 4
+        self._chain_effects(values, rows, at)
+
+    def _chain_effects(self, values: JointValues, rows: FloatArray, at: int) -> None:
+        s = self.structure
         for effect, size in zip(values.effects, self._sizes, strict=True):
             for i, slot in enumerate(effect.form.slots(self.scale)):
                 if slot.logarithmic:
@@ -329,8 +349,10 @@ class JointResponse:
                 at += 1
             if (p := effect.ports) is None:
                 continue
-            if effect.form.law in (K.CUBIC,):
+            if effect.form.law == K.CUBIC:
                 thetas[number, 0] = 0.1 * self.scale.speed * self.scale.gain
+            elif effect.form.law == K.DRAG:
+                thetas[number, 0] = self.scale.speed * self.scale.gain
             port_real[number], port_sections[number], direct[number] = p.real, p.sections, p.direct
             c_port_real[number] = np.arange(at, at + n)
             at += n

@@ -59,7 +59,7 @@ class JointAnswer:
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step."""
-    told = say or _silent
+    told = say or silent
     base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
@@ -83,7 +83,7 @@ def described(fit: JointFit) -> str:
     return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
 
 
-def _silent(message: str) -> None:
+def silent(message: str) -> None:
     del message
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import linalg
@@ -41,10 +41,20 @@ class Response(Protocol):
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray: ...
 
 
+@runtime_checkable
+class PriorResponse(Protocol):
+    """A response some of whose coordinates have a normal prior about zero."""
+
+    def prior_precision(self) -> FloatArray:
+        """Inverse variances (size,); zero where nothing is known."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
-    see `masks`), noise, log-likelihood. The noise is estimated with orders up to `most_noise`."""
+    see `masks`), noise, log-likelihood (and log-prior, up to its constant, where the response has one). The
+    noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -87,8 +97,15 @@ def evaluate(
     residuals = tuple(response.residuals(coordinates))
     whitener = whitener or Whitener.of_residuals(residuals, most_noise)
     masks = response.masks
-    likelihood = whitener.log_likelihood(residuals, masks)
+    likelihood = whitener.log_likelihood(residuals, masks) + log_prior(response, coordinates)
     return Point(coordinates, residuals, whitener, likelihood, masks=masks, most_noise=most_noise)
+
+
+def log_prior(response: Response, coordinates: FloatArray) -> float:
+    """Up to its constant; zero without one."""
+    if not isinstance(response, PriorResponse):
+        return 0.0
+    return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
 
 
 def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
@@ -112,6 +129,11 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
             raise FloatingPointError("derivatives are not finite")
         factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(rows)]
     assert factor is not None
+    if isinstance(response, PriorResponse):
+        root = np.sqrt(response.prior_precision() * (np.sum(factor[:, -1] ** 2) / point.samples))
+        known = np.column_stack([np.diag(root), -root * point.coordinates])[root > 0]
+        stacked = np.concatenate([factor, known])
+        factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: factor.shape[1]]
     return factor
 
 
@@ -130,17 +152,17 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         point, damping = moved
         accepted += 1
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
-            point = _with_fresh_noise(point)
+            point = _with_fresh_noise(response, point)
             if point.log_likelihood - reference < CONVERGED_NATS:
                 return replace(point, converged=True)
             reference = point.log_likelihood
-    return replace(_with_fresh_noise(point), converged=accepted < steps)
+    return replace(_with_fresh_noise(response, point), converged=accepted < steps)
 
 
-def _with_fresh_noise(point: Point) -> Point:
+def _with_fresh_noise(response: Response, point: Point) -> Point:
     whitener = Whitener.of_residuals(point.residuals, point.most_noise)
-    likelihood = whitener.log_likelihood(point.residuals, point.masks)
-    return replace(point, whitener=whitener, log_likelihood=likelihood, converged=False)
+    reached = whitener.log_likelihood(point.residuals, point.masks) + log_prior(response, point.coordinates)
+    return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -165,6 +187,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             gained = all(np.isfinite(e).all() for e in tried.known)
             if gained:
                 reached = point.whitener.log_likelihood(residuals, point.masks)
+                reached += log_prior(response, coordinates)
                 gained = reached > point.log_likelihood
         if gained:
             moved = replace(tried, log_likelihood=reached)

@@ -11,6 +11,7 @@ from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_view import EffectView, Seen, effect_view
 from bayes_hw.gap.joint.finding import MOST_SAID, words_of
+from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -100,10 +101,19 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginni
 
 def _subtitle(diagnosis: JointDiagnosis) -> str:
     count = len(diagnosis.train)
+    model = (
+        "the given model lacks, found through ports on its G"
+        if _around_a_model(diagnosis)
+        else "its model lacks"
+    )
     return (
-        f"What the axis does and what its model lacks: from {count} record{'s' * (count > 1)}, "
+        f"What the axis does and what {model}: from {count} record{'s' * (count > 1)}, "
         f"checked on {diagnosis.holdout[0].name}"
     )
+
+
+def _around_a_model(diagnosis: JointDiagnosis) -> bool:
+    return isinstance(diagnosis.found.fit, GivenFit)
 
 
 def _badges(page: JointPage) -> tuple[Badge, ...]:

@@ -1,0 +1,51 @@
+"""The answer around a given model: as from records alone, and `other` where more is left than its noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.identify.holes import with_holes
+
+TOO_MUCH = 1.5
+"""Root mean square residual over the stated noise from which something remains; noise is stated to 12 %."""
+
+MOST_LEFT = 0.7
+"""Of the base's residual: a label that removes less is not certain where much remains."""
+
+SAID = 0.9
+UNCERTAIN = 0.3
+RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
+"""Labels whose effect stays in the residual."""
+
+
+def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
+    """`sigma` is the noise that the model states, output units; NaN where it states none."""
+    decided = decide_jointly(found, ())
+    left = residual_rms(found.fit)
+    if not left > TOO_MUCH * sigma or OTHER in decided.answer or set(decided.answer) & set(RANDOM):
+        return decided
+    certain = [label for label in decided.answer if label in found.nats]
+    if left > MOST_LEFT * residual_rms(found.base):
+        certain = []
+    answer = (*certain[:1], OTHER)
+    probability = {
+        label: p if label in answer else min(p, UNCERTAIN) for label, p in decided.probability.items()
+    }
+    probability["none"] = min(probability["none"], 1 - SAID)
+    return replace(decided, answer=answer, probability=probability | {OTHER: SAID}, confusable=())
+
+
+def residual_rms(fit: JointFit) -> float:
+    """Root mean square of the residuals without weights, output units."""
+    values = fit.values
+    errors = [
+        with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
+        for record in fit.response.records
+    ]
+    return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))

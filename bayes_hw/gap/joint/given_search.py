@@ -1,0 +1,248 @@
+"""The search for effects around a given model: its base parameters are free, its structure is kept."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.base_cascade import natural_scale
+from bayes_hw.gap.joint.effect_form import FORMS
+from bayes_hw.gap.joint.effect_screen import noise_screens
+from bayes_hw.gap.joint.given_model import FURTHER, GivenModel
+from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit, GivenResponse
+from bayes_hw.gap.joint.joint_fit import highest
+from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, effect_candidates, port_candidates
+from bayes_hw.gap.joint.joint_search import (
+    MOST_EFFECTS,
+    VERIFIED_BESIDE_NATS,
+    VERIFIED_NATS,
+    JointAnswer,
+    silent,
+)
+from bayes_hw.gap.joint.readings import Readings, read_faults
+from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+LIMIT_STARTS = (1.0, 0.8, 0.9, 1.1, 1.25)
+"""Multiples of the nominal limits from which the base is tried: a descent does not leave a limit's kinks."""
+
+BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
+LARGEST = 1e9
+"""Of a residual, output units: a runaway trial stays finite."""
+
+FURTHER_HZ = 18
+FURTHER_DAMPING = 0.02
+MOST_STEPS = 5
+LONGEST_DELAY = 4
+FEW_STARTS = 3
+
+
+def search_given(
+    records: Sequence[Record], model: HammersteinWiener, say: Callable[[str], None] | None = None
+) -> JointAnswer:
+    """Base, effects one after the other, pruned and verified; raises InputError where G has no ports."""
+    told = say or silent
+    base = best_base(records, model)
+    readings = read_faults(base)
+    if any(np.any(w != 1) for w in readings.weights):
+        base = reweighted(base, readings)
+    told(f"without effects: {described(base)}")
+    fit, base, readings, rivals = _extended(base, readings, told)
+    fit, nats = _verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+
+
+def described(fit: GivenFit) -> str:
+    """One line on a fit."""
+    names = " + ".join(fit.names) or "no effect"
+    return f"{names}; noise of order {fit.point.whitener.order}, residual {fit.point.rms:.3g}"
+
+
+def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
+    """The model without effects at the base parameters that explain the records best."""
+    level = white_noise_level([record.y_or_nan for record in records])
+    given = GivenModel.of(model, 0.1 * level)
+    structure = given.structure(part=False, further=False)
+    nominal = given.cascade(np.zeros(given.size), part=False, further=False)
+    speed_gain = (
+        abs(nominal.integrator_residue) or abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
+    )
+    scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
+    response = GivenResponse(structure, (), records, scale, given=given)
+    low, high = given.bounds(part=False, further=False)
+
+    def start(theta: FloatArray) -> GivenFit:
+        return GivenFit(response, evaluate(response, np.clip(theta, low, high)))
+
+    starts = []
+    for one, other in itertools.product(LIMIT_STARTS, repeat=2):
+        theta = np.zeros(given.size)
+        theta[:2] = np.log([one, other])
+        starts.append(start(theta))
+    starts.sort(key=lambda fit: fit.point.rms)
+    tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
+    return _best([fit.descended() for fit in tried[:2]])
+
+
+def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
+    """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
+    response, n = fit.response, len(fit.theta)
+    low, high = response.given.bounds(response.part, response.further)
+    rest = fit.point.coordinates[n:]
+
+    measured = [record.measured for record in response.records]
+    root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
+
+    def residual(theta: FloatArray) -> FloatArray:
+        found = response.residuals(np.concatenate([theta, rest]))
+        errors = np.concatenate([e if m is None else e[m] for e, m in zip(found, measured, strict=True)])
+        bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
+        return np.concatenate([bounded, root * theta])
+
+    def slope(theta: FloatArray) -> FloatArray:
+        blocks = response.linearise(np.concatenate([theta, rest]), 0)
+        rows = [r[:n] if m is None else r[:n, m] for r, _, m in blocks]
+        whole = np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+        return np.concatenate([-whole, np.diag(root)])
+
+    inside = 1e-6 * (high - low)
+    start = np.clip(fit.theta, low + inside, high - inside)
+    found = least_squares(residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=evaluations)
+    return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
+
+
+def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
+    """The same explanation under the weights that the readings' faults ask for, descended."""
+    response = replace(fit.response, weights=readings.weights)
+    return _fit(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+
+
+def _fit(found: object) -> GivenFit:
+    assert isinstance(found, GivenFit)
+    return found
+
+
+def _best(fits: Sequence[object]) -> GivenFit:
+    return _fit(highest(fits))  # type: ignore[arg-type]
+
+
+def _extended(
+    base: GivenFit, readings: Readings, say: Callable[[str], None]
+) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
+    """The fit with effects, base and readings under the last weights, what every label alone reached."""
+    fit, rivals = base, dict[str, float]()
+    for step in range(MOST_STEPS):
+        trials: list[GivenFit] = [_fit(t) for t in port_candidates(fit)]
+        trials = [_fit(t.descended()) for t in trials]
+        if len(set(fit.labels)) < MOST_EFFECTS:
+            found = [_fit(t) for t in effect_candidates(fit, FORMS)]
+            trials += found + with_signals(found) + further_modes(fit) + later(fit)
+            trials += other_laws(_best(trials))
+        if step == 0:
+            for t in trials:
+                label = t.labels[0]
+                rivals[label] = max(rivals.get(label, -np.inf), t.score - base.score)
+        best = _best(trials)
+        if best.score <= fit.score:
+            break
+        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        fit = best
+        if not readings.nats:
+            faults = read_faults(fit)
+            if faults.nats:
+                readings = faults
+                base, fit = reweighted(base, faults), reweighted(fit, faults)
+    return pruned(fit), base, readings, rivals
+
+
+def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """Those whose last effect is a torque, its law looking at the states of G too."""
+    found = []
+    for fit in fits:
+        effects = fit.values.effects
+        ports = effects[-1].ports
+        if ports is not None and not ports.signal:
+            found.append(_fit(fit.with_signal(len(effects) - 1).descended()))
+    return found
+
+
+def other_laws(fit: GivenFit) -> list[GivenFit]:
+    """Where the last effect is a torque: other labels' laws of the same signal, through the same ports."""
+    last = len(fit.values.effects) - 1
+    if last < 0 or fit.values.effects[last].ports is None:
+        return []
+    form, scale = fit.values.effects[last].form, fit.response.scale
+    found = []
+    for other in FORMS:
+        if other.is_law and other.base == form.base and other.label not in fit.labels:
+            starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
+            found.append(_fit(_best([start.descended(SECOND_STEPS) for start in starts]).descended()))
+    return found
+
+
+def pruned(fit: GivenFit) -> GivenFit:
+    """Labels taken out while the score improves."""
+    while len(fit.labels) > 1:
+        best = _best([fit.without(label).descended() for label in fit.labels])
+        if best.score <= fit.score:
+            return fit
+        fit = best
+    return fit
+
+
+def later(fit: GivenFit) -> list[GivenFit]:
+    """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
+    if DELAY in fit.labels:
+        return []
+    tried = [
+        _fit(fit.with_delay(n, part).descended(FIRST_STEPS))
+        for n in range(LONGEST_DELAY)
+        for part in (0.3, 0.8)
+    ]
+    return [_fit(_best(tried).descended())]
+
+
+def further_modes(fit: GivenFit) -> list[GivenFit]:
+    """The best fits with a further mode, from a grid of frequencies; none where the fit has one."""
+    if MODE in fit.labels:
+        return []
+    rate = fit.response.scale.rate_hz
+    records = fit.response.records
+    lowest = max(0.05, 4 / max(record.duration_s for record in records))
+    screens = noise_screens(fit)
+    promised = []
+    for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
+        larger = fit.with_mode(float(hz), FURTHER_DAMPING)
+        at = larger.response.given.size + int(larger.response.part)
+        rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
+        promised.append((max(screen.gain(rows) for screen in screens), larger))
+    promised.sort(key=lambda item: -item[0])
+    tried = [_fit(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
+    return [_fit(_best(tried).descended())]
+
+
+def _verified(
+    fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
+) -> tuple[GivenFit, dict[str, float]]:
+    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again."""
+    while fit.labels:
+        nats, rest = {}, {}
+        for label in fit.labels:
+            without = _fit(fit.without(label).descended())
+            if len(fit.labels) == 1:
+                without = _best([without, base])
+            nats[label], rest[label] = fit.score - without.score, without
+        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        weakest = min(nats, key=lambda label: nats[label])
+        if nats[weakest] >= asked:
+            return fit, nats
+        fit = rest[weakest]
+    return fit, {}

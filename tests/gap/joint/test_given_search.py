@@ -1,0 +1,130 @@
+"""A given model in the joint search: its G and derivatives are exact, what is planted around it is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, command, form, measured, record, torque
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.joint.corrected_model import simulate_corrected
+from bayes_hw.gap.joint.given_model import GivenModel
+from bayes_hw.gap.joint.given_response import GivenResponse
+from bayes_hw.gap.joint.given_search import best_base, search_given
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock, Mode
+
+SAMPLES = 700
+
+
+def model(lower: float = -0.35, upper: float = 0.3, gain: float = 1.0) -> HammersteinWiener:
+    """The axis of `joint_axis` as a model.json has it, off by these."""
+    linear = linear_block(STRUCTURE, CASCADE)
+    mode = Mode.from_pole(next(p for p in linear.poles if p.imag > 0), RATE)
+    return HammersteinWiener(
+        "given",
+        RATE,
+        Saturation(lower, upper),
+        replace(linear, gain=gain * linear.gain),
+        DeadZone(0.03),
+        (mode,),
+        SIGMA,
+    )
+
+
+LOOSE = tuple(0.01 for _ in GivenModel.of(model(), 1e-6).loose_sd)
+ADDED = ((), (0.4,), (0.4, np.log(2.0), np.log(0.02), np.log(2.2), np.log(0.03), *LOOSE))
+
+
+@pytest.mark.parametrize("added", ADDED, ids=["base", "delay", "delay and mode"])
+def test_derivatives_are_those_of_the_response(added: tuple[float, ...]) -> None:
+    given = GivenModel.of(model(), 1e-6)
+    part, further = len(added) > 0, len(added) > 1
+    theta = np.concatenate([np.full(given.size, 0.01), added])
+    records = [record(np.zeros(SAMPLES), 1)]
+    scale = best_base(measured((), SAMPLES, (1,)), model()).response.scale
+    response = GivenResponse(
+        given.structure(part, further), (), records, scale, given=given, part=part, further=further
+    )
+    rows, _, _ = next(iter(response.linearise(theta, 0)))
+
+    def y(at: FloatArray) -> FloatArray:
+        return response.simulate(response.values(at), records[0].u).y
+
+    for i in range(len(theta)):
+        step = 1e-6 * np.eye(len(theta))[i]
+        numeric = (y(theta + step) - y(theta - step)) / 2e-6
+        np.testing.assert_allclose(rows[i], numeric, atol=2e-3 * max(np.abs(numeric).max(), 1e-9))
+
+
+def test_at_its_nominal_values_it_is_the_model() -> None:
+    axis = model()
+    given = GivenModel.of(axis, 1e-6)
+    response = best_base(measured((), SAMPLES, (1,)), axis).response
+    y = response.simulate(response.values(np.zeros(given.size)), command(SAMPLES, 3)).y
+    np.testing.assert_allclose(y, axis.simulate(command(SAMPLES, 3)).y, atol=1e-10)
+
+
+def test_a_whole_part_of_a_sample_is_one_more_sample_of_delay() -> None:
+    given = GivenModel.of(model(), 1e-6)
+    response = best_base(measured((), SAMPLES, (1,)), model()).response
+    u = command(SAMPLES, 2)
+    late = [replace(response, structure=given.structure(True, False, whole), part=True) for whole in (0, 1)]
+    ends = [np.append(np.zeros(given.size), part) for part in (1.0, 0.0)]
+    one, other = (r.simulate(r.values(x), u).y for r, x in zip(late, ends, strict=True))
+    np.testing.assert_allclose(one, other, atol=1e-4 * np.ptp(other))
+
+
+def test_an_answer_within_the_sample_has_no_ports() -> None:
+    axis = model()
+    linear = LinearBlock(np.append(axis.linear.zeros, 0.1), axis.linear.poles, 1e-3, 0)
+    while len(linear.zeros) < len(linear.poles):
+        linear = replace(linear, zeros=np.append(linear.zeros, 0.1))
+    assert not needs_ports(replace(axis, linear=linear))
+    with pytest.raises(InputError, match="within the sample"):
+        GivenModel.of(replace(axis, linear=linear), 1e-6)
+
+
+def test_base_is_found_from_limits_far_off() -> None:
+    """By a fifth, where a descent on coloured noise would stick."""
+    base = best_base(measured((), SAMPLES, (1, 2)), model(-0.28, 0.36, 1.05))
+    assert base.values.cascade.lower == pytest.approx(CASCADE.lower, rel=0.02)
+    assert base.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
+    assert base.point.rms < 1.1 * SIGMA
+
+
+def test_nothing_is_found_where_nothing_is() -> None:
+    found = search_given(measured((), SAMPLES, (1, 2)), model(-0.37, 0.32, 0.97))
+    assert found.nats == {}
+    assert found.fit.labels == ()
+
+
+def test_friction_is_found_and_its_base_held_and_corrected() -> None:
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    records = measured((rub,), SAMPLES, (1, 2, 3))
+    axis = model(-0.37, 0.32, 0.97)
+    assert needs_ports(axis)
+    case = Case.of_records("case", axis, records[:2], records[2:])
+    found = diagnose_by_ports(case, np.random.default_rng(1))
+    assert found.verdict.answer == ("friction",)
+    assert found.verdict.gap_holdout.closed > 0.8
+    assert "ports" in " ".join(found.verdict.notes)
+    for name, true in (("saturation.upper", 0.3), ("saturation.lower", -0.35)):
+        low, high = found.verdict.base[name].hdi94
+        assert low - 0.003 < true < high + 0.003
+    run = simulate_corrected(found.corrected, records[2].u)
+    np.testing.assert_allclose(run.y, found.after, atol=1e-9)
+
+
+def test_more_delay_is_a_gap_of_a_given_model() -> None:
+    records = measured((), SAMPLES, (1, 2))
+    late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
+    found = search_given(late, model())
+    assert tuple(found.nats) == ("transport_delay",)
