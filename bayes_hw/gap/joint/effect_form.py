@@ -8,17 +8,20 @@ from typing import Literal
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 
 Place = Literal["input", "output", "law"]
-PERIOD_GRID = 28
-"""Periods in position that are screened, from 1/25 of the travel to 8 times it."""
+LONGEST_PERIOD, COARSE_CYCLES, CYCLE_STEP, MOST_CYCLES = 8.0, 7.0, 0.5, 90.0
+"""Periods in position: up to eight times the travel, and down to so many cycles a travel in steps of half a
+cycle, since one that is off by a cycle over the travel shows nothing. Short ones are scanned first."""
 
 
 @dataclass(frozen=True)
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
-    sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record."""
+    sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
+    `periods` (output units) are those that a scan found promising."""
 
     speed: float
     gain: float
@@ -26,6 +29,7 @@ class JointScale:
     sigma: float
     samples: int
     rate_hz: float
+    periods: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,21 @@ class Form:
         return f"{self.label} ({self.name})" if self.name else self.label
 
 
-def _periods(scale: JointScale) -> list[float]:
-    return [float(p) for p in np.geomspace(0.04, 8.0, PERIOD_GRID) * scale.travel]
+def coarse_periods(scale: JointScale) -> list[float]:
+    """Long periods, output units."""
+    long = np.geomspace(1 / LONGEST_PERIOD, 1.0, 8, endpoint=False)
+    cycles = np.concatenate([long, np.arange(1.0, COARSE_CYCLES, CYCLE_STEP)])
+    return [float(scale.travel / c) for c in cycles]
+
+
+def scanned_cycles() -> FloatArray:
+    """Cycles over the travel that a scan goes through."""
+    return np.arange(1.0, MOST_CYCLES, CYCLE_STEP)
 
 
 def _wavenumber(scale: JointScale, row: int) -> Slot:
-    return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / (0.02 * scale.travel))
+    shortest = scale.travel / (1.1 * MOST_CYCLES)
+    return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
 
 
 def _slow(scale: JointScale, row: int, name: str = "time") -> Slot:
@@ -129,13 +142,15 @@ def _early_rate(row: int, name: str) -> Form:
     )  # fmt: skip
 
 
-def _wave(label: str, name: str, place: Place, first: int) -> Form:
+def _wave(
+    label: str, name: str, place: Place, first: int, periods: Callable[[JointScale], Sequence[float]]
+) -> Form:
     return Form(
         label, name, place,
         lambda s: (
             Slot(first, "sine"), Slot(first + 1, "cosine"), _wavenumber(s, first + 2),
         ),
-        lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in _periods(s)],
+        lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in periods(s)],
     )  # fmt: skip
 
 
@@ -143,9 +158,7 @@ def _ripple(name: str, base: int) -> Form:
     return Form(
         "torque_ripple", name, "law",
         lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
-        lambda s: [
-            (2 * np.pi / p, phase) for p in _periods(s) if p < 1.5 * s.travel for phase in (0.4, 2.0)
-        ],
+        lambda s: [(2 * np.pi / p, phase) for p in s.periods or coarse_periods(s) for phase in (0.4, 2.0)],
         K.RIPPLE, base,
     )  # fmt: skip
 
@@ -153,7 +166,7 @@ def _ripple(name: str, base: int) -> Form:
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
-    _wave("saturation_drift", "", "input", K.LIMIT_SINE),
+    _wave("saturation_drift", "", "input", K.LIMIT_SINE, coarse_periods),
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
@@ -189,7 +202,10 @@ FORMS: tuple[Form, ...] = (
         K.GAP, K.BASE_SECOND_DIFFERENCE,
     ),
     _ripple("", K.BASE_POSITION),
-    _wave("encoder_eccentricity", "", "output", K.SINE),
+    _wave(
+        "encoder_eccentricity", "", "output", K.SINE,
+        lambda s: [*coarse_periods(s), *(p for p in s.periods if p < s.travel / COARSE_CYCLES)],
+    ),
     Form(
         "gain_asymmetry", "", "output",
         lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
@@ -205,7 +221,7 @@ FORMS: tuple[Form, ...] = (
         "other", "stiffness over position", "law",
         lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
         lambda s: [
-            (2 * np.pi / p, phase) for p in _periods(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
+            (2 * np.pi / p, phase) for p in coarse_periods(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
         ],
         K.MODULATED, K.BASE_SECOND_DIFFERENCE,
     ),

@@ -94,16 +94,6 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         asked = u[k]
         for c in range(columns):
             d_v[c] = 0.0
-        if has_early:
-            asked, early, by_rate, by_before, end_by_rate, end_by_before = _ramped(
-                asked, early, inputs[EARLY_RATE]
-            )
-            for c in range(columns):
-                d_v[c] = by_before * d_early[c]
-                d_early[c] *= end_by_before
-            if c_inputs[EARLY_RATE] >= 0:
-                d_v[c_inputs[EARLY_RATE]] += by_rate
-                d_early[c_inputs[EARLY_RATE]] += end_by_rate
         factor, factor_by_w = 1.0, 0.0
         if has_limit_wave:
             s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
@@ -113,17 +103,36 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         if has_limit_slope:
             factor += inputs[LIMIT_SLOPE] * w
             factor_by_w += inputs[LIMIT_SLOPE]
-        by_factor, limited, clipped = 0.0, asked, False
-        if asked < lower * factor:
-            limited, by_factor, clipped = lower * factor, lower, True
-        elif asked > upper * factor:
-            limited, by_factor, clipped = upper * factor, upper, True
-        if clipped:
+        lowest, highest = lower * factor, upper * factor
+        if has_early:
+            limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
+                _ramped_within(asked, early, inputs[EARLY_RATE], lowest, highest)
+            )
+            early = end
             for c in range(columns):
-                d_v[c] = by_factor * factor_by_w * d_w[c]
-            which = c_static[0] if asked < 0 else c_static[1]
-            if which >= 0:
-                d_v[which] += factor
+                d_v[c] = by_before * d_early[c]
+                d_early[c] *= end_by_before
+            if c_inputs[EARLY_RATE] >= 0:
+                d_v[c_inputs[EARLY_RATE]] += by_rate
+                d_early[c_inputs[EARLY_RATE]] += end_by_rate
+        else:
+            limited, by_lowest, by_highest = asked, 0.0, 0.0
+            if asked < lowest:
+                limited, by_lowest = lowest, 1.0
+            elif asked > highest:
+                limited, by_highest = highest, 1.0
+        if by_lowest != 0.0 or by_highest != 0.0:
+            by_factor = 0.0
+            if by_lowest != 0.0:
+                by_factor += by_lowest * lower
+                if c_static[0] >= 0:
+                    d_v[c_static[0]] += by_lowest * factor
+            if by_highest != 0.0:
+                by_factor += by_highest * upper
+                if c_static[1] >= 0:
+                    d_v[c_static[1]] += by_highest * factor
+            for c in range(columns):
+                d_v[c] += by_factor * factor_by_w * d_w[c]
             if has_limit_wave:
                 if c_inputs[LIMIT_SINE] >= 0:
                     d_v[c_inputs[LIMIT_SINE]] += by_factor * s
@@ -419,3 +428,56 @@ def _ramped(target, before, slowness):  # type: ignore[no-untyped-def]
     reach = sign / slowness
     by_slowness = -sign / slowness**2
     return before + reach / 2, before + reach, by_slowness / 2, 1.0, by_slowness, 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ramped_within(target, before, slowness, lowest, highest):  # type: ignore[no-untyped-def]
+    """Mean over one sample of a ramp from `before` towards `target` that is limited behind, its derivatives
+    by both limits, by the slowness (samples per unit) and by the value before; the ramp's value at the end
+    and its derivatives by the slowness and the value before."""
+    step = target - before
+    size = abs(step)
+    sign = 1.0 if step > 0 else -1.0
+    if size * slowness <= 1.0:
+        end, ramping, reach = target, size * slowness, step
+        end_by_rate, end_by_before = 0.0, 0.0
+    else:
+        reach = sign / slowness
+        end, ramping = before + reach, 1.0
+        end_by_rate, end_by_before = -sign / slowness**2, 1.0
+    if lowest <= min(before, end) and max(before, end) <= highest:
+        mean, by_rate, by_before = end - ramping * reach / 2, end_by_rate / 2, 1.0
+        if end == target:
+            by_rate, by_before = -step * size / 2, size * slowness
+        return mean, 0.0, 0.0, by_rate, by_before, end, end_by_rate, end_by_before
+    first, first_by_lowest, first_by_highest = _limited_integral(before, lowest, highest)
+    last, last_by_lowest, last_by_highest = _limited_integral(end, lowest, highest)
+    held = min(max(end, lowest), highest)
+    begun = min(max(before, lowest), highest)
+    if end == target:
+        per = sign * slowness
+        mean = per * (last - first) + (1 - ramping) * held
+        by_rate = sign * (last - first) - size * held
+        by_before = per * (held - begun)
+    else:
+        per = 1 / reach
+        mean = per * (last - first)
+        by_rate = (held * per - mean * per) * end_by_rate
+        by_before = per * (held - begun)
+    by_lowest = per * (last_by_lowest - first_by_lowest)
+    by_highest = per * (last_by_highest - first_by_highest)
+    if end < lowest:
+        by_lowest += 1 - ramping
+    elif end > highest:
+        by_highest += 1 - ramping
+    return mean, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _limited_integral(x, lowest, highest):  # type: ignore[no-untyped-def]
+    """Antiderivative at x of the limiter, and its derivatives by both limits."""
+    if x > highest:
+        return highest * x - highest**2 / 2, 0.0, x - highest
+    if x < lowest:
+        return lowest * x - lowest**2 / 2, x - lowest, 0.0
+    return x * x / 2, 0.0, 0.0

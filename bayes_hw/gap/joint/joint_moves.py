@@ -24,7 +24,11 @@ SLACK_NATS = 0.5
 
 
 def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
-    """The best explanations with one more label, descended."""
+    """The best explanations with one more label, descended.
+
+    Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
+    explaining what is fast: from every start another begins under noise of the first order.
+    """
     present = set(fit.labels)
     starts = screened(fit, [f for f in forms if f.label not in present])
     if fit.point.whitener.order <= 1:
@@ -32,7 +36,10 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     trials: list[JointFit] = []
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        trials += [fit.with_effect(s.form, s.values).descended(FIRST_STEPS // 2) for s in own]
+        begun = [fit.with_effect(s.form, s.values) for s in own]
+        trials += [t.descended(FIRST_STEPS // 2) for t in begun]
+        if fit.point.whitener.order > 1:
+            trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
     ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
     kept: list[JointFit] = []

@@ -35,9 +35,9 @@ class Whitener:
         return cls(coefficients, scales)
 
     @classmethod
-    def of_residuals(cls, residuals: Sequence[FloatArray]) -> Whitener:
-        """Of the autoregression that Burg's method and the Bayesian information criterion find."""
-        return cls.of_partial(np.clip(estimate_noise(residuals).partial, -0.99999, 0.99999))
+    def of_residuals(cls, residuals: Sequence[FloatArray], order: int | None = None) -> Whitener:
+        """Of the autoregression that Burg's method and the Bayesian criterion find, or of `order`."""
+        return cls.of_partial(np.clip(estimate_noise(residuals, order).partial, -0.99999, 0.99999))
 
     @property
     def order(self) -> int:

@@ -73,13 +73,17 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     return factor
 
 
-def descend(response: Response, start: Point, steps: int) -> Point:
+def descend(response: Response, start: Point, steps: int, order: int | None = None) -> Point:
     """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
 
-    Marquardt's scaling by column norms; the damping falls by 10 on success and grows by 4 on failure.
+    On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
+    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
+    by 4 on failure.
     """
     point, damping, accepted = start, FIRST_DAMPING, 0
-    reference = start.log_likelihood
+    if order is not None:
+        point = _with_fresh_noise(point, order)
+    reference = point.log_likelihood
     while accepted < steps:
         moved = _step(response, point, damping)
         if moved is None:
@@ -88,19 +92,19 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         point, damping = moved
         accepted += 1
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
-            point = _with_fresh_noise(point)
+            point = _with_fresh_noise(point, order)
             if point.log_likelihood - reference < CONVERGED_NATS:
-                return _ended(point, True)
+                return _ended(_with_fresh_noise(point), order is None)
             reference = point.log_likelihood
-    return _ended(_with_fresh_noise(point), accepted < steps)
+    return _ended(_with_fresh_noise(point), accepted < steps and order is None)
 
 
 def _ended(point: Point, converged: bool) -> Point:
     return Point(point.coordinates, point.residuals, point.whitener, point.log_likelihood, converged)
 
 
-def _with_fresh_noise(point: Point) -> Point:
-    whitener = Whitener.of_residuals(point.residuals)
+def _with_fresh_noise(point: Point, order: int | None = None) -> Point:
+    whitener = Whitener.of_residuals(point.residuals, order)
     return Point(point.coordinates, point.residuals, whitener, whitener.log_likelihood(point.residuals))
 
 
