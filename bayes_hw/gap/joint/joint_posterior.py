@@ -10,6 +10,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.leading_sample import leading_draws
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.identified_model import dominant_modes
@@ -73,6 +74,7 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
+    base["gain"] = leading_draws(fit, np.array(base["gain"]), inflation, rng).tolist()
     unit = {
         "saturation.lower": units.input,
         "saturation.upper": units.input,
