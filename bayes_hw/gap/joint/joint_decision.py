@@ -9,6 +9,7 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_search import JointAnswer
 
 CERTAIN = 0.995
@@ -20,6 +21,9 @@ COLOURED_NATS = 60.0
 
 TORQUE_NATS = 40.0
 AS_GOOD = 15.0
+RHYTHM_NATS = 20.0
+"""By which noise must change with the sample number to have a cause in the readings' electronics."""
+
 GAUSSIAN = 0.6
 """Largest excess kurtosis of the innovations of wind or of an angle that walks: neither jumps."""
 
@@ -48,8 +52,13 @@ class JointDecision:
 
 
 def decide_jointly(found: JointAnswer) -> JointDecision:
+    """The decision on a finished search."""
+    return decide(JointEvidence.of(found))
+
+
+def decide(found: JointEvidence) -> JointDecision:
     """See the constants above."""
-    evidence = {**found.nats, **found.readings.nats}
+    evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
     if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
         cause, nats = cause_of_remainder(found)
@@ -65,9 +74,11 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
     return JointDecision(answer, _probabilities(found, answer, evidence, remains, confusable), confusable)
 
 
-def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
+def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
     """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
     left, spectrum = found.remainder, found.remainder.spectrum
+    if left.rhythm > RHYTHM_NATS:
+        return OTHER, left.rhythm
     if found.nats and left.ratio < COARSE_RATIO:
         return None, 0.0
     closest = max(spectrum.autoregression, spectrum.first_order)
@@ -84,7 +95,7 @@ def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
 
 
 def _probabilities(
-    found: JointAnswer,
+    found: JointEvidence,
     answer: tuple[str, ...],
     evidence: Mapping[str, float],
     remains: float,
@@ -93,7 +104,7 @@ def _probabilities(
     sure = {label: _sure(nats) for label, nats in evidence.items()}
     nothing = float(np.prod([1 - p for p in sure.values()]))
     p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
-    own = found.fit.score - found.base.score
+    own = found.own
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
         sure = {label: 0.7 * p if label in found.nats else p for label, p in sure.items()}
@@ -120,11 +131,11 @@ def _probabilities(
     return probability
 
 
-def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+def confusions(found: JointEvidence, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Of a single effect: rivals whose own best explanation is as good."""
-    if len(found.fit.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
+    if len(found.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
         return ()
-    own = max(found.rivals.get(answer[0], 0.0), found.fit.score - found.base.score)
+    own = max(found.rivals.get(answer[0], 0.0), found.own)
     return tuple(
         (answer[0], label)
         for label, nats in found.rivals.items()
