@@ -48,6 +48,7 @@ class Study:
     scheduler: str | None = None
     diagnosis: str = DIAGNOSIS
     share: float = 1.0
+    from_records: bool = True
     began_at: float = field(default_factory=time.time)
     report: Report | None = None
     results_written: bool = False
@@ -110,6 +111,7 @@ class Study:
         """What makes the same numbers again."""
         another = f" --diagnosis {self.diagnosis}" * (self.diagnosis != DIAGNOSIS)
         another += f" --share {self.share:g}" * (self.share != 1)
+        another += " --no-from-records" * (not self.from_records)
         return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
@@ -138,6 +140,12 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
         parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
+        parser.add_argument(
+            "--from-records",
+            action=argparse.BooleanOptionalAction,
+            default=True,
+            help="where a study has both: diagnose the cases with their model withheld too",
+        )
     parsed = parser.parse_args()
     study = Study(
         name,
@@ -151,6 +159,7 @@ def start_study(name: str, question: str | None, *, diagnoses: bool = False) -> 
         parsed.scheduler,
         getattr(parsed, "diagnosis", None) or DIAGNOSIS,
         getattr(parsed, "share", 1.0),
+        getattr(parsed, "from_records", True),
     )
     if parsed.unless_done and study.is_done():
         print(

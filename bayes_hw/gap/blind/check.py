@@ -48,6 +48,8 @@ def check_blind(
     if [seal["number"], origin["seed"], origin["kind"], origin["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
     verdicts = verdicts_in(folder, diagnosis, options)
+    if from_records:
+        verdicts = verdicts.with_name(f"{verdicts.name}_from_records")
     run_set(
         where,
         verdicts,
