@@ -212,6 +212,20 @@ FORMS: tuple[Form, ...] = (
         lambda _: [(0.0,)],
     ),
     Form(
+        "other", "curve of the command", "input",
+        lambda s: (
+            Slot(K.EVEN_CURVE, "even", False, -0.5, 0.5),
+            Slot(K.ODD_CURVE, "odd", False, -0.45 / s.speed, 2 / s.speed),
+        ),
+        lambda _: [(0.0, 0.0)],
+    ),
+    Form(
+        "other", "hysteresis of the spring", "law",
+        lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
+        K.BRISTLE, K.BASE_THIRD_DIFFERENCE,
+    ),
+    Form(
         "other", "torque limit", "law",
         lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
         lambda s: [(share * _twist(s),) for share in (0.3, 1.0, 3.0)],

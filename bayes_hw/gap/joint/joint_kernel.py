@@ -3,7 +3,8 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, its second difference or w itself. No drive train need be known.
+behind the input's effects, the speed of w, its second or third difference or w itself. No drive train need
+be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -16,12 +17,12 @@ import numpy as np
 from numba import njit
 
 EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE = range(6)
-BIAS, CHANGE, WARMING = range(6, 9)
-INPUTS = 9
+BIAS, CHANGE, WARMING, EVEN_CURVE, ODD_CURVE = range(6, 11)
+INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
 COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED = range(8)
-BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
+BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION, BASE_THIRD_DIFFERENCE = range(5)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
 
@@ -35,26 +36,26 @@ def respond_jointly(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """One record from rest at w = 0.
 
-    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,) and `outputs`
+    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (11,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n). The arrays c_... hold the column of
-    each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
+    each parameter or -1. `work` (rows, columns) is scratch of 9 + real poles + 2 sections + 4 laws rows.
     Written: v, w, y, dy/dw (samples,) and `rows` (columns, samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
     lower, upper, half_width = static
-    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i = (
-        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7],
+    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i, d_w3 = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7], work[8],
     )  # fmt: skip
-    at_real = 8
+    at_real = 9
     at_sections = at_real + n_real
     at_tau = at_sections + 2 * n_sections
     at_q = at_tau + n_laws
     at_memory = at_q + n_laws
     at_direct = at_memory + n_laws
-    integral = early = late = out = w1 = w2 = 0.0
+    integral = early = late = out = w1 = w2 = w3 = 0.0
     x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
     memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
     gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
@@ -64,6 +65,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_wave = c_outputs[SINE] >= 0 or outputs[SINE] != 0.0 or outputs[COSINE] != 0.0
     has_early = c_inputs[EARLY_RATE] >= 0 or inputs[EARLY_RATE] > 0.0
     has_late = c_inputs[LATE_RATE] >= 0 or inputs[LATE_RATE] > 0.0
+    even, odd = inputs[EVEN_CURVE], inputs[ODD_CURVE]
+    has_curve = c_inputs[EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
     has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
     has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
@@ -154,6 +157,15 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_v[c_inputs[LATE_RATE]] += by_rate
                 d_late[c_inputs[LATE_RATE]] += end_by_rate
             late = late_end
+        if has_curve:
+            size = abs(v)
+            bent = 1.0 + 2 * odd * size + (even if v > 0 else -even)
+            for c in range(columns):
+                d_v[c] *= bent
+            if c_inputs[EVEN_CURVE] >= 0:
+                d_v[c_inputs[EVEN_CURVE]] += size
+                d_v[c_inputs[ODD_CURVE]] += size * v
+            v += even * size + odd * size * v
         if has_change:
             decay = math.exp(-k / inputs[WARMING])
             warmed = 1.0 + gain * (1.0 - decay)
@@ -183,6 +195,10 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 q = w - 2 * w1 + w2
                 for c in range(columns):
                     d_q[c] = d_w[c] - 2 * d_w1[c] + d_w2[c]
+            elif base == BASE_THIRD_DIFFERENCE:
+                q = w - 3 * w1 + 3 * w2 - w3
+                for c in range(columns):
+                    d_q[c] = d_w[c] - 3 * d_w1[c] + 3 * d_w2[c] - d_w3[c]
             else:
                 q = w
                 for c in range(columns):
@@ -355,12 +371,13 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         v_out[k], w_out[k], y_out[k], slope_out[k] = v, w, y, slope_y
         # States and their tangents a sample on.
         for c in range(columns):
+            d_w3[c] = d_w2[c]
             d_w2[c] = d_w1[c]
             d_w1[c] = d_w[c]
             d_i[c] += residue * d_v[c]
         if c_residue >= 0:
             d_i[c_residue] += v
-        w2, w1 = w1, w
+        w3, w2, w1 = w2, w1, w
         integral += residue * v
         for i in range(n_real):
             pole, weight = real[0, i], real[1, i]

@@ -118,17 +118,29 @@ def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
 
 
 def dominant_sections(fit: JointFit) -> list[int]:
-    """Which sections are dominant modes, in order of frequency."""
+    """Which sections are dominant modes, in order of frequency; of two whose resonances overlap, one mode to
+    the eye, the less damped."""
     cascade, rate = fit.values.cascade, fit.response.scale.rate_hz
     modes = dominant_modes(fit.structure, cascade, rate, fit.response.scale.samples / rate)
     found = []
     for mode in modes:
+        if any(
+            abs(mode.frequency_hz - m.frequency_hz) < _half_width(mode) + _half_width(m)
+            and (m.damping_ratio, m.frequency_hz) < (mode.damping_ratio, mode.frequency_hz)
+            for m in modes
+        ):
+            continue
         distance = [
             abs(_mode(a1, a2, rate).frequency_hz - mode.frequency_hz) if a1 * a1 / 4 < a2 else np.inf
             for a1, a2 in cascade.sections[:2].T
         ]
         found.append(int(np.argmin(distance)))
     return found
+
+
+def _half_width(mode: Mode) -> float:
+    """Half of the resonance's width at half power, Hz."""
+    return mode.damping_ratio * mode.frequency_hz
 
 
 def _mode(a1: float, a2: float, rate: float) -> Mode:
