@@ -30,6 +30,7 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
+from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -140,7 +141,7 @@ def _finished(
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.base, train[0].units
     sigma = encoder_sigma(found, decision, fit)
-    samples = fit.point.samples
+    samples = samples_of_variance(fit.point.residuals)
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
     some = [
         fit.response.values(posterior.coordinates[i])

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
 from bayes_hw.gap.joint.noise_rhythm import burst_nats, rhythm_nats
 from bayes_hw.identify.identified_model import dominant_modes
+
+LONGEST_LAG = 200
 
 
 @dataclass(frozen=True)
@@ -44,3 +48,14 @@ def remainder_of(fit: JointFit) -> Remainder:
         burst_nats(innovations),
         rhythm_nats(innovations),
     )
+
+
+def samples_of_variance(residuals: Sequence[FloatArray]) -> float:
+    """Independent samples that would tell the residuals' variance as well: n / (1 + 2 sum of the squared
+    autocorrelations) (Bartlett 1946)."""
+    samples = sum(len(e) for e in residuals)
+    power = sum(float(e @ e) for e in residuals)
+    lags = min(LONGEST_LAG, min(len(e) for e in residuals) - 1)
+    products = [sum(float(e[k:] @ e[:-k]) for e in residuals) for k in range(1, lags + 1)]
+    squared = np.sum((np.array(products) / power) ** 2) - lags / samples if power > 0 else 0.0
+    return float(samples / (1 + 2 * max(float(squared), 0.0)))
