@@ -14,11 +14,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.answer.shrink import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
-from bayes_hw.gap.joint.joint_posterior import (
-    JointPosterior,
-    dominant_sections,
-    effect_quantities,
-)
+from bayes_hw.gap.joint.joint_posterior import JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
@@ -39,7 +35,7 @@ def corrected_model(
     values, rate = fit.values, fit.response.scale.rate_hz
     cascade = values.cascade
     largest = max(float(np.abs(r.u).max()) for r in train)
-    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant_sections(fit)]
+    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in posterior.sections]
     model = HammersteinWiener(
         name=f"{name}, corrected",
         sample_rate_hz=rate,

@@ -25,7 +25,8 @@ from bayes_hw.gap.joint.advice import advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
+from bayes_hw.gap.joint.joint_moves import widened
+from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, dominant_sections, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.reading_faults import MASK
@@ -42,7 +43,8 @@ MOST_SAMPLES = 40_000
 """Of all records together: from longer ones each record's beginning is used, in proportion."""
 
 OF_ROUNDED = 3.0
-"""Factor on standard deviations where readings are rounded: the errors are not independent."""
+"""Factor on standard deviations where readings are rounded, so that errors are not independent, or where
+something without a name remains."""
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 """Labels whose effect no simulation follows."""
@@ -96,8 +98,11 @@ def diagnose_records(
         decision = decide_jointly(found)
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
-        wide = OF_ROUNDED if "encoder_quantization" in decision.answer else INFLATION
-        posterior = laplace(fit, records[0].units, rng, wide)
+        poorly = "encoder_quantization" in decision.answer or unnamed
+        sections = dominant_sections(fit)
+        posterior = laplace(
+            widened(fit), records[0].units, rng, OF_ROUNDED if poorly else INFLATION, sections
+        )
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,19 +33,26 @@ EXPLODED = 1e3
 
 @dataclass(frozen=True, eq=False)
 class JointPosterior:
-    """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units."""
+    """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units;
+    `sections` are the numbers of the dominant modes' sections."""
 
     fit: JointFit
     coordinates: FloatArray
     base: dict[str, FloatArray]
     effects: dict[str, FloatArray]
     units: dict[str, str]
+    sections: tuple[int, ...]
 
 
 def laplace(
-    fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
+    fit: JointFit,
+    units: Units,
+    rng: np.random.Generator,
+    inflation: float = INFLATION,
+    sections: Sequence[int] | None = None,
 ) -> JointPosterior:
-    """Draws about the fit, standard deviations times `inflation`."""
+    """Draws about the fit, standard deviations times `inflation`; `sections` as `dominant_sections` has them
+    where they are not to be found anew."""
     factor, chaotic = _factor(fit)
     if chaotic:
         inflation *= CHAOTIC
@@ -67,7 +75,7 @@ def laplace(
     rate = fit.response.scale.rate_hz
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
-    sections = dominant_sections(fit)
+    sections = dominant_sections(fit) if sections is None else list(sections)
     for x in drawn:
         values_at = fit.response.values(x)
         for name, value in base_quantities(fit, values_at, sections, rate).items():
@@ -93,6 +101,7 @@ def laplace(
         {n: np.array(v) for n, v in base.items()},
         {n: np.array(v) for n, v in effects.items()},
         unit,
+        tuple(sections),
     )
 
 
