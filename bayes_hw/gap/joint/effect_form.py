@@ -48,7 +48,8 @@ class Form:
     """One form of a label.
 
     `slots` gives its parameters for a scale, `starts` the values (parameters,) to begin from, at which the
-    form changes nothing; `linear` are the positions of its parameters that are strengths there.
+    form changes nothing. A form that is `further` extends another of its label by parameters, and is tried
+    where that one is present.
     """
 
     label: str
@@ -58,6 +59,7 @@ class Form:
     starts: Callable[[JointScale], Sequence[tuple[float, ...]]]
     law: int = -1
     base: int = 0
+    further: bool = False
 
     @property
     def is_law(self) -> bool:
@@ -163,6 +165,15 @@ def _ripple(name: str, base: int) -> Form:
     )  # fmt: skip
 
 
+def _second_harmonic(base: int) -> Form:
+    return Form(
+        "torque_ripple", "two harmonics", "law",
+        lambda s: (_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
+        lambda s: [(2 * np.pi / s.travel, 0.4, 0.1)],
+        K.RIPPLE, base, True,
+    )  # fmt: skip
+
+
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
@@ -202,6 +213,7 @@ FORMS: tuple[Form, ...] = (
         K.GAP, K.BASE_SECOND_DIFFERENCE,
     ),
     _ripple("", K.BASE_POSITION),
+    _second_harmonic(K.BASE_POSITION),
     _wave(
         "encoder_eccentricity", "", "output", K.SINE,
         lambda s: [*coarse_periods(s), *(p for p in s.periods if p < s.travel / COARSE_CYCLES)],

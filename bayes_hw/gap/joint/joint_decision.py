@@ -33,6 +33,7 @@ COARSE_RATIO = 1.5
 CONFUSABLE_NATS = 15.0
 """Within which a rival label explains the records as well as the one named."""
 
+MOST_NAMED = 2
 SMALL = 0.002
 NEAR = 0.7
 """Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
@@ -66,7 +67,9 @@ def decide(found: JointEvidence) -> JointDecision:
             remains = max(remains, nats)
         elif cause is not None:
             evidence.setdefault(cause, nats)
-    answer = tuple(sorted(evidence, key=lambda label: -evidence[label]))[:2]
+    # What the readings themselves show needs no model, so it comes first.
+    order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
+    answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)

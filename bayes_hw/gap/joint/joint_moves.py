@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.gap.joint.effect_form import FORMS, Form
+from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_response import Effect
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 
@@ -32,7 +33,7 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     explaining what is fast: from every start another begins under noise of the first order.
     """
     present = set(fit.labels)
-    starts = screened(fit, [f for f in forms if f.label not in present])
+    starts = screened(fit, [f for f in forms if f.label not in present and not f.further])
     if fit.point.whitener.order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
     trials: list[JointFit] = []
@@ -61,20 +62,37 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
 
 
 def port_candidates(fit: JointFit) -> list[JointFit]:
-    """Signal ports of the torques present, and other forms of their law."""
+    """Signal ports of the torques present, and other forms of the effects present."""
     found = []
     for i, effect in enumerate(fit.values.effects):
-        if effect.ports is None:
-            continue
-        if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
+        if (
+            effect.ports is not None
+            and not effect.ports.signal
+            and fit.structure.sections + fit.structure.real_poles > 0
+        ):
             found.append(fit.with_signal(i))
-        for form in FORMS:
-            if (
-                form.label == effect.form.label == "friction"
-                and form is not effect.form
-                and form.base == effect.form.base
-            ):
-                found += [fit.with_form(i, form, start) for start in form.starts(fit.response.scale)[:1]]
+        found += [fit.with_form(i, form, start) for form, start in other_forms(effect, fit.response.scale)]
+    return found
+
+
+def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[float, ...]]]:
+    """Forms of the same label that act at the same place, with a start: where one extends the present form by
+    parameters, at its values."""
+    own = [slot.row for slot in effect.form.slots(scale)]
+    found = []
+    for form in FORMS:
+        present = effect.form
+        if form is present or (form.label, form.place, form.base) != (
+            present.label,
+            present.place,
+            present.base,
+        ):
+            continue
+        start = form.starts(scale)[0]
+        if [slot.row for slot in form.slots(scale)][: len(own)] == own and form.law == present.law:
+            found.append((form, (*(float(x) for x in effect.values), *start[len(own) :])))
+        elif form.label == "friction":
+            found.append((form, tuple(start)))
     return found
 
 

@@ -230,7 +230,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",
         }  # fmt: skip
         if form.place == "output":
-            known |= {"sine": units.output, "cosine": units.output}
+            known |= dict.fromkeys(("sine", "cosine", "second_sine", "second_cosine"), units.output)
         for name, unit in known.items():
             found[f"{label}.{name}"] = unit
     return found
