@@ -9,12 +9,9 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_search import JointAnswer
-
-CERTAIN = 0.995
-NATS_OF_DOUBT = 60.0
-"""A label's doubt falls by a factor e with so many verified nats: forms are never exact."""
 
 COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
@@ -35,6 +32,12 @@ CONFUSABLE_NATS = 15.0
 
 MOST_NAMED = 2
 SMALL = 0.002
+OTHERS_SHARE = 0.3
+"""Of the doubt of a label that many nats speak for, what goes to causes without a name."""
+
+NEARLY_FOUND = 0.3
+"""Doubt of no gap where an effect would have been found at no nats more; it falls by e with ten."""
+
 NEAR = 0.7
 """Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
 
@@ -57,8 +60,9 @@ def decide_jointly(found: JointAnswer) -> JointDecision:
     return decide(JointEvidence.of(found))
 
 
-def decide(found: JointEvidence) -> JointDecision:
-    """See the constants above."""
+def decide(found: JointEvidence, calibration: JointCalibration | None = None) -> JointDecision:
+    """By the constants above, probabilities by those of `calibration` (built in unless given)."""
+    calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
     if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
@@ -74,7 +78,9 @@ def decide(found: JointEvidence) -> JointDecision:
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)
     confusable = confusions(found, answer)
-    return JointDecision(answer, _probabilities(found, answer, evidence, remains, confusable), confusable)
+    return JointDecision(
+        answer, _probabilities(found, answer, evidence, remains, confusable, calibration), confusable
+    )
 
 
 def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
@@ -103,10 +109,17 @@ def _probabilities(
     evidence: Mapping[str, float],
     remains: float,
     confusable: tuple[tuple[str, str], ...],
+    calibration: JointCalibration,
 ) -> dict[str, float]:
-    sure = {label: _sure(nats) for label, nats in evidence.items()}
-    nothing = float(np.prod([1 - p for p in sure.values()]))
-    p_other = _sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
+    floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
+    sure = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
+    nothing = float(np.prod([1 - calibration.sure(nats, 0.0) for nats in evidence.values()]))
+    # What is no longer sure of a label that many nats speak for is another cause, not none.
+    elsewhere = max((1 - p for p in sure.values()), default=0.0) - nothing
+    p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
+    if remains > 0:
+        p_other = calibration.sure(remains, calibration.other_floor)
+    p_other = max(p_other, OTHERS_SHARE * elsewhere)
     own = found.own
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
@@ -122,10 +135,10 @@ def _probabilities(
         probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
     if answer:
         none = nothing * (1 - p_other)
-        rest = SMALL * len(LABEL_BLOCKS)
+        rest = max((1 - OTHERS_SHARE) * elsewhere, SMALL * len(LABEL_BLOCKS))
     else:
-        best = max(found.rivals.values(), default=-10.0)
-        none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
+        best = max(found.rivals.values(), default=-np.inf)
+        none = 1 - p_other - calibration.none_doubt - NEARLY_FOUND * float(np.exp(min(best, 0.0) / 10))
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in PART_OF_G]
     for label in silent:
@@ -144,7 +157,3 @@ def confusions(found: JointEvidence, answer: tuple[str, ...]) -> tuple[tuple[str
         for label, nats in found.rivals.items()
         if label not in (answer[0], OTHER) and nats > own - CONFUSABLE_NATS and nats > 0
     )
-
-
-def _sure(nats: float) -> float:
-    return float(min(CERTAIN, 1 - 0.6 * np.exp(-max(nats, 0.0) / NATS_OF_DOUBT)))

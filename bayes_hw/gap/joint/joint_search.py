@@ -58,6 +58,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     if fit.labels:
         fit = pruned(delayed(pruned(fit)))
         told(f"pruned: {described(fit)}")
+        base, fit, readings = _read_again(base, fit, readings)
     fit, nats = verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
 
@@ -85,6 +86,16 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
             base = weighted(base, readings.weights)
     say(f"without effects: {described(base)}")
     return base, readings
+
+
+def _read_again(base: JointFit, fit: JointFit, readings: Readings) -> tuple[JointFit, JointFit, Readings]:
+    """Faults of timing that only an explanation on the way seemed to show are taken back."""
+    if "timing_jitter.sd" not in readings.parameters:
+        return base, fit, readings
+    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    if "timing_jitter" in again.nats:
+        return base, fit, readings
+    return weighted(base, again.weights), weighted(fit, again.weights), again
 
 
 def _structural(fit: JointFit) -> JointFit:
