@@ -36,15 +36,15 @@ from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
-PREDICTED_DRAWS = 40
+PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
 BOOTSTRAPS = 300
 SEGMENTS = 12
 MOST_SAMPLES = 40_000
 """Of all records together: from longer ones each record's beginning is used, in proportion."""
 
 OF_ROUNDED = 3.0
-"""Factor on standard deviations where readings are rounded, so that errors are not independent, or where
-something without a name remains."""
+"""Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
+or where something without a name remains."""
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 """Labels whose effect no simulation follows."""
@@ -98,7 +98,7 @@ def diagnose_records(
         decision = decide_jointly(found)
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
-        poorly = "encoder_quantization" in decision.answer or unnamed
+        poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
         sections = dominant_sections(fit)
         posterior = laplace(
             widened(fit), records[0].units, rng, OF_ROUNDED if poorly else INFLATION, sections
@@ -160,7 +160,10 @@ def _finished(
     first = base.response.simulate(base.values, holdout[0].u).y
     last = fit.response.simulate(fit.values, holdout[0].u).y
     drawn = np.array([fit.response.simulate(values, holdout[0].u).y for values in some])
-    half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
+    # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
+    stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
+    spread = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
+    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {

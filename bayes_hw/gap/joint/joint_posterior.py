@@ -18,12 +18,15 @@ from bayes_hw.identify.identified_model import dominant_modes
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
-DRAWS = 1000
+DRAWS = 300
 INFLATION = 1.7
 """Of standard deviations, for structures not chosen and forms a little wrong: see
 docs/decisions/0016-joint-search.md."""
 
 RIDGE = 1e-9
+RIDGES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Least eigenvalues of a correlation matrix, in turn, until a draw is one that the records allow."""
+
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
 
@@ -67,11 +70,14 @@ def laplace(
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     scale = largest * norms / np.sqrt(variance)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(len(scale)))
-    root = vectors / np.sqrt(np.maximum(values, RIDGE))
-    steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
-    steps[:, ~seen] = 0.0
     centre = fit.point.coordinates
-    drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
+    if chaotic:
+        root = vectors / np.sqrt(np.maximum(values, RIDGE))
+        steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
+        steps[:, ~seen] = 0.0
+        drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
+    else:
+        drawn = _allowed(fit, values, vectors, np.where(seen, scale, np.inf), inflation, rng)
     rate = fit.response.scale.rate_hz
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
@@ -103,6 +109,34 @@ def laplace(
         unit,
         tuple(sections),
     )
+
+
+def _allowed(
+    fit: JointFit, values: FloatArray, vectors: FloatArray, scale: FloatArray, inflation: float,
+    rng: np.random.Generator,
+) -> FloatArray:  # fmt: skip
+    """Draws (draws, size) about the fit that the records allow.
+
+    `values` and `vectors` are of the correlation matrix of whitened derivatives of columns of norms `scale`.
+    Along a direction that the records hardly see, the likelihood is normal near the fit only: a step costs
+    many times what it should. Such a draw is taken again with the variance along such directions capped.
+    """
+    size, centre = len(scale), fit.point.coordinates
+    least = fit.point.log_likelihood - 0.5 * inflation**2 * (size + 4 * np.sqrt(2 * size))
+    found = np.empty((DRAWS, size))
+    begin = 0
+    for number, normal in enumerate(inflation * rng.standard_normal((DRAWS, size))):
+        at = max(begin - 1, 0)
+        while True:
+            step = (vectors / np.sqrt(np.maximum(values, RIDGES[at]))) @ normal / scale
+            found[number] = fit.response.admissible(centre + step, centre)
+            residuals = fit.response.residuals(found[number])
+            finite = all(np.isfinite(e).all() for e in residuals)
+            if at == len(RIDGES) - 1 or (finite and fit.point.whitener.log_likelihood(residuals) >= least):
+                break
+            at += 1
+        begin = at
+    return found
 
 
 def _factor(fit: JointFit) -> tuple[FloatArray, bool]:
