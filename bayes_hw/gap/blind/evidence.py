@@ -142,9 +142,12 @@ def read_evidence(
 def without_part_of_g(truth: CaseTruth) -> CaseTruth:
     """The truth as it is where no model was given (see `PART_OF_G`)."""
     kept = [i for i, label in enumerate(truth.effects) if label not in PART_OF_G]
-    parts = (truth.effects, truth.detail, truth.gap_over_sigma)
-    effects, detail, sizes = (tuple(part[i] for i in kept) for part in parts)
-    return replace(truth, effects=effects, detail=detail, gap_over_sigma=sizes)
+    return replace(
+        truth,
+        effects=tuple(truth.effects[i] for i in kept),
+        detail=tuple(truth.detail[i] for i in kept),
+        gap_over_sigma=tuple(truth.gap_over_sigma[i] for i in kept),
+    )
 
 
 def read_verdict(folder: Path) -> CaseVerdict:

@@ -76,7 +76,7 @@ def left_out_scores(cases: Sequence[JointCase], folds: int = 5) -> FloatArray:
     found = np.empty(len(cases))
     for left in range(folds):
         fitted = calibrate_jointly([c for c, f in zip(cases, fold, strict=True) if f != left])
-        for i in np.flatnonzero(fold == left):
+        for i in (int(i) for i in np.flatnonzero(fold == left)):
             found[i] = cases[i].score(fitted)
     return found
 

@@ -75,7 +75,7 @@ def corrected_model(
         },
         "scale": {
             "speed": scale.speed, "gain": scale.gain, "travel": scale.travel, "sigma": scale.sigma,
-            "samples": scale.samples, "rate_hz": scale.rate_hz,
+            "samples": scale.samples, "rate_hz": scale.rate_hz, "shortest": scale.shortest,
         },
         "effects": [
             {

@@ -21,7 +21,8 @@ cycle, since one that is off by a cycle over the travel shows nothing. Short one
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
     sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
-    `periods` (output units) are those that a scan found promising."""
+    `periods` (output units) are those that a scan found promising, `shortest` the shortest that may be looked
+    for: what rounding does repeats with its step."""
 
     speed: float
     gain: float
@@ -30,6 +31,7 @@ class JointScale:
     samples: int
     rate_hz: float
     periods: tuple[float, ...] = ()
+    shortest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def scanned_cycles() -> FloatArray:
 
 
 def _wavenumber(scale: JointScale, row: int) -> Slot:
-    shortest = scale.travel / (1.1 * MOST_CYCLES)
+    shortest = max(scale.travel / (1.1 * MOST_CYCLES), scale.shortest)
     return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
 
 

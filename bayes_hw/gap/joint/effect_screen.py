@@ -100,6 +100,9 @@ def promising_periods(fit: JointFit, noises: Sequence[_Whitened]) -> tuple[float
         over = 1.0 if fit.response.weights is None else fit.response.weights[number]
         waves.append((run.w, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
     cycles = scanned_cycles()
+    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
+    if not len(cycles):
+        return ()
     gains = np.empty((len(noises), len(cycles)))
     for j, count in enumerate(cycles):
         tangents = []

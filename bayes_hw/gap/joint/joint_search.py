@@ -38,6 +38,9 @@ MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 2, 0.4, 8
 """Labels that are followed further, the share of the best one's nats from which, and the order of G above
 which it is pruned first."""
 
+STEPS_OF_A_PERIOD = 3.0
+"""Of rounding: a shorter period in position is that of the rounding itself."""
+
 UNNAMED_NATS = 20.0
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
@@ -87,6 +90,9 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     """The best cascade without effects under the weights that the readings' faults ask for."""
     base = grown_base(records, white_noise_level([record.y for record in records]))
     readings = read_faults(base)
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+        base = replace(base, response=replace(base.response, scale=scale))
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
         again = read_faults(replace(base, response=replace(base.response, weights=None)))
