@@ -76,7 +76,7 @@ def coarse_periods(scale: JointScale) -> list[float]:
     """Long periods, output units."""
     long = np.geomspace(1 / LONGEST_PERIOD, 1.0, 8, endpoint=False)
     cycles = np.concatenate([long, np.arange(1.0, COARSE_CYCLES, CYCLE_STEP)])
-    return [float(scale.travel / c) for c in cycles]
+    return [float(scale.travel / c) for c in cycles if scale.travel / c >= scale.shortest]
 
 
 def scanned_cycles() -> FloatArray:
