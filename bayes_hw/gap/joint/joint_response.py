@@ -378,7 +378,7 @@ class JointResponse:
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
-        work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
+        work = np.empty((9 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         K.respond_jointly(
