@@ -236,7 +236,8 @@ def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     assert main([*arguments, "--quiet"]) == 0
     answer, progress = capsys.readouterr()
     assert progress == "" and "noise.partial" not in answer and "next: " not in answer
-    assert [line.split()[0] for line in answer.splitlines()][-1] == "noise.sigma"
+    *_, noise, caveat = answer.splitlines()
+    assert noise.split()[0] == "noise.sigma" and "would have been taken for dead zone" in caveat
     assert main(arguments) == 0
     printed = capsys.readouterr()
     assert "sampling ..." in printed.err.splitlines()
