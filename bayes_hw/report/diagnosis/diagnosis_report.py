@@ -188,8 +188,8 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
         _structure(diagnosis),
-        "The probabilities are tempered, and were held against simulated cases only; a real axis can be less "
-        "sure.",
+        "The probabilities are less sure than the evidences alone would make them, and were held against "
+        "simulated cases only; a real axis can be less sure still.",
         "The intervals take the noise's own parameters as estimated.",
     ]
     if not diagnosis.case.model.noise_sigma > 0:

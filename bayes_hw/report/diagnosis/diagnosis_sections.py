@@ -194,8 +194,9 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
         "one: log predictive density of every twelfth of a record given the rest, less that of the best, ± "
         "its standard error; “weight”: in the mixture of predictions that is best at it (stacking). "
         "“Would close”: share of the reducible squared error that it removes; a stochastic effect alone "
-        f"leaves it ({NO_NUMBER}). ▸ the explanation chosen. Evidences are raw, the probabilities above "
-        "tempered; how far those can be relied on is what a blind check measures.",
+        f"leaves it ({NO_NUMBER}). ▸ the explanation chosen. The "
+        "probabilities above are less sure than these evidences alone would make them; how far they can be "
+        "relied on is what a blind check measures.",
         (1, 2, 3, 4, 5),
     )
 

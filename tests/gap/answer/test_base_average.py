@@ -32,7 +32,7 @@ def explanation(
             to_coordinates=lambda values: values,
             prior_deviations=lambda coordinates: (coordinates - 4.0) / prior_sd,
         ),
-        residuals=[np.zeros(1000)],
+        readings=1000,
     )
     return SimpleNamespace(
         labels=labels,

@@ -16,7 +16,7 @@ def fitted(labels: tuple[str, ...], rmse: float, parameters: int) -> Any:
         hypothesis=SimpleNamespace(labels=labels, effects=labels),
         rmse=rmse,
         coordinates=np.zeros(parameters),
-        residuals=[np.zeros(500)],
+        readings=500,
         whitener=SimpleNamespace(parameter_count=2),
     )
 
