@@ -79,6 +79,10 @@ class Form:
     def full_name(self) -> str:
         return f"{self.label} ({self.name})" if self.name else self.label
 
+    def unit_of_signal(self, scale: JointScale) -> float:
+        """What the law divides its signal by where no slot does: its size lies in the port alone."""
+        return {K.CUBIC: _twist(scale), K.DRAG: scale.speed * scale.gain}.get(self.law, 1.0)
+
 
 def coarse_periods(scale: JointScale) -> list[float]:
     """Periods seen often enough, long ones, output units."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale
 
-from bayes_hw.gap.joint.effect_form import CYCLE_STEP
+from bayes_hw.gap.joint.effect_form import TURN_STEP
 from bayes_hw.gap.joint.effect_screen import screened
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
@@ -32,7 +32,7 @@ def _periods(shortest: float) -> tuple[list[float], float]:
 def test_a_short_period_is_found_by_the_scan() -> None:
     """Within the half cycle over the travel that a descent needs."""
     found, travel = _periods(0.0)
-    assert min(abs(travel / period - travel / PERIOD) for period in found) <= CYCLE_STEP
+    assert min(abs(travel / period - travel / PERIOD) for period in found) <= TURN_STEP
 
 
 def test_no_period_is_taken_that_rounding_has() -> None:
