@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
@@ -31,6 +31,9 @@ NEVER_SETTLES = 1 - 1e-6
 
 RIDGES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Least eigenvalues of a correlation matrix, in turn, until a draw is one that the records allow."""
+
+TRIES = 20
+"""Normals that a draw may take until its poles are of the fit's kinds."""
 
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
@@ -135,16 +138,23 @@ def _allowed(
     `values` and `vectors` are of the correlation matrix of whitened derivatives of columns of norms `scale`.
     Along a direction that the records hardly see, the likelihood is normal near the fit only: a step costs
     many times what it should. Such a draw is taken again with the variance along such directions capped.
+    Poles are of the fit's kinds: a pair that parts into two real poles is of another structure, of which
+    nothing about this fit tells, and a pole that the records do not see goes there half of the time.
     """
     size, centre = len(scale), fit.point.coordinates
     least = fit.point.log_likelihood - 0.5 * inflation**2 * (size + 4 * np.sqrt(2 * size))
     found = np.empty((DRAWS, size))
-    begin = 0
-    for number, normal in enumerate(inflation * rng.standard_normal((DRAWS, size))):
+    begin, kinds = 0, _are_pairs(fit, centre)
+    for number in range(DRAWS):
         at = max(begin - 1, 0)
+        normal = inflation * rng.standard_normal(size)
         while True:
-            step = (vectors / np.sqrt(np.maximum(values, RIDGES[at]))) @ normal / scale
-            found[number] = fit.response.admissible(centre + step, centre)
+            root = vectors / np.sqrt(np.maximum(values, RIDGES[at]))
+            for _ in range(TRIES):
+                found[number] = fit.response.admissible(centre + root @ normal / scale, centre)
+                if np.array_equal(_are_pairs(fit, found[number]), kinds):
+                    break
+                normal = inflation * rng.standard_normal(size)
             residuals = fit.response.residuals(found[number])
             trial = replace(fit.point, residuals=tuple(residuals))
             finite = all(np.isfinite(e).all() for e in trial.known)
@@ -154,6 +164,12 @@ def _allowed(
             at += 1
         begin = at
     return found
+
+
+def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
+    """Which sections (sections,) have complex poles."""
+    a1, a2 = fit.response.values(coordinates).cascade.sections[:2]
+    return np.asarray(a1 * a1 / 4 < a2, dtype=np.bool_)
 
 
 def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:

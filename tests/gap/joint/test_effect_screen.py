@@ -7,34 +7,43 @@ from dataclasses import replace
 import numpy as np
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale
 
-from bayes_hw.gap.joint.effect_form import TURN_STEP
-from bayes_hw.gap.joint.effect_screen import screened
+from bayes_hw.gap.joint.effect_form import COARSE_TURNS, TURN_STEP
+from bayes_hw.gap.joint.effect_screen import Start, screened
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
-PERIOD = 0.11
+PERIOD = 0.011
+ROUNDED = 0.02
 
 
-def _periods(shortest: float) -> tuple[list[float], float]:
-    """Of starts of an eccentricity that promise anything, on an axis that has one of PERIOD; its travel."""
-    wave = Effect(form("encoder_eccentricity"), np.array([0.004, 0.0, 2 * np.pi / PERIOD]))
+def _starts(shortest: float) -> tuple[list[Start], float]:
+    """Starts of an eccentricity on an axis that has one of PERIOD; its travel."""
+    wave = Effect(form("encoder_eccentricity"), np.array([0.002, 0.0, 2 * np.pi / PERIOD]))
     records = measured((wave,), SAMPLES, (1, 2))
     travel = max(float(np.ptp(r.y)) for r in records)
     sizes = replace(scale(SAMPLES), shortest=shortest, travel=travel)
     response = JointResponse(STRUCTURE, (), records, sizes)
     fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
-    starts = screened(fit, [form("encoder_eccentricity")])
-    return [2 * np.pi / start.values[2] for start in starts if max(start.gains) > 30], travel
+    return screened(fit, [form("encoder_eccentricity")]), travel
+
+
+def _period(start: Start) -> float:
+    return float(2 * np.pi / start.values[2])
 
 
 def test_a_short_period_is_found_by_the_scan() -> None:
-    """Within the half cycle over the travel that a descent needs."""
-    found, travel = _periods(0.0)
+    """Shorter than any that is started from without a scan; within the step that a descent needs."""
+    starts, travel = _starts(0.0)
+    found = [_period(start) for start in starts if max(start.gains) > 30]
+    assert travel / PERIOD > COARSE_TURNS
     assert min(abs(travel / period - travel / PERIOD) for period in found) <= TURN_STEP
 
 
 def test_no_period_is_taken_that_rounding_has() -> None:
-    found, _ = _periods(0.2)
-    assert all(period >= 0.2 for period in found)
+    """Whether scanned or not, while longer ones are still tried."""
+    shorter, _ = _starts(0.0)
+    kept, _ = _starts(ROUNDED)
+    assert min(map(_period, shorter)) < ROUNDED
+    assert kept and min(map(_period, kept)) >= ROUNDED

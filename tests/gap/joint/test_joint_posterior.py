@@ -1,0 +1,30 @@
+"""Draws about the joint fit are of its structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from joint_axis import CASCADE, STRUCTURE, measured, scale
+
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_posterior import DRAWS, laplace
+from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Units
+
+SAMPLES = 600
+
+
+def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None:
+    """A slow pair of next to no weight, whose poles may be anywhere: draws differ, none has it real."""
+    unseen = np.array([[1.9998], [0.99999], [2e-7], [-2e-7]])
+    cascade = replace(
+        CASCADE, sections=np.hstack([CASCADE.sections, unseen]), starts=np.zeros((1, 5))
+    )  # fmt: skip
+    response = JointResponse(replace(STRUCTURE, sections=2), (), measured((), SAMPLES, (1,)), scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(cascade))))
+    posterior = laplace(fit, Units(), np.random.default_rng(1))
+    a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
+    assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
+    assert np.mean(a1 * a1 / 4 < a2) > 0.99
