@@ -1,9 +1,9 @@
 """Is the diagnosis right on cases whose effect is withheld?
 
 Cases of three kinds (easy, hard, wide) are drawn from the torque-level plant with seeds that no calibration
-has seen, sealed, diagnosed without their truth, and scored. Writes report.html and report.pdf on all cases,
-results.json also by kind; finished cases stay in OUT/work until the results are written, so that a run that
-was stopped goes on.
+has seen, sealed, diagnosed without their truth, and scored: with their model, and with the model withheld too
+unless --no-from-records says not to. Writes report.html and report.pdf on all cases, results.json also by
+kind; finished cases stay in OUT/work until the results are written, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
+from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
-from bayes_hw.report.blind.blind_report import blind_report, share_text
+from bayes_hw.report.blind.blind_report import blind_report
+from bayes_hw.report.blind.share_words import share_text
 
 ROUND = 15
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""
@@ -44,8 +46,22 @@ def main() -> None:
         ),
         **{name: baseline_score(study, numbers, function) for name, function in BASELINES.items()},
     }
-    study.write_document(blind_report(score, together, study.origin(), baselines))
+    alone = {
+        kind: evidence_of(study, kind, count, from_records=True)
+        for kind, count in numbers.items()
+        if study.from_records
+    }
+    alone_score = (
+        score_evidence(joined(list(alone.values()), list(alone)), np.random.default_rng(study.seed))
+        if alone
+        else None
+    )
+    study.write_document(blind_report(score, together, study.origin(), baselines, alone_score))
     results = {kind: score_to_dict(scores[kind], part) for kind, part in parts.items()}
+    from_records = {
+        kind: score_to_dict(score_evidence(part, np.random.default_rng(study.seed)), part)
+        for kind, part in alone.items()
+    }
     study.write_results(
         {
             "calibration_seeds": [CALIBRATION_SEEDS.start, CALIBRATION_SEEDS.stop],
@@ -54,6 +70,7 @@ def main() -> None:
                 name: {figure: value.to_dict() for figure, value in one.headline.items()}
                 for name, one in baselines.items()
             },
+            "from_records": from_records,
             **results,
         }
     )
@@ -61,6 +78,9 @@ def main() -> None:
     for kind, one in scores.items():
         for name, value in one.headline.items():
             print(f"{kind:6} {name:48} {share_text(value)}")
+    if alone_score is not None:
+        for name, value in alone_score.headline.items():
+            print(f"alone  {name:48} {share_text(value)}")
 
 
 def seed_of(study: Study, kind: str) -> int:
@@ -77,14 +97,20 @@ def baseline_score(study: Study, numbers: Mapping[str, int], function: str) -> S
     return score_evidence(joined(parts), np.random.default_rng(study.seed))
 
 
-def evidence_of(study: Study, kind: str, count: int, diagnosis: str = "") -> Evidence:
-    """The finished check of one kind, of the study's diagnosis unless another is given."""
+def evidence_of(
+    study: Study, kind: str, count: int, diagnosis: str = "", *, from_records: bool = False
+) -> Evidence:
+    """The finished check of one kind, of the study's diagnosis unless another is given; from records alone of
+    the diagnosis that needs no model."""
+    if from_records and study.diagnosis == DIAGNOSIS:
+        diagnosis = FROM_RECORDS
     return check_blind(
         study.out / "work" / kind,
         count,
         seed_of(study, kind),
         kind,
         diagnosis=diagnosis or study.diagnosis,
+        from_records=from_records,
         executor=study.executor(),
         progress=study.progress,
     )

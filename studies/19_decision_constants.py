@@ -4,7 +4,9 @@ Cases of two kinds (easy, hard) are drawn from the torque-level plant with seeds
 diagnosed without their truth, and cases of every effect with its entry struck from the catalogue, since none
 holds all there is. What every decision rests on is kept, and the constants of the decision are fitted to the
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
-are too sure where an explanation is not right. Writes calibration.json, which is what goes with the
+are too sure where an explanation is not right. The same sets are diagnosed from their records alone too
+(unless --no-from-records), and the constants of that decision's probabilities fitted: joint_calibration.json
+(bayes_hw/gap/joint/joint_calibration.json). Writes calibration.json, which is what goes with the
 program (bayes_hw/gap/answer/calibration.json). Finished cases stay in OUT/work until the results are written,
 so that a run that was stopped goes on.
 """
@@ -26,9 +28,12 @@ from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
 from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.blind.run import DIAGNOSIS
+from bayes_hw.gap.blind.joint_ballot import read_evidence_of
+from bayes_hw.gap.blind.joint_calibrate import JointCase, calibrate_jointly, left_out_scores
+from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
 SEEDS_OF_A_STUDY = 20
@@ -73,6 +78,9 @@ def main() -> None:
     }
     write_text_atomically(study.out / "calibration.json", json.dumps(adopted, indent=1) + "\n")
     study.write_document(decision_report(fit, tails, seeds, study.origin()))
+    from_records: dict[str, object] = {}
+    if study.from_records and study.diagnosis == DIAGNOSIS:
+        from_records = fit_from_records(study)
     gain, error = fit.gain
     tail_gain, tail_error = tails.gain
     alone, with_tails = tails.held()
@@ -96,12 +104,41 @@ def main() -> None:
             "base_held_left_out": with_tails.to_dict(),
             "fitted": asdict(replace(fit.fitted, **astray)),
             "adopted": adopted,
+            "from_records": from_records,
         }
     )
     shutil.rmtree(study.out / "work")
     print(f"log score of cases left out: {gain:+.3f} ± {error:.3f} a case against constants by hand")
     for name, value in adopted.items():
         print(f"{name:20} {value:g}")
+
+
+def fit_from_records(study: Study) -> dict[str, object]:
+    """Fit what is stated from records alone to the truth of the same sets; writes joint_calibration.json."""
+    cases = []
+    for kind, count in (QUICK_NUMBERS if study.quick else NUMBERS).items():
+        number = count if study.quick else study.part_of(count)
+        folder, seed = study.out / "work" / kind, seed_of(study, len(BLOCKS) + list(NUMBERS).index(kind))
+        evidence = check_blind(
+            folder, number, seed, kind, diagnosis=FROM_RECORDS, from_records=True,
+            executor=study.executor(), progress=study.progress,
+        )  # fmt: skip
+        verdicts = verdicts_in(folder, FROM_RECORDS, from_records=True)
+        cases += [
+            JointCase(read_evidence_of(verdicts / truth.name), truth.effects)
+            for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True)
+            if not verdict.failed
+        ]
+    by_hand = JointCalibration.built_in()
+    fitted = asdict(calibrate_jointly(cases))
+    adopted = {name: float(f"{value:.{FIGURES}g}") for name, value in fitted.items()}
+    write_text_atomically(study.out / "joint_calibration.json", json.dumps(adopted, indent=1) + "\n")
+    return {
+        "cases": len(cases),
+        "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
+        "score_left_out": float(left_out_scores(cases).mean()),
+        "adopted": adopted,
+    }
 
 
 def seed_of(study: Study, number: int) -> int:

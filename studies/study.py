@@ -50,6 +50,7 @@ class Study:
     share: float = 1.0
     counts: Mapping[str, int] = field(default_factory=dict)
     usual_counts: Mapping[str, int] = field(default_factory=dict)
+    from_records: bool = True
     began_at: float = field(default_factory=time.time)
     report: Report | None = None
     results_written: bool = False
@@ -116,6 +117,7 @@ class Study:
         another += f" --share {self.share:g}" * (self.share != 1)
         for name, count in self.counts.items():
             another += f" --{name} {count}" * (count != self.usual_counts[name])
+        another += " --no-from-records" * (not self.from_records)
         return f"python studies/{self.script.name} --seed {self.seed}" + " --quick" * self.quick + another
 
     def origin(self, records: Sequence[Record] = ()) -> Provenance:
@@ -152,6 +154,12 @@ def start_study(
     if diagnoses:
         parser.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
         parser.add_argument("--share", type=float, default=1.0, help="share of the cases to run")
+        parser.add_argument(
+            "--from-records",
+            action=argparse.BooleanOptionalAction,
+            default=True,
+            help="where a study has both: diagnose the cases with their model withheld too",
+        )
     usual = dict(counts or {})
     for option, count in usual.items():
         parser.add_argument(f"--{option}", type=int, default=count, help=f"how many (default: {count})")
@@ -170,6 +178,7 @@ def start_study(
         getattr(parsed, "share", 1.0),
         {option: getattr(parsed, option.replace("-", "_")) for option in usual},
         usual,
+        getattr(parsed, "from_records", True),
     )
     if parsed.unless_done and study.is_done():
         print(

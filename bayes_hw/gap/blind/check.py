@@ -47,7 +47,7 @@ def check_blind(
     origin = json.loads(read_truth(where / TRUTH)[ORIGIN])
     if [seal["number"], origin["seed"], origin["kind"], origin["changes"]] != wanted:
         raise InputError(f"{where}: is another set; remove the folder or give another --out")
-    verdicts = verdicts_in(folder, diagnosis, options)
+    verdicts = verdicts_in(folder, diagnosis, options, from_records=from_records)
     run_set(
         where,
         verdicts,
@@ -61,10 +61,17 @@ def check_blind(
     return read_evidence(where, verdicts)
 
 
-def verdicts_in(folder: Path, diagnosis: str, options: Mapping[str, str] | None = None) -> Path:
+def verdicts_in(
+    folder: Path,
+    diagnosis: str,
+    options: Mapping[str, str] | None = None,
+    *,
+    from_records: bool = False,
+) -> Path:
     """Where `check_blind` writes the verdicts of a diagnosis with these options, a folder for every case."""
     function = diagnosis.rpartition(":")[2]
-    return folder / "_".join(["verdicts", function, *(f"{k}_{v}" for k, v in (options or {}).items())])
+    given = [f"{k}_{v}" for k, v in (options or {}).items()] + ["from_records"] * from_records
+    return folder / "_".join(["verdicts", function, *given])
 
 
 def joined(parts: Sequence[Evidence], names: Sequence[str] = ()) -> Evidence:

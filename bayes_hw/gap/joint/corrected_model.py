@@ -17,7 +17,6 @@ from bayes_hw.gap.joint.effect_form import FORMS, JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
-    dominant_sections,
     effect_quantities,
     gain_and_lag,
 )
@@ -46,7 +45,7 @@ def corrected_model(
     """The content of corrected.json: a model.json with "effects", and below "joint" what simulates them."""
     fit = posterior.fit
     values = fit.values
-    model = model_of(f"{name}, corrected", train, fit, sigma)
+    model = model_of(f"{name}, corrected", train, fit, sigma, posterior.sections)
     s = fit.structure
     found: dict[str, object] = dict(model.to_dict())
     kept = values.effects
@@ -74,7 +73,7 @@ def corrected_model(
         },
         "scale": {
             "speed": scale.speed, "gain": scale.gain, "travel": scale.travel, "sigma": scale.sigma,
-            "samples": scale.samples, "rate_hz": scale.rate_hz,
+            "samples": scale.samples, "rate_hz": scale.rate_hz, "shortest": scale.shortest,
         },
         "effects": [
             {
@@ -89,13 +88,15 @@ def corrected_model(
     return found
 
 
-def model_of(name: str, train: Sequence[Record], fit: JointFit, sigma: float) -> HammersteinWiener:
+def model_of(
+    name: str, train: Sequence[Record], fit: JointFit, sigma: float, sections: Sequence[int]
+) -> HammersteinWiener:
     """The cascade of a fit with its known inputs, without its effects; a limit that it lacks stands at the
-    largest command."""
+    largest command; `sections` are the numbers of the dominant modes' sections."""
     values, rate = fit.values, fit.response.scale.rate_hz
     cascade = values.cascade
     largest = max(float(np.abs(r.u).max()) for r in train)
-    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant_sections(fit)]
+    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in sections]
     return HammersteinWiener(
         name=name,
         sample_rate_hz=rate,

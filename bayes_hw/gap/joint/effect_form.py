@@ -8,14 +8,16 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 
 Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
-FEW_TURNS, MOST_TURNS = 10.0, 25.0
-"""Turns within the travel: screened by halves up to the first, by whole ones up to the second."""
+COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
+"""Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
+since a period that is off by a turn over the travel shows nothing."""
 
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
@@ -24,7 +26,9 @@ LONG_PERIODS = 8
 @dataclass(frozen=True)
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
-    sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record."""
+    sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
+    `periods` (output units) are those that a scan found promising, `shortest` the shortest that may be looked
+    for: what rounding does repeats with its step."""
 
     speed: float
     gain: float
@@ -32,6 +36,8 @@ class JointScale:
     sigma: float
     samples: int
     rate_hz: float
+    periods: tuple[float, ...] = ()
+    shortest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,8 @@ class Form:
 
     `slots` gives its parameters for a scale, `starts` the values (parameters,) to begin from, at which the
     form changes nothing. A form with a `column` acts by that known input of the records: through the load as
-    a "law", at the encoder as a "reading".
+    a "law", at the encoder as a "reading". A form that is `further` extends another of its label by
+    parameters, and is tried where that one is present.
     """
 
     label: str
@@ -62,6 +69,7 @@ class Form:
     law: int = -1
     base: int = 0
     column: str = ""
+    further: bool = False
 
     @property
     def is_law(self) -> bool:
@@ -71,11 +79,20 @@ class Form:
     def full_name(self) -> str:
         return f"{self.label} ({self.name})" if self.name else self.label
 
+    def unit_of_signal(self, scale: JointScale) -> float:
+        """What the law divides its signal by where no slot does: its size lies in the port alone."""
+        return {K.CUBIC: _twist(scale), K.DRAG: scale.speed * scale.gain}.get(self.law, 1.0)
 
-def _turning(scale: JointScale) -> list[float]:
-    """Periods seen often enough."""
-    turns = [*np.arange(TURNS_SEEN, FEW_TURNS, 0.5), *np.arange(FEW_TURNS, MOST_TURNS + 1, 1.0)]
-    return [float(scale.travel / t) for t in turns]
+
+def coarse_periods(scale: JointScale) -> list[float]:
+    """Periods seen often enough, long ones, output units."""
+    turns = np.arange(TURNS_SEEN, COARSE_TURNS, TURN_STEP)
+    return [float(scale.travel / t) for t in turns if scale.travel / t >= scale.shortest]
+
+
+def scanned_cycles() -> FloatArray:
+    """Cycles over the travel that a scan goes through."""
+    return np.arange(TURNS_SEEN, MOST_TURNS, TURN_STEP)
 
 
 def _bending(scale: JointScale) -> list[float]:
@@ -84,12 +101,13 @@ def _bending(scale: JointScale) -> list[float]:
 
 
 def _wavenumber(scale: JointScale, row: int) -> Slot:
-    return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / (0.02 * scale.travel))
+    shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
+    return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
 
 
 def _period_wavenumber(scale: JointScale, row: int) -> Slot:
-    shortest = 2 * np.pi / (0.02 * scale.travel)
-    return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, shortest)
+    shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
+    return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, 2 * np.pi / shortest)
 
 
 def _shape_wavenumber(scale: JointScale, row: int) -> Slot:
@@ -175,8 +193,26 @@ def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> 
     )  # fmt: skip
 
 
+def _second_harmonic() -> Form:
+    return Form(
+        "torque_ripple", "two harmonics", "law",
+        lambda s: (_period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
+        lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
+        K.RIPPLE, K.BASE_POSITION, further=True,
+    )  # fmt: skip
+
+
 def _any_period(scale: JointScale) -> list[float]:
-    return [*_turning(scale)[::2], *_bending(scale)]
+    return [*coarse_periods(scale), *_bending(scale)]
+
+
+def _turning(scale: JointScale) -> list[float]:
+    """What a scan found, or long periods seen often enough."""
+    return list(scale.periods) or coarse_periods(scale)
+
+
+def _turning_or_long(scale: JointScale) -> list[float]:
+    return [*coarse_periods(scale), *(p for p in scale.periods if p < scale.travel / COARSE_TURNS)]
 
 
 FORMS: tuple[Form, ...] = (
@@ -218,11 +254,26 @@ FORMS: tuple[Form, ...] = (
         K.GAP, K.BASE_SECOND_DIFFERENCE,
     ),
     _ripple("torque_ripple", "", _turning, _period_wavenumber),
-    _wave("encoder_eccentricity", "", "output", K.SINE, _turning, _period_wavenumber),
+    _second_harmonic(),
+    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, _period_wavenumber),
     Form(
         "gain_asymmetry", "", "output",
         lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
         lambda _: [(0.0,)],
+    ),
+    Form(
+        "other", "curve of the command", "input",
+        lambda s: (
+            Slot(K.EVEN_CURVE, "even", False, -0.5, 0.5),
+            Slot(K.ODD_CURVE, "odd", False, -0.45 / s.speed, 2 / s.speed),
+        ),
+        lambda _: [(0.0, 0.0)],
+    ),
+    Form(
+        "other", "hysteresis of the spring", "law",
+        lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
+        K.BRISTLE, K.BASE_THIRD_DIFFERENCE,
     ),
     Form(
         "other", "torque limit", "law",

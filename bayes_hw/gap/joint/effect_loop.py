@@ -70,12 +70,12 @@ class EffectLoop:
                     continue
                 rows = {"input": inputs[i], "output": outputs[i]}.get(effect.form.place)
                 target = thetas[i, law] if rows is None else rows
+                if effect.ports is not None:
+                    target[0] = effect.form.unit_of_signal(scale)
                 for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
                     target[slot.row] = value
                 if (p := effect.ports) is None:
                     continue
-                if effect.form.law == K.CUBIC:
-                    thetas[i, law, 0] = 0.1 * scale.speed * scale.gain
                 given = (p.real, p.sections, p.direct, p.signal_real, p.signal_sections)
                 for array, part in zip(ports, given, strict=True):
                     array[i, law] = part

@@ -6,8 +6,26 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.loop_kernel import limited_commands
 from bayes_hw.identify.cascade import Structure
+
+
+def limited_and_gain(
+    values: JointValues, scale: JointScale, u: FloatArray, w: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The delayed command `u` (samples,) behind its limits of size and rate while the axis is at `w`
+    (samples,), before its curve; and the factor (samples,) that a drift of the gain puts behind the curve."""
+    rows, c = np.zeros(K.INPUTS), values.cascade
+    rows[K.WARMING] = 1.0
+    for effect in values.effects:
+        if effect.form.place == "input":
+            for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
+                rows[slot.row] = value
+    gain = 1 + rows[K.CHANGE] * (1 - np.exp(-np.arange(len(u)) / rows[K.WARMING]))
+    return limited_commands(u, w, c.lower, c.upper, rows), gain
 
 
 def through_drive(structure: Structure, values: JointValues, rows: FloatArray) -> FloatArray:

@@ -7,12 +7,12 @@ order hides slow effects that G and the noise have taken up.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint.effect_form import Form
+from bayes_hw.gap.joint.effect_form import Form, scanned_cycles
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
@@ -20,6 +20,11 @@ from bayes_hw.identify.holes import mask_of
 from bayes_hw.identify.noise import estimate_noise
 
 SINGULAR = 1e-9
+PERIODS_KEPT = 6
+"""Of a scan under each noise."""
+
+TURNING_SHARE = 0.05
+"""Of the root mean square speed: over which the phase of a torque's response turns round at a reversal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +87,45 @@ def noise_screens(fit: JointFit) -> list[NoiseScreen]:
 def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     """Every start of every form with its promises."""
     noises = noise_screens(fit)
+    scale = replace(fit.response.scale, periods=promising_periods(fit, noises))
     found = []
     for form in forms:
-        for values in form.starts(fit.response.scale):
+        for values in form.starts(scale):
             larger = fit.with_effect(form, values)
             tangents = larger.response.effect_tangents(larger.values)
             found.append(Start(form, tuple(values), tuple(noise.gain(tangents) for noise in noises)))
     return found
+
+
+def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[float, ...]:
+    """Periods in position, output units, at which the residual follows a wave, of either phase in either
+    direction of motion: a torque's response lags, so that its phase turns round with the speed."""
+    values, travel = fit.values, fit.response.scale.travel
+    waves = []
+    for number, record in enumerate(fit.response.records):
+        run = fit.response.simulate(values, record.u, record.known)
+        speed = np.gradient(run.w)
+        usual = float(np.sqrt(np.mean(speed**2))) or 1.0
+        over = 1.0 if fit.response.weights is None else fit.response.weights[number]
+        waves.append((run.w, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
+    cycles = scanned_cycles()
+    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
+    if not len(cycles):
+        return ()
+    gains = np.empty((len(noises), len(cycles)))
+    for j, count in enumerate(cycles):
+        tangents = []
+        for w, direction, slope in waves:
+            angle = 2 * np.pi * count / travel * w
+            plain = np.stack([np.sin(angle), np.cos(angle)])
+            tangents.append(np.concatenate([plain, plain * direction]) * slope)
+        gains[:, j] = [noise.gain(tangents) for noise in noises]
+    best: set[int] = set()
+    for row in gains:
+        padded = np.concatenate([[-np.inf], row, [-np.inf]])
+        peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
+        best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:PERIODS_KEPT]]}
+    return tuple(float(travel / cycles[i]) for i in sorted(best))
 
 
 def best_starts(starts: Sequence[Start], count: int) -> list[Start]:

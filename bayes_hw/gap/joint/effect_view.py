@@ -19,7 +19,8 @@ from scipy.signal import welch
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
-from bayes_hw.gap.joint.effect_paths import through_drive, through_port
+from bayes_hw.gap.joint.effect_form import Place
+from bayes_hw.gap.joint.effect_paths import limited_and_gain, through_drive, through_port
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
 from bayes_hw.gap.joint.readings import Readings
@@ -73,6 +74,11 @@ class Seen:
     def runs(self, values: JointValues) -> list[Simulated]:
         """Simulations of every record."""
         return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
+
+    def delayed_commands(self) -> list[FloatArray]:
+        """The command (samples,) of every record as G meets it."""
+        delay = self.fit.structure.delay_samples
+        return [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in self.records]
 
     def residuals(self) -> list[FloatArray]:
         """Measured less simulated output, unweighted, zero where nothing was measured."""
@@ -209,8 +215,11 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
         K.BASE_COMMAND: ("speed of the motor", 1.0, command),
         K.BASE_SPEED: ("speed of the load", rate, f"{output}/s"),
         K.BASE_SECOND_DIFFERENCE: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
+        K.BASE_THIRD_DIFFERENCE: (
+            "speed of the twist, as the change of acceleration that it gives", rate**3, f"{output}/s^3",
+        ),
         K.BASE_POSITION: ("position", 1.0, output),
-    }[effect.form.base]
+    }[effect.form.base]  # fmt: skip
 
 
 def _without(seen: Seen, number: int) -> list[Simulated]:
@@ -251,11 +260,18 @@ def _as_is(rows: FloatArray) -> FloatArray:
     return rows
 
 
-def _play(seen: Seen, label: str) -> EffectView:
-    """Lost angle over speed where the play has memory alone; torque over twist where it has impacts."""
-    number = seen.number(label)
-    with_torque = number is not None and seen.fit.values.effects[number].ports is not None
-    return _torque(seen, label) if with_torque else _reading_error(_speed)(seen, label)
+def _by_place(views: Mapping[Place, View]) -> View:
+    """The method of where the effect acts: a play with memory alone loses an angle, one with impacts is a
+    torque; what has no name is a change of the command, a torque or an error of the reading."""
+
+    def view(seen: Seen, label: str) -> EffectView:
+        number = seen.number(label)
+        if number is None:
+            return _error_over_time(seen, label)
+        place = seen.fit.values.effects[number].form.place
+        return views.get(place, _error_over_time)(seen, label)
+
+    return view
 
 
 def _position(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, str]:
@@ -275,6 +291,32 @@ def _time(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, 
 def _speed(seen: Seen, run: Simulated, effect: Effect) -> tuple[FloatArray, str, str]:
     del effect
     return np.gradient(run.w) * seen.rate, "speed of the axis", f"{seen.records[0].units.output}/s"
+
+
+def _curve(seen: Seen, label: str) -> EffectView:
+    """What the drive adds to a command, over that command."""
+    number = seen.number(label)
+    if number is None:
+        return _error_over_time(seen, label)
+    fit, values = seen.fit, seen.fit.values
+    even, odd = values.effects[number].values
+    x: list[FloatArray] = []
+    paths: list[Rows] = []
+    for run, u in zip(seen.runs(values), seen.delayed_commands(), strict=True):
+        limited, gain = limited_and_gain(values, fit.response.scale, u, run.w)
+        x.append(limited)
+        paths.append(
+            lambda rows, run=run, gain=gain: run.slope * through_drive(fit.structure, values, rows * gain)  # type: ignore[misc]
+        )
+    law = [np.abs(one) * (even + odd * one) for one in x]
+    unit = seen.records[0].units.input
+    reading = (
+        "Change of the command by the drive over the command within its limits, found as a free function "
+        "(points, 94 % intervals), all else as fitted; the line is the law of the answer. Without the effect "
+        "the points lie at zero."
+    )
+    words = ("change of the command", unit, "command within its limits", unit, reading)
+    return _viewed(seen, x, law, paths, words)
 
 
 def _command_side(
@@ -313,9 +355,7 @@ def _command(seen: Seen, label: str) -> EffectView:
     time."""
     if seen.number(label) is None:
         return _error_over_time(seen, label)
-    delay = seen.fit.structure.delay_samples
-    runs = seen.runs(seen.fit.values)
-    delayed = [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in seen.records]
+    runs, delayed = seen.runs(seen.fit.values), seen.delayed_commands()
     parts = [_command_side(label, seen, run, u) for run, u in zip(runs, delayed, strict=True)]
     units, rate = seen.records[0].units, seen.rate
     quantity, unit, over, over_unit, scales = {
@@ -435,7 +475,7 @@ def _error_over_time(seen: Seen, label: str) -> EffectView:
 
 VIEWS: Mapping[str, View] = MappingProxyType(
     {
-        "backlash": _play,
+        "backlash": _by_place({"law": _torque, "output": _reading_error(_speed)}),
         "rate_limit": _command,
         "saturation_drift": _command,
         "command_bias": _command,
@@ -443,7 +483,7 @@ VIEWS: Mapping[str, View] = MappingProxyType(
         "cubic_stiffness": _torque,
         "friction": _torque,
         "torque_ripple": _torque,
-        "other": _torque,
+        "other": _by_place({"input": _curve, "law": _torque, "output": _reading_error(_position)}),
         "encoder_eccentricity": _reading_error(_position),
         "gain_asymmetry": _reading_error(_position),
         "sensor_drift": _reading_error(_time),

@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.joint_posterior import (
     DRAWS,
     JointPosterior,
     base_units,
+    dominant_sections,
     effect_quantities,
     effect_units,
     torque_draws,
@@ -74,6 +75,7 @@ def laplace_given(
             f"{DELAY}.time": "s",
             f"{MODE}.frequency": "Hz",
         },
+        tuple(dominant_sections(free_fit)),
     )
 
 

@@ -9,17 +9,18 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_search import JointAnswer
-
-CERTAIN = 0.995
-NATS_OF_DOUBT = 60.0
-"""A label's doubt falls by a factor e with so many verified nats: forms are never exact."""
 
 COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
 TORQUE_NATS = 40.0
 AS_GOOD = 15.0
+RHYTHM_NATS = 20.0
+"""By which noise must change with the sample number to have a cause in the readings' electronics."""
+
 GAUSSIAN = 0.6
 """Largest excess kurtosis of the innovations of wind or of an angle that walks: neither jumps."""
 
@@ -29,7 +30,14 @@ COARSE_RATIO = 1.5
 CONFUSABLE_NATS = 15.0
 """Within which a rival label explains the records as well as the one named."""
 
+MOST_NAMED = 2
 SMALL = 0.002
+OTHERS_SHARE = 0.3
+"""Of the doubt of a label that many nats speak for, what goes to causes without a name."""
+
+NEARLY_FOUND = 0.3
+"""Doubt of no gap where an effect would have been found at no nats more; it falls by e with ten."""
+
 NEAR = 0.7
 """Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
 
@@ -48,8 +56,18 @@ class JointDecision:
 
 
 def decide_jointly(found: JointAnswer, part_of_g: Sequence[str] = PART_OF_G) -> JointDecision:
-    """See the constants above; with a given model nothing is `part_of_g`."""
-    evidence = {**found.nats, **found.readings.nats}
+    """The decision on a finished search; with a given model nothing is `part_of_g`."""
+    return decide(JointEvidence.of(found), part_of_g=part_of_g)
+
+
+def decide(
+    found: JointEvidence,
+    calibration: JointCalibration | None = None,
+    part_of_g: Sequence[str] = PART_OF_G,
+) -> JointDecision:
+    """By the constants above, probabilities by those of `calibration` (built in unless given)."""
+    calibration = calibration or JointCalibration.built_in()
+    evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
     if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
         cause, nats = cause_of_remainder(found)
@@ -57,19 +75,25 @@ def decide_jointly(found: JointAnswer, part_of_g: Sequence[str] = PART_OF_G) -> 
             remains = max(remains, nats)
         elif cause is not None:
             evidence.setdefault(cause, nats)
-    answer = tuple(sorted(evidence, key=lambda label: -evidence[label]))[:2]
+    # What the readings themselves show needs no model, so it comes first.
+    order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
+    answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)
     confusable = confusions(found, answer)
     return JointDecision(
-        answer, _probabilities(found, answer, evidence, remains, confusable, part_of_g), confusable
+        answer,
+        _probabilities(found, answer, evidence, remains, confusable, calibration, part_of_g),
+        confusable,
     )
 
 
-def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
+def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
     """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
     left, spectrum = found.remainder, found.remainder.spectrum
+    if left.rhythm > RHYTHM_NATS:
+        return OTHER, left.rhythm
     if found.nats and left.ratio < COARSE_RATIO:
         return None, 0.0
     closest = max(spectrum.autoregression, spectrum.first_order)
@@ -86,17 +110,24 @@ def cause_of_remainder(found: JointAnswer) -> tuple[str | None, float]:
 
 
 def _probabilities(
-    found: JointAnswer,
+    found: JointEvidence,
     answer: tuple[str, ...],
     evidence: Mapping[str, float],
     remains: float,
     confusable: tuple[tuple[str, str], ...],
+    calibration: JointCalibration,
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
-    certain = {label: sure(nats) for label, nats in evidence.items()}
-    nothing = float(np.prod([1 - p for p in certain.values()]))
-    p_other = sure(remains) if remains > 0 else min(0.05, SMALL + 0.02 * (found.remainder.order > 1))
-    own = found.fit.score - found.base.score
+    floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
+    certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
+    nothing = float(np.prod([1 - calibration.sure(nats, 0.0) for nats in evidence.values()]))
+    # What is no longer sure of a label that many nats speak for is another cause, not none.
+    elsewhere = max((1 - p for p in certain.values()), default=0.0) - nothing
+    p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
+    if remains > 0:
+        p_other = calibration.sure(remains, calibration.other_floor)
+    p_other = max(p_other, OTHERS_SHARE * elsewhere)
+    own = found.own
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
         certain = {label: 0.7 * p if label in found.nats else p for label, p in certain.items()}
@@ -111,10 +142,10 @@ def _probabilities(
         probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
     if answer:
         none = nothing * (1 - p_other)
-        rest = SMALL * len(LABEL_BLOCKS)
+        rest = max((1 - OTHERS_SHARE) * elsewhere, SMALL * len(LABEL_BLOCKS))
     else:
-        best = max(found.rivals.values(), default=-10.0)
-        none = float(np.clip(1 - p_other - 0.3 * np.exp(min(best, 0.0) / 10), 0.5, 0.97))
+        best = max(found.rivals.values(), default=-np.inf)
+        none = 1 - p_other - calibration.none_doubt - NEARLY_FOUND * float(np.exp(min(best, 0.0) / 10))
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
     for label in silent:
@@ -123,18 +154,13 @@ def _probabilities(
     return probability
 
 
-def confusions(found: JointAnswer, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+def confusions(found: JointEvidence, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Of a single effect: rivals whose own best explanation is as good."""
-    if len(found.fit.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
+    if len(found.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
         return ()
-    own = max(found.rivals.get(answer[0], 0.0), found.fit.score - found.base.score)
+    own = max(found.rivals.get(answer[0], 0.0), found.own)
     return tuple(
         (answer[0], label)
         for label, nats in found.rivals.items()
         if label not in (answer[0], OTHER) and nats > own - CONFUSABLE_NATS and nats > 0
     )
-
-
-def sure(nats: float) -> float:
-    """Probability of a label that is worth so many verified nats."""
-    return float(min(CERTAIN, 1 - 0.6 * np.exp(-max(nats, 0.0) / NATS_OF_DOUBT)))

@@ -32,27 +32,30 @@ from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.given_search import search_given
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, laplace
+from bayes_hw.gap.joint.joint_moves import widened
+from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, dominant_sections, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
+from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
-PREDICTED_DRAWS = 40
+PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
 BOOTSTRAPS = 300
 SEGMENTS = 12
 MOST_SAMPLES = 40_000
 """Of all records together: from longer ones each record's beginning is used, in proportion."""
 
 OF_ROUNDED = 3.0
-"""Factor on standard deviations where readings are rounded: the errors are not independent."""
+"""Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
+or where something without a name remains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +124,14 @@ def diagnose_records(
             decision = decide_given(found, model.noise_sigma)
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
-        rounded = OF_ROUNDED / INFLATION if "encoder_quantization" in decision.answer else 1.0
+        poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
         if isinstance(fit, GivenFit):
-            posterior = laplace_given(fit, records[0].units, rng, GIVEN_INFLATION * rounded)
+            inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
+            posterior = laplace_given(fit, records[0].units, rng, inflation)
         else:
-            posterior = laplace(fit, records[0].units, rng, INFLATION * rounded)
+            sections = dominant_sections(fit)
+            inflation = OF_ROUNDED if poorly else INFLATION
+            posterior = laplace(widened(fit), records[0].units, rng, inflation, sections)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive,
@@ -172,7 +178,7 @@ def _finished(
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
     sigma = encoder_sigma(found, decision, fit)
-    samples = fit.point.samples
+    samples = samples_of_variance(fit.point.residuals)
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
     some = [
         fit.response.values(posterior.coordinates[i])
@@ -190,7 +196,10 @@ def _finished(
     first = _predictions(base, base.values, holdout[:1])[0][lead:]
     last = _predictions(fit, fit.values, holdout[:1])[0][lead:]
     drawn = np.array([_predictions(fit, values, holdout[:1])[0][lead:] for values in some])
-    half = NORMAL_HALF_WIDTH * np.sqrt(_middle_spread(drawn) ** 2 + _spread(fit) ** 2)
+    # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
+    stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
+    spread = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
+    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + _spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {

@@ -95,6 +95,10 @@ class JointFit:
             return self
         return replace(self, point=descend(self.response, self.point, steps))
 
+    def descended_under(self, order: int, steps: int) -> JointFit:
+        """After at most `steps` steps under noise of a held order, free again at the end."""
+        return replace(self, point=descend(self.response, self.point, steps, order))
+
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
         response = replace(self.response, structure=structure, template=values.effects)

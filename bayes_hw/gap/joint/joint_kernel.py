@@ -3,7 +3,8 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, its second difference or w itself. No drive train need be known.
+behind the input's effects, the speed of w, its second or third difference or w itself. No drive train need
+be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -16,12 +17,12 @@ import numpy as np
 from numba import njit
 
 EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE = range(6)
-BIAS, CHANGE, WARMING = range(6, 9)
-INPUTS = 9
+BIAS, CHANGE, WARMING, EVEN_CURVE, ODD_CURVE = range(6, 11)
+INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
 COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
-BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION = range(4)
+BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION, BASE_THIRD_DIFFERENCE = range(5)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
 
@@ -35,28 +36,28 @@ def respond_jointly(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """One record from rest at w = 0.
 
-    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (9,) and `outputs`
+    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (11,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
     and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
-    each parameter or -1. `work` (rows, columns) is scratch of 8 + real poles + 2 sections + 4 laws rows.
+    each parameter or -1. `work` (rows, columns) is scratch of 9 + real poles + 2 sections + 4 laws rows.
     Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
     samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
     lower, upper, half_width = static
-    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i = (
-        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7],
+    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i, d_w3 = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7], work[8],
     )  # fmt: skip
-    at_real = 8
+    at_real = 9
     at_sections = at_real + n_real
     at_tau = at_sections + 2 * n_sections
     at_q = at_tau + n_laws
     at_memory = at_q + n_laws
     at_direct = at_memory + n_laws
-    integral = early = late = out = w1 = w2 = 0.0
+    integral = early = late = out = w1 = w2 = w3 = 0.0
     x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
     memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
     gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
@@ -66,6 +67,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_wave = c_outputs[SINE] >= 0 or outputs[SINE] != 0.0 or outputs[COSINE] != 0.0
     has_early = c_inputs[EARLY_RATE] >= 0 or inputs[EARLY_RATE] > 0.0
     has_late = c_inputs[LATE_RATE] >= 0 or inputs[LATE_RATE] > 0.0
+    even, odd = inputs[EVEN_CURVE], inputs[ODD_CURVE]
+    has_curve = c_inputs[EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
     has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
     has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
@@ -96,16 +99,6 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         asked = u[k]
         for c in range(columns):
             d_v[c] = 0.0
-        if has_early:
-            asked, early, by_rate, by_before, end_by_rate, end_by_before = _ramped(
-                asked, early, inputs[EARLY_RATE]
-            )
-            for c in range(columns):
-                d_v[c] = by_before * d_early[c]
-                d_early[c] *= end_by_before
-            if c_inputs[EARLY_RATE] >= 0:
-                d_v[c_inputs[EARLY_RATE]] += by_rate
-                d_early[c_inputs[EARLY_RATE]] += end_by_rate
         factor, factor_by_w = 1.0, 0.0
         if has_limit_wave:
             s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
@@ -115,17 +108,36 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         if has_limit_slope:
             factor += inputs[LIMIT_SLOPE] * w
             factor_by_w += inputs[LIMIT_SLOPE]
-        by_factor, limited, clipped = 0.0, asked, False
-        if asked < lower * factor:
-            limited, by_factor, clipped = lower * factor, lower, True
-        elif asked > upper * factor:
-            limited, by_factor, clipped = upper * factor, upper, True
-        if clipped:
+        lowest, highest = lower * factor, upper * factor
+        if has_early:
+            limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
+                _ramped_within(asked, early, inputs[EARLY_RATE], lowest, highest)
+            )
+            early = end
             for c in range(columns):
-                d_v[c] = by_factor * factor_by_w * d_w[c]
-            which = c_static[0] if asked < 0 else c_static[1]
-            if which >= 0:
-                d_v[which] += factor
+                d_v[c] = by_before * d_early[c]
+                d_early[c] *= end_by_before
+            if c_inputs[EARLY_RATE] >= 0:
+                d_v[c_inputs[EARLY_RATE]] += by_rate
+                d_early[c_inputs[EARLY_RATE]] += end_by_rate
+        else:
+            limited, by_lowest, by_highest = asked, 0.0, 0.0
+            if asked < lowest:
+                limited, by_lowest = lowest, 1.0
+            elif asked > highest:
+                limited, by_highest = highest, 1.0
+        if by_lowest != 0.0 or by_highest != 0.0:
+            by_factor = 0.0
+            if by_lowest != 0.0:
+                by_factor += by_lowest * lower
+                if c_static[0] >= 0:
+                    d_v[c_static[0]] += by_lowest * factor
+            if by_highest != 0.0:
+                by_factor += by_highest * upper
+                if c_static[1] >= 0:
+                    d_v[c_static[1]] += by_highest * factor
+            for c in range(columns):
+                d_v[c] += by_factor * factor_by_w * d_w[c]
             if has_limit_wave:
                 if c_inputs[LIMIT_SINE] >= 0:
                     d_v[c_inputs[LIMIT_SINE]] += by_factor * s
@@ -147,6 +159,15 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_v[c_inputs[LATE_RATE]] += by_rate
                 d_late[c_inputs[LATE_RATE]] += end_by_rate
             late = late_end
+        if has_curve:
+            size = abs(v)
+            bent = 1.0 + 2 * odd * size + (even if v > 0 else -even)
+            for c in range(columns):
+                d_v[c] *= bent
+            if c_inputs[EVEN_CURVE] >= 0:
+                d_v[c_inputs[EVEN_CURVE]] += size
+                d_v[c_inputs[ODD_CURVE]] += size * v
+            v += even * size + odd * size * v
         if has_change:
             decay = math.exp(-k / inputs[WARMING])
             warmed = 1.0 + gain * (1.0 - decay)
@@ -176,6 +197,10 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 q = w - 2 * w1 + w2
                 for c in range(columns):
                     d_q[c] = d_w[c] - 2 * d_w1[c] + d_w2[c]
+            elif base == BASE_THIRD_DIFFERENCE:
+                q = w - 3 * w1 + 3 * w2 - w3
+                for c in range(columns):
+                    d_q[c] = d_w[c] - 3 * d_w1[c] + 3 * d_w2[c] - d_w3[c]
             else:
                 q = w
                 for c in range(columns):
@@ -354,12 +379,13 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         v_out[k], w_out[k], y_out[k], slope_out[k] = v, w, y, slope_y
         # States and their tangents a sample on.
         for c in range(columns):
+            d_w3[c] = d_w2[c]
             d_w2[c] = d_w1[c]
             d_w1[c] = d_w[c]
             d_i[c] += residue * d_v[c]
         if c_residue >= 0:
             d_i[c_residue] += v
-        w2, w1 = w1, w
+        w3, w2, w1 = w2, w1, w
         integral += residue * v
         for i in range(n_real):
             pole, weight = real[0, i], real[1, i]
@@ -427,3 +453,56 @@ def _ramped(target, before, slowness):  # type: ignore[no-untyped-def]
     reach = sign / slowness
     by_slowness = -sign / slowness**2
     return before + reach / 2, before + reach, by_slowness / 2, 1.0, by_slowness, 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ramped_within(target, before, slowness, lowest, highest):  # type: ignore[no-untyped-def]
+    """Mean over one sample of a ramp from `before` towards `target` that is limited behind, its derivatives
+    by both limits, by the slowness (samples per unit) and by the value before; the ramp's value at the end
+    and its derivatives by the slowness and the value before."""
+    step = target - before
+    size = abs(step)
+    sign = 1.0 if step > 0 else -1.0
+    if size * slowness <= 1.0:
+        end, ramping, reach = target, size * slowness, step
+        end_by_rate, end_by_before = 0.0, 0.0
+    else:
+        reach = sign / slowness
+        end, ramping = before + reach, 1.0
+        end_by_rate, end_by_before = -sign / slowness**2, 1.0
+    if lowest <= min(before, end) and max(before, end) <= highest:
+        mean, by_rate, by_before = end - ramping * reach / 2, end_by_rate / 2, 1.0
+        if end == target:
+            by_rate, by_before = -step * size / 2, size * slowness
+        return mean, 0.0, 0.0, by_rate, by_before, end, end_by_rate, end_by_before
+    first, first_by_lowest, first_by_highest = _limited_integral(before, lowest, highest)
+    last, last_by_lowest, last_by_highest = _limited_integral(end, lowest, highest)
+    held = min(max(end, lowest), highest)
+    begun = min(max(before, lowest), highest)
+    if end == target:
+        per = sign * slowness
+        mean = per * (last - first) + (1 - ramping) * held
+        by_rate = sign * (last - first) - size * held
+        by_before = per * (held - begun)
+    else:
+        per = 1 / reach
+        mean = per * (last - first)
+        by_rate = (held * per - mean * per) * end_by_rate
+        by_before = per * (held - begun)
+    by_lowest = per * (last_by_lowest - first_by_lowest)
+    by_highest = per * (last_by_highest - first_by_highest)
+    if end < lowest:
+        by_lowest += 1 - ramping
+    elif end > highest:
+        by_highest += 1 - ramping
+    return mean, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _limited_integral(x, lowest, highest):  # type: ignore[no-untyped-def]
+    """Antiderivative at x of the limiter, and its derivatives by both limits."""
+    if x > highest:
+        return highest * x - highest**2 / 2, 0.0, x - highest
+    if x < lowest:
+        return lowest * x - lowest**2 / 2, x - lowest, 0.0
+    return x * x / 2, 0.0, 0.0

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bayes_hw.gap.joint.effect_form import FORMS, Form
+import numpy as np
+
+from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_response import Effect
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 
@@ -24,7 +27,11 @@ SLACK_NATS = 0.5
 
 
 def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
-    """The best explanations with one more label, descended."""
+    """The best explanations with one more label, descended.
+
+    Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
+    explaining what is fast: from every start another begins under noise of the first order.
+    """
     present, scale = set(fit.labels), fit.response.scale
     taken = {
         (e.form.place, t.row) for e in fit.response.template if not e.form.is_law for t in e.form.slots(scale)
@@ -32,7 +39,9 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     free = [
         f
         for f in forms
-        if f.label not in present and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
+        if f.label not in present
+        and not f.further
+        and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
     ]
     starts = screened(fit, free)
     if fit.point.whitener.order <= 1:
@@ -40,7 +49,10 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     trials: list[JointFit] = []
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        trials += [fit.with_effect(s.form, s.values).descended(FIRST_STEPS // 2) for s in own]
+        begun = [fit.with_effect(s.form, s.values) for s in own]
+        trials += [t.descended(FIRST_STEPS // 2) for t in begun]
+        if fit.point.whitener.order > 1:
+            trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
     ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
     kept: list[JointFit] = []
@@ -60,20 +72,35 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
 
 
 def port_candidates(fit: JointFit) -> list[JointFit]:
-    """Signal ports of the torques present, and other forms of their law."""
+    """Signal ports of the torques present, and other forms of the effects present."""
     found = []
     for i, effect in enumerate(fit.values.effects):
         if effect.ports is None or effect.form.column:
             continue
         if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
             found.append(fit.with_signal(i))
-        for form in FORMS:
-            if (
-                form.label == effect.form.label == "friction"
-                and form is not effect.form
-                and form.base == effect.form.base
-            ):
-                found += [fit.with_form(i, form, start) for start in form.starts(fit.response.scale)[:1]]
+        found += [fit.with_form(i, form, start) for form, start in other_forms(effect, fit.response.scale)]
+    return found
+
+
+def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[float, ...]]]:
+    """Forms of the same label that act at the same place, with a start: where one extends the present form by
+    parameters, at its values."""
+    own = [slot.row for slot in effect.form.slots(scale)]
+    found = []
+    for form in FORMS:
+        present = effect.form
+        if form is present or (form.label, form.place, form.base) != (
+            present.label,
+            present.place,
+            present.base,
+        ):
+            continue
+        start = form.starts(scale)[0]
+        if [slot.row for slot in form.slots(scale)][: len(own)] == own and form.law == present.law:
+            found.append((form, (*(float(x) for x in effect.values), *start[len(own) :])))
+        elif form.label == "friction":
+            found.append((form, tuple(start)))
     return found
 
 
@@ -126,3 +153,23 @@ def delayed(fit: JointFit) -> JointFit:
             break
         fit = later
     return fit
+
+
+def widened(fit: JointFit, steps: int = 2) -> JointFit:
+    """G grown on by poles and sections that Akaike's criterion keeps (1974, doi 10.1109/TAC.1974.1100705).
+
+    What Schwarz's leaves out moves the other parameters by up to several of their standard deviations; with
+    it in, they are as uncertain as they are. Sections keep their order, further ones come last.
+    """
+    for _ in range(steps):
+        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.log_likelihood)[:2]
+        best = max((t.descended() for t in trials), key=_akaike, default=fit)
+        if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:
+            break
+        fit = best
+    return fit
+
+
+def _akaike(fit: JointFit) -> float:
+    likelihood = fit.log_likelihood - fit.response.size - fit.point.whitener.order
+    return likelihood if np.isfinite(likelihood) else -np.inf

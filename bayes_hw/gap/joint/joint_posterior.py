@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.leading_sample import leading_draws
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
@@ -19,7 +20,7 @@ from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
-DRAWS = 1000
+DRAWS = 300
 INFLATION = 1.7
 """Of standard deviations, for structures not chosen and forms a little wrong: see
 docs/decisions/0016-joint-search.md."""
@@ -27,6 +28,9 @@ docs/decisions/0016-joint-search.md."""
 RIDGE = 1e-9
 NEVER_SETTLES = 1 - 1e-6
 """Pole from which a constant torque moves the axis on and on: no displacement is told."""
+
+RIDGES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Least eigenvalues of a correlation matrix, in turn, until a draw is one that the records allow."""
 
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
@@ -41,19 +45,26 @@ TORQUES = (K.COULOMB, K.STRIBECK, K.BRISTLE, K.RIPPLE)
 
 @dataclass(frozen=True, eq=False)
 class JointPosterior:
-    """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units."""
+    """Draws (draws, size) of the coordinates and of the reported quantities by name, with their units;
+    `sections` are the numbers of the dominant modes' sections."""
 
     fit: JointFit
     coordinates: FloatArray
     base: dict[str, FloatArray]
     effects: dict[str, FloatArray]
     units: dict[str, str]
+    sections: tuple[int, ...]
 
 
 def laplace(
-    fit: JointFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
+    fit: JointFit,
+    units: Units,
+    rng: np.random.Generator,
+    inflation: float = INFLATION,
+    sections: Sequence[int] | None = None,
 ) -> JointPosterior:
-    """Draws about the fit, standard deviations times `inflation`."""
+    """Draws about the fit, standard deviations times `inflation`; `sections` as `dominant_sections` has them
+    where they are not to be found anew."""
     factor, chaotic = whitened_factor(fit)
     if chaotic:
         inflation *= CHAOTIC
@@ -68,15 +79,18 @@ def laplace(
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     scale = largest * norms / np.sqrt(variance)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(len(scale)))
-    root = vectors / np.sqrt(np.maximum(values, RIDGE))
-    steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
-    steps[:, ~seen] = 0.0
     centre = fit.point.coordinates
-    drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
+    if chaotic:
+        root = vectors / np.sqrt(np.maximum(values, RIDGE))
+        steps = inflation * rng.standard_normal((DRAWS, len(scale))) @ root.T / scale
+        steps[:, ~seen] = 0.0
+        drawn = np.array([fit.response.admissible(centre + step, centre) for step in steps])
+    else:
+        drawn = _allowed(fit, values, vectors, np.where(seen, scale, np.inf), inflation, rng)
     rate = fit.response.scale.rate_hz
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
-    sections = dominant_sections(fit)
+    sections = dominant_sections(fit) if sections is None else list(sections)
     for x in drawn:
         values_at = fit.response.values(x)
         for name, value in base_quantities(fit, values_at, sections, rate).items():
@@ -88,6 +102,7 @@ def laplace(
         effects = {name: draws for name, draws in effects.items() if not name.endswith(".displacement")}
     else:
         effects |= torque_draws(fit, drawn)
+    base["gain"] = leading_draws(fit, np.array(base["gain"]), inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
@@ -95,6 +110,7 @@ def laplace(
         {n: np.array(v) for n, v in base.items()},
         {n: np.array(v) for n, v in effects.items()},
         unit,
+        tuple(sections),
     )
 
 
@@ -108,6 +124,36 @@ def base_units(names: Iterable[str], units: Units) -> dict[str, str]:
         "gain": gain,
     }
     return known | {name: "Hz" for name in names if name.endswith("frequency_hz")}
+
+
+def _allowed(
+    fit: JointFit, values: FloatArray, vectors: FloatArray, scale: FloatArray, inflation: float,
+    rng: np.random.Generator,
+) -> FloatArray:  # fmt: skip
+    """Draws (draws, size) about the fit that the records allow.
+
+    `values` and `vectors` are of the correlation matrix of whitened derivatives of columns of norms `scale`.
+    Along a direction that the records hardly see, the likelihood is normal near the fit only: a step costs
+    many times what it should. Such a draw is taken again with the variance along such directions capped.
+    """
+    size, centre = len(scale), fit.point.coordinates
+    least = fit.point.log_likelihood - 0.5 * inflation**2 * (size + 4 * np.sqrt(2 * size))
+    found = np.empty((DRAWS, size))
+    begin = 0
+    for number, normal in enumerate(inflation * rng.standard_normal((DRAWS, size))):
+        at = max(begin - 1, 0)
+        while True:
+            step = (vectors / np.sqrt(np.maximum(values, RIDGES[at]))) @ normal / scale
+            found[number] = fit.response.admissible(centre + step, centre)
+            residuals = fit.response.residuals(found[number])
+            trial = replace(fit.point, residuals=tuple(residuals))
+            finite = all(np.isfinite(e).all() for e in trial.known)
+            reached = fit.point.whitener.log_likelihood(residuals, fit.point.masks) if finite else -np.inf
+            if at == len(RIDGES) - 1 or reached >= least:
+                break
+            at += 1
+        begin = at
+    return found
 
 
 def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
@@ -132,17 +178,29 @@ def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
 
 
 def dominant_sections(fit: JointFit) -> list[int]:
-    """Which sections are dominant modes, in order of frequency."""
+    """Which sections are dominant modes, in order of frequency; of two whose resonances overlap, one mode to
+    the eye, the less damped."""
     cascade, rate = fit.values.cascade, fit.response.scale.rate_hz
     modes = dominant_modes(fit.structure, cascade, rate, fit.response.scale.samples / rate)
     found = []
     for mode in modes:
+        if any(
+            abs(mode.frequency_hz - m.frequency_hz) < _half_width(mode) + _half_width(m)
+            and (m.damping_ratio, m.frequency_hz) < (mode.damping_ratio, mode.frequency_hz)
+            for m in modes
+        ):
+            continue
         distance = [
             abs(_mode(a1, a2, rate).frequency_hz - mode.frequency_hz) if a1 * a1 / 4 < a2 else np.inf
             for a1, a2 in cascade.sections[:2].T
         ]
         found.append(int(np.argmin(distance)))
     return found
+
+
+def _half_width(mode: Mode) -> float:
+    """Half of the resonance's width at half power, Hz."""
+    return mode.damping_ratio * mode.frequency_hz
 
 
 def _mode(a1: float, a2: float, rate: float) -> Mode:
@@ -258,7 +316,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",
         }  # fmt: skip
         if form.place == "output":
-            known |= {"sine": units.output, "cosine": units.output}
+            known |= dict.fromkeys(("sine", "cosine", "second_sine", "second_cosine"), units.output)
         for name, unit in known.items():
             found[f"{label}.{name}"] = unit
     return found

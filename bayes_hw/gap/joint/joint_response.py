@@ -339,6 +339,8 @@ class JointResponse:
                     at += 2
                     continue
                 forced[number], forced_by_lag[number] = shown, by_lag
+            if effect.ports is not None:
+                thetas[number, 0] = effect.form.unit_of_signal(self.scale)
             for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
                 if effect.form.place == "input":
                     inputs[slot.row], c_inputs[slot.row] = value, at
@@ -349,10 +351,6 @@ class JointResponse:
                 at += 1
             if (p := effect.ports) is None:
                 continue
-            if effect.form.law == K.CUBIC:
-                thetas[number, 0] = 0.1 * self.scale.speed * self.scale.gain
-            elif effect.form.law == K.DRAG:
-                thetas[number, 0] = self.scale.speed * self.scale.gain
             port_real[number], port_sections[number], direct[number] = p.real, p.sections, p.direct
             c_port_real[number] = np.arange(at, at + n)
             at += n
@@ -378,7 +376,7 @@ class JointResponse:
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
-        work = np.empty((8 + n + 2 * m + 4 * count, max(columns, 1)))
+        work = np.empty((9 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         K.respond_jointly(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import grown_base
 from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
@@ -34,6 +35,14 @@ VERIFIED_BESIDE_NATS = 80.0
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
 
+MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 2, 0.4, 8
+"""Labels that are followed further, the share of the best one's nats from which, and the order of G above
+which it is pruned first."""
+
+STEPS_OF_A_PERIOD = 3.0
+"""Of rounding: a shorter period in position is that of the rounding itself."""
+
+UNNAMED_NATS = 20.0
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
@@ -68,11 +77,15 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
         readings = read_faults(base)
         if readings.nats:
             base = weighted(base, readings.weights)
-    fit, base, readings, rivals = _grown(base, readings, told)
+    begun = base.score
+    fit, base, readings, alone = _grown(base, readings, told)
     if fit.labels:
         fit = pruned(delayed(pruned(fit)))
         told(f"pruned: {described(fit)}")
-    fit, nats = verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
+        base, fit, readings = _read_again(base, fit, readings)
+    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
+    fit, nats = verified(fit, [base, *alone.values()], asked, told)
+    rivals = {label: one.score - begun for label, one in alone.items()}
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), known)
 
 
@@ -91,6 +104,9 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     """The best cascade without effects under the weights that the readings' faults ask for."""
     base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+        base = replace(base, response=replace(base.response, scale=scale))
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
         again = read_faults(replace(base, response=replace(base.response, weights=None)))
@@ -101,6 +117,16 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     return base, readings
 
 
+def _read_again(base: JointFit, fit: JointFit, readings: Readings) -> tuple[JointFit, JointFit, Readings]:
+    """Faults of timing that only an explanation on the way seemed to show are taken back."""
+    if "timing_jitter.sd" not in readings.parameters:
+        return base, fit, readings
+    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    if "timing_jitter" in again.nats:
+        return base, fit, readings
+    return weighted(base, again.weights), weighted(fit, again.weights), again
+
+
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G."""
     trials = port_candidates(fit) + larger_cascades(fit)
@@ -108,19 +134,49 @@ def _structural(fit: JointFit) -> JointFit:
     return highest([fit, *(t.descended() for t in trials)])
 
 
+def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
+    """The best explanation with one more label; and where another label's is nearly as good, both with the
+    ports, forms and poles that they ask for: which of them is better shows only then."""
+    ranked = sorted(trials, key=lambda t: -t.score)[:MOST_CONTENDERS]
+    if not ranked:
+        return []
+    gained = ranked[0].score - fit.score
+    near = [t for t in ranked if t.score - fit.score >= CONTEST_SHARE * gained]
+    if len(near) < 2 or gained <= 0:
+        return ranked[:1]
+    found = []
+    for contender in near:
+        if contender.structure.order > LARGE_ORDER:
+            # A G that grew to stand in for the effect is in its way.
+            contender = pruned(contender)
+        for _ in range(MOST_STEPS):
+            larger = _structural(contender)
+            if larger.score < contender.score + STRUCTURAL_NATS:
+                break
+            contender = larger
+        found.append(contender)
+    return found
+
+
+def _with_handicap(fit: JointFit) -> float:
+    """Score, less what a law without a name must be better by than one that has one."""
+    return fit.score - UNNAMED_NATS * (OTHER in fit.labels)
+
+
 def _grown(
     base: JointFit, readings: Readings, say: Callable[[str], None]
-) -> tuple[JointFit, JointFit, Readings, dict[str, float]]:
-    """The fit with effects, the base and the readings under the last weights, and what every label alone
-    reached."""
-    fit, rivals = base, dict[str, float]()
+) -> tuple[JointFit, JointFit, Readings, dict[str, JointFit]]:
+    """The fit with effects, the base and the readings under the last weights, and the best explanation by
+    every label alone."""
+    fit, alone = base, dict[str, JointFit]()
     for step in range(MOST_STEPS):
         best = _structural(fit) if step else fit
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             trials = effect_candidates(fit, FORMS)
+            settled = _settled(fit, trials)
             if step == 0:
-                rivals = {t.labels[-1]: t.score - base.score for t in trials}
-            best = highest([best, *trials])
+                alone = {t.labels[-1]: t for t in (*trials, *settled)}
+            best = max([best, *settled], key=_with_handicap)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
@@ -130,20 +186,24 @@ def _grown(
             if later.nats:
                 readings = later
                 base, fit = weighted(base, later.weights), weighted(fit, later.weights)
-    return fit, base, readings, rivals
+    return fit, base, readings, alone
 
 
 def verified(
-    fit: JointFit, base: JointFit, asked: float, say: Callable[[str], None]
+    fit: JointFit, others: Sequence[JointFit], asked: float, say: Callable[[str], None]
 ) -> tuple[JointFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and G grown again, with those nats."""
+    """Labels that are still worth `asked` nats when each is dropped and G grown again, with those nats.
+
+    Any of the `others`, of the labels that are left and under the same weights, may do better than that.
+    """
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
         for i, label in zip(fit.numbers, fit.labels, strict=True):
             without = regrown(fit.without_effect(i))
-            if len(fit.labels) == 1:
-                without = highest([without, base])
+            weights = fit.response.weights
+            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
+            without = highest([without, *same])
             nats[label] = fit.score - without.score
             alternatives.append(without)
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))

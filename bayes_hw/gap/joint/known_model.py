@@ -8,6 +8,7 @@ from dataclasses import replace
 from bayes_hw.gap.joint.base_cascade import natural_scale
 from bayes_hw.gap.joint.corrected_model import model_of
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_posterior import dominant_sections
 from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
 from bayes_hw.gap.joint.known_input import columns_of, with_known_inputs
 from bayes_hw.gap.joint.known_verdict import WAYS, doubtful
@@ -51,7 +52,7 @@ def with_known(identification: Identification, records: Sequence[Record]) -> Ide
     simulated = [fit.response.simulate(fit.values, r.u, r.known).y for r in records]
     return replace(
         identification,
-        model=model_of(identification.model.name, records, fit, noise.sigma),
+        model=model_of(identification.model.name, records, fit, noise.sigma, dominant_sections(fit)),
         noise=noise,
         residuals=fit.point.residuals,
         fits=tuple(

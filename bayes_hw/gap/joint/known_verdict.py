@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate
-from bayes_hw.gap.joint.joint_decision import sure
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, effect_quantities
 from bayes_hw.gap.joint.joint_search import JointAnswer
@@ -108,7 +108,8 @@ def _followed(
         "lag_s": Estimate.of(lag, "s"),
     }
     closures = [close_on(records, one.without, fit) for records in (train, holdout)]
-    probability = sure(one.nats)
+    calibration = JointCalibration.built_in()
+    probability = calibration.sure(one.nats, calibration.floor)
     low, high = closures[1].closed_hdi94
     gone = f"{100 * closures[1].closed:.3g} % ({100 * low:.3g} to {100 * high:.3g} %)"
     sentence = (

@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.joint_kernel import (
     BASE_COMMAND,
     BASE_SECOND_DIFFERENCE,
     BASE_SPEED,
+    BASE_THIRD_DIFFERENCE,
     BIAS,
     BRISTLE,
     CHANGE,
@@ -22,7 +23,9 @@ from bayes_hw.gap.joint.joint_kernel import (
     COSINE2,
     COULOMB,
     CUBIC,
+    DRAG,
     EARLY_RATE,
+    EVEN_CURVE,
     EXCESS,
     GAP,
     LATE_RATE,
@@ -31,6 +34,7 @@ from bayes_hw.gap.joint.joint_kernel import (
     LIMIT_SLOPE,
     LIMIT_WAVENUMBER,
     LOG_RATIO,
+    ODD_CURVE,
     PLAY,
     RATE,
     RIPPLE,
@@ -42,6 +46,7 @@ from bayes_hw.gap.joint.joint_kernel import (
     WARMING,
     WAVENUMBER,
     _ramped,
+    _ramped_within,
 )
 
 
@@ -66,7 +71,37 @@ def law_value(law, q, w, theta, memory):  # type: ignore[no-untyped-def]
         return -min(max(r, -1.0), 1.0), memory
     if law == EXCESS:
         return -(r - min(max(r, -1.0), 1.0)), memory
+    if law == DRAG:
+        return -r * abs(r), memory
     return q * math.sin(t0 * w + t1), memory
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
+    """The command behind limits of rate and size, `ins` (11,), at position w, and both ramps after it."""
+    a = ins[LIMIT_WAVENUMBER] * w
+    factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * w
+    lowest, highest = lower * factor, upper * factor
+    v = asked
+    if ins[EARLY_RATE] > 0.0:
+        v, _, _, _, _, early, _, _ = _ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
+    elif asked < lowest:
+        v = lowest
+    elif asked > highest:
+        v = highest
+    if ins[LATE_RATE] > 0.0:
+        v, late, _, _, _, _ = _ramped(v, late, ins[LATE_RATE])
+    return v, early, late
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
+    """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
+    found = np.empty(len(u))
+    early = late = 0.0
+    for k in range(len(u)):
+        found[k], early, late = limited_command(u[k], w[k], lower, upper, ins, early, late)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -75,7 +110,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
     u_out, w_out, y_out,
 ):  # fmt: skip
-    """Every draw d: `static` (d, 3), `inputs` (d, 9), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
+    """Every draw d: `static` (d, 3), `inputs` (d, 11), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
     `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
     (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m); `numbers` and
     `controller_sections` (k, 5) are the controller's; `reference` (samples,), `noise` (d, samples) or empty,
@@ -89,7 +124,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
         x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
         memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
         integral, early, late = start[d], 0.0, 0.0
-        out = w1 = w2 = start[d]
+        out = w1 = w2 = w3 = start[d]
         line = np.zeros(max(delay, 1))
         state = np.zeros((n_filters, 2))
         before = filtered_rate = kept = command = 0.0
@@ -145,18 +180,8 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 line[k % delay] = command
             u_out[d, k], w_out[d, k], y_out[d, k] = command, w, y
             # The command behind the input's effects.
-            if ins[EARLY_RATE] > 0.0:
-                asked, early, _, _, _, _ = _ramped(asked, early, ins[EARLY_RATE])
-            a = ins[LIMIT_WAVENUMBER] * w
-            factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a)
-            factor += ins[LIMIT_SLOPE] * w
-            v = asked
-            if asked < lower * factor:
-                v = lower * factor
-            elif asked > upper * factor:
-                v = upper * factor
-            if ins[LATE_RATE] > 0.0:
-                v, late, _, _, _, _ = _ramped(v, late, ins[LATE_RATE])
+            v, early, late = limited_command(asked, w, lower, upper, ins, early, late)
+            v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
             v *= 1 + ins[CHANGE] * (1 - math.exp(-k / ins[WARMING]))
             v += ins[BIAS]
             # Torques.
@@ -168,13 +193,15 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                     q = w - w1
                 elif bases[j] == BASE_SECOND_DIFFERENCE:
                     q = w - 2 * w1 + w2
+                elif bases[j] == BASE_THIRD_DIFFERENCE:
+                    q = w - 3 * w1 + 3 * w2 - w3
                 for i in range(n_real):
                     q += signal_real[d, j, i] * x_real[i]
                 for i in range(n_sections):
                     q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
                 taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j])
             # States a sample on.
-            w2, w1 = w1, w
+            w3, w2, w1 = w2, w1, w
             integral += residue[d] * v
             for i in range(n_real):
                 x = real[d, 0, i] * x_real[i] + real[d, 1, i] * v

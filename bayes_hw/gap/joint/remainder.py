@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
+from bayes_hw.gap.joint.noise_rhythm import burst_nats, rhythm_nats
 from bayes_hw.identify.growth.descent import innovations
 from bayes_hw.identify.holes import without_holes
 from bayes_hw.identify.resonances import dominant_modes
+
+LONGEST_LAG = 200
 
 
 @dataclass(frozen=True)
 class Remainder:
     """What the final fit leaves: order of its noise, root mean square over innovations, kurtosis of the
-    innovations, and the spectra's log-likelihoods."""
+    innovations, the spectra's log-likelihoods, nats of variances that change in bursts and in a rhythm."""
 
     order: int
     ratio: float
     kurtosis: float
     spectrum: NoiseSpectrum
+    burst: float = 0.0
+    rhythm: float = 0.0
 
 
 def remainder_of(fit: JointFit) -> Remainder:
@@ -29,7 +36,8 @@ def remainder_of(fit: JointFit) -> Remainder:
     neighbours."""
     residuals = [without_holes(e) for e in fit.point.residuals]
     whitener = fit.point.whitener
-    a = np.concatenate(innovations(fit.point))
+    found = innovations(fit.point)
+    a = np.concatenate(found)
     rate = fit.response.scale.rate_hz
     modes = [
         (m.frequency_hz, m.damping_ratio)
@@ -40,4 +48,17 @@ def remainder_of(fit: JointFit) -> Remainder:
         float(fit.point.rms / np.sqrt(np.mean(a**2))),
         float(np.mean(a**4) / np.mean(a**2) ** 2 - 3),
         noise_spectrum(fit, residuals, modes),
+        burst_nats(found),
+        rhythm_nats(found),
     )
+
+
+def samples_of_variance(residuals: Sequence[FloatArray]) -> float:
+    """Independent samples that would tell the residuals' variance as well: n / (1 + 2 sum of the squared
+    autocorrelations) (Bartlett 1946)."""
+    samples = sum(len(e) for e in residuals)
+    power = sum(float(e @ e) for e in residuals)
+    lags = min(LONGEST_LAG, min(len(e) for e in residuals) - 1)
+    products = [sum(float(e[k:] @ e[:-k]) for e in residuals) for k in range(1, lags + 1)]
+    squared = np.sum((np.array(products) / power) ** 2) - lags / samples if power > 0 else 0.0
+    return float(samples / (1 + 2 * max(float(squared), 0.0)))

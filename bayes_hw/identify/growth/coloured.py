@@ -32,10 +32,13 @@ class Whitener:
         return cls(coefficients, 1 / np.sqrt(np.cumprod(shrinkage[::-1])[::-1]))
 
     @classmethod
-    def of_residuals(cls, residuals: Sequence[FloatArray], most: int = MAX_ORDER) -> Whitener:
+    def of_residuals(
+        cls, residuals: Sequence[FloatArray], most: int = MAX_ORDER, order: int | None = None
+    ) -> Whitener:
         """Of the autoregression of order up to `most` that Burg's method and the Bayesian information
-        criterion find."""
-        return cls.of_partial(np.clip(estimate_noise(residuals, most=most).partial, -0.99999, 0.99999))
+        criterion find, or of `order`."""
+        partial = estimate_noise(residuals, order, most=most).partial
+        return cls.of_partial(np.clip(partial, -0.99999, 0.99999))
 
     @property
     def order(self) -> int:

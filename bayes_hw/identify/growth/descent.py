@@ -137,13 +137,17 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     return factor
 
 
-def descend(response: Response, start: Point, steps: int) -> Point:
+def descend(response: Response, start: Point, steps: int, order: int | None = None) -> Point:
     """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
 
-    Marquardt's scaling by column norms; the damping falls by 10 on success and grows by 4 on failure.
+    On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
+    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
+    by 4 on failure.
     """
     point, damping, accepted = start, FIRST_DAMPING, 0
-    reference = start.log_likelihood
+    if order is not None:
+        point = _with_fresh_noise(response, point, order)
+    reference = point.log_likelihood
     while accepted < steps:
         moved = _step(response, point, damping)
         if moved is None:
@@ -152,15 +156,15 @@ def descend(response: Response, start: Point, steps: int) -> Point:
         point, damping = moved
         accepted += 1
         if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
-            point = _with_fresh_noise(response, point)
+            point = _with_fresh_noise(response, point, order)
             if point.log_likelihood - reference < CONVERGED_NATS:
-                return replace(point, converged=True)
+                return replace(_with_fresh_noise(response, point), converged=order is None)
             reference = point.log_likelihood
-    return replace(_with_fresh_noise(response, point), converged=accepted < steps)
+    return replace(_with_fresh_noise(response, point), converged=accepted < steps and order is None)
 
 
-def _with_fresh_noise(response: Response, point: Point) -> Point:
-    whitener = Whitener.of_residuals(point.residuals, point.most_noise)
+def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:
+    whitener = Whitener.of_residuals(point.residuals, point.most_noise, order)
     reached = whitener.log_likelihood(point.residuals, point.masks) + log_prior(response, point.coordinates)
     return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 

@@ -9,6 +9,8 @@ from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.score import GOALS, Score
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.blind.figures_blind import closure_scatter, confusion_matrix, reliability_diagram, shares
+from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.two_paths import two_paths_section
 from bayes_hw.report.page.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, State, Table
 from bayes_hw.report.page.rounding import format_duration, format_number, format_percent
 
@@ -16,19 +18,18 @@ SINGLE = "single effects named right"
 NAMED_WRONG = "Cases named wrong"
 PROVENANCE = "Provenance"
 
-WIDE = 0.1
-"""Interval of a share that is wider is given without decimals."""
-
 
 def blind_report(
     score: Score,
     evidence: Evidence,
     provenance: Provenance,
     baselines: Mapping[str, Score] | None = None,
+    alone: Score | None = None,
 ) -> Report:
     """The report whose first page answers: can its answers be trusted?
 
-    `baselines` are other diagnoses' scores on the same cases, by name.
+    `baselines` are other diagnoses' scores on the same cases, by name; `alone` is that of the diagnosis from
+    the records alone.
     """
     return Report(
         title="Blind check of the diagnosis",
@@ -48,23 +49,12 @@ def blind_report(
             _counts_section(score),
             _probability_section(score),
             _closure_section(score),
+            *(() if alone is None else (two_paths_section(score, alone),)),
             *_baseline_sections(score, baselines or {}),
             _check_section(score),
             _cases_section(score),
             Section(PROVENANCE, (KeyValues(_origin(evidence, provenance)),)),
         ),
-    )
-
-
-def share_text(entry: Share) -> str:
-    """hits of trials, per cent and interval, with as many digits as that has a meaning for."""
-    if not entry.trials:
-        return "no case"
-    low, high = entry.interval
-    digits = 0 if high - low > WIDE else 1
-    return (
-        f"{entry.hits} of {entry.trials}, {format_percent(entry.value, digits)}"
-        f" [{100 * low:.{digits}f}, {100 * high:.{digits}f}]"
     )
 
 

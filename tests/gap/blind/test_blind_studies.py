@@ -43,6 +43,7 @@ def test_quick_run(
     results = json.loads((tmp_path / "results.json").read_text())
     assert results["study"] == name
     assert results[key]
+    assert ("from_records" in results) == (name == "08_blind_check")
     assert {path.name for path in tmp_path.iterdir()} == {
         "manifest.json",
         "results.json",

@@ -11,6 +11,7 @@ from bayes_hw.control.controller import Controller
 from bayes_hw.control.simulator import simulate_loop
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.effect_loop import EffectLoop
+from bayes_hw.gap.joint.joint_response import Effect
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -41,6 +42,18 @@ def test_the_loop_moves_as_the_open_axis_does_under_its_command(law: Form) -> No
     assert np.ptp(run.w) > 0.04
     np.testing.assert_allclose(numbers.w[0], run.w, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(numbers.y[0], run.y, rtol=1e-9, atol=1e-12)
+
+
+def test_a_ramp_into_the_limit_is_the_same_in_the_loop() -> None:
+    """A command whose ramp takes samples and meets the limit between them."""
+    law = form("rate_limit", "before the limiter")
+    response, values = response_with((Effect(law, np.array([5.0])),), SAMPLES)
+    loop = EffectLoop.of(response, response.coordinates(values)[None, :])
+    axis = plain_axis()
+    numbers = simulate_loop(AxisDraws(**{**axis.__dict__, "effect": loop}), CONTROLLER, 4 * REFERENCE)
+    run = response.simulate(values, numbers.u[0])
+    assert np.mean(run.v == CASCADE.upper) > 0.1
+    np.testing.assert_allclose(numbers.w[0], run.w, rtol=1e-9, atol=1e-12)
 
 
 def test_without_effects_it_is_the_plain_loop() -> None:

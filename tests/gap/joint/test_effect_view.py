@@ -46,6 +46,8 @@ COULOMB = form("friction", "Coulomb, load")
 SHOWN = {
     "force over speed": torque(COULOMB, COULOMB.starts(scale(SAMPLES))[0], 1e-3),
     "error over position": some_effect(form("encoder_eccentricity")),
+    "command over command": some_effect(form("other", "curve of the command")),
+    "unnamed error over position": some_effect(form("other", "reading over position")),
     "error over time": some_effect(form("sensor_drift", "ramp")),
 }
 

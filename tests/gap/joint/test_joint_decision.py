@@ -8,7 +8,9 @@ from typing import cast
 import pytest
 
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide, decide_jointly
+from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.remainder import Remainder
@@ -44,7 +46,9 @@ def test_nothing_left_is_no_gap() -> None:
 
 
 def test_many_nats_are_nearly_sure_and_few_are_not() -> None:
-    assert _decided({"friction": 900.0}).probability["friction"] > 0.99
+    floor = JointCalibration.built_in().floor
+    assert _decided({"friction": 900.0}).probability["friction"] == pytest.approx(1 - floor)
+    assert floor < 0.05
     few = _decided({"friction": 30.0})
     assert few.answer == ("friction",)
     assert 0.5 < few.probability["friction"] < 0.8
@@ -77,3 +81,17 @@ def test_readings_and_a_law_without_a_name() -> None:
     assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
     assert _decided({"other": 300.0}).answer == ("other",)
     assert _decided({"gain_drift": 300.0, "other": 100.0}).answer == ("gain_drift", "other")
+
+
+def test_what_the_readings_show_comes_first() -> None:
+    found = _decided(
+        {"torque_ripple": 2450.0, "encoder_eccentricity": 1680.0}, readings={"encoder_quantization": 860.0}
+    )
+    assert found.answer == ("encoder_quantization", "torque_ripple")
+
+
+def test_a_rhythm_of_samples_has_no_name() -> None:
+    quiet = Remainder(0, 1.0, 0.2, QUIET, 5.0, 90.0)
+    found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
+    assert found.answer == ("other",)
+    assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found

@@ -79,6 +79,23 @@ def test_a_ramp_is_the_mean_over_each_sample() -> None:
     np.testing.assert_allclose(response.simulate(values, u).v, expected, atol=1e-4)
 
 
+def test_a_ramp_before_the_limiter_is_limited_on_its_way() -> None:
+    """Fine steps of the same ramp, limited and averaged over each sample."""
+    u = command(SAMPLES, 1)
+    rate = 0.07
+    early = Effect(form("rate_limit", "before the limiter"), np.array([1 / rate]))
+    response, values = response_with((early,), SAMPLES)
+    target = np.concatenate([[0.0], u[:-1]])
+    fine, at, expected = 2000, 0.0, []
+    reach = rate * (np.arange(fine) + 0.5) / fine
+    for value in target:
+        path = at + np.clip(value - at, -reach, reach)
+        expected.append(np.clip(path, CASCADE.lower, CASCADE.upper).mean())
+        at += np.clip(value - at, -rate, rate)
+    assert np.ptp(target) > CASCADE.upper - CASCADE.lower
+    np.testing.assert_allclose(response.simulate(values, u).v, expected, atol=1e-4)
+
+
 def test_play_and_asymmetry_by_their_formulas() -> None:
     u = command(SAMPLES, 1)
     effects = (

@@ -1,0 +1,43 @@
+"""The constants by which nats become probabilities where records alone are diagnosed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+
+FILE = "joint_calibration.json"
+
+
+@dataclass(frozen=True)
+class JointCalibration:
+    """Those of `joint_calibration.json`.
+
+    `doubt` is that of a label of no nats, which falls by a factor e with every `nats_of_doubt` (forms are
+    never exact, so that nats count for less than they say); `floor` is the least doubt of an effect named
+    alone, `pair_floor` of one of two, `other_floor` of `other`, since the search can have missed a cause;
+    `none_doubt` that of no gap where nothing is found; `other_unseen` the chance that there is something
+    without a name though nothing says so, and `other_coloured` the same where the noise that is left is of
+    higher order than one.
+    """
+
+    doubt: float
+    nats_of_doubt: float
+    floor: float
+    pair_floor: float
+    other_floor: float
+    none_doubt: float
+    other_unseen: float
+    other_coloured: float
+
+    def sure(self, nats: float, floor: float) -> float:
+        """Probability of a label of so many nats, its doubt at least `floor`."""
+        return 1 - max(floor, self.doubt * float(np.exp(-max(nats, 0.0) / self.nats_of_doubt)))
+
+    @classmethod
+    def built_in(cls) -> JointCalibration:
+        """The constants that come with the program."""
+        text = files("bayes_hw.gap.joint").joinpath(FILE).read_text(encoding="utf-8")
+        return cls(**json.loads(text))

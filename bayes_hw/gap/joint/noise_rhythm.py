@@ -1,0 +1,34 @@
+"""Whether what is left is the same at all times: noise in bursts, and noise with a rhythm of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+
+SEGMENTS = 20
+LONGEST_RHYTHM = 12
+
+
+def burst_nats(innovations: Sequence[FloatArray]) -> float:
+    """What a variance of its own in every one of SEGMENTS parts of every record gains over one variance."""
+    return _gained([part for a in innovations for part in np.array_split(a, SEGMENTS)])
+
+
+def rhythm_nats(innovations: Sequence[FloatArray]) -> float:
+    """What a variance of its own for every sample number modulo m gains, at the best m."""
+    best = -np.inf
+    for m in range(2, LONGEST_RHYTHM + 1):
+        best = max(best, _gained([np.concatenate([a[i::m] for a in innovations]) for i in range(m)]))
+    return best
+
+
+def _gained(parts: Sequence[FloatArray]) -> float:
+    """Less what normal noise of one variance would gain on average, and half a logarithm of the samples."""
+    whole = np.concatenate(list(parts))
+    tiny = float(np.finfo(float).tiny)
+    apart = sum(len(p) * float(np.log(np.mean(p**2) + tiny)) for p in parts if len(p))
+    together = len(whole) * float(np.log(np.mean(whole**2) + tiny))
+    return 0.5 * (together - apart) - 0.5 * (len(parts) - 1) - 0.5 * float(np.log(max(len(whole), 2)))

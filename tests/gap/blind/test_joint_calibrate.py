@@ -1,0 +1,32 @@
+"""Constants that are fitted to cases state what came true in such cases."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.gap.blind.joint_calibrate import JointCase, calibrate_jointly, left_out_scores
+from bayes_hw.gap.joint.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.joint_decision import decide
+from bayes_hw.gap.joint.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
+from bayes_hw.gap.joint.remainder import Remainder
+
+QUIET = Remainder(0, 1.0, 0.0, NoiseSpectrum(0.0, 0.0, -4.0, -4.0, -11.0, 0.1))
+
+
+def _case(nats: dict[str, float], effects: tuple[str, ...]) -> JointCase:
+    evidence = JointEvidence(nats, {}, {}, sum(nats.values()), tuple(nats), QUIET)
+    return JointCase(evidence, effects)
+
+
+def test_false_answers_make_answers_less_sure() -> None:
+    """Of forty answers on many nats eight are wrong, and of ten without any effect none is."""
+    named = [_case({"friction": 800.0}, ("friction",) if i % 5 else ("backlash",)) for i in range(40)]
+    cases = named + [_case({}, ()) for _ in range(10)]
+    by_hand = JointCalibration.built_in()
+    fitted = calibrate_jointly(cases)
+    sure = decide(named[0].evidence, fitted).probability["friction"]
+    assert abs(sure - 0.8) < 0.1 < 1 - by_hand.floor - 0.8
+    assert decide(cases[-1].evidence, fitted).probability["none"] > 0.92
+    assert sum(c.score(fitted) for c in cases) > sum(c.score(by_hand) for c in cases)
+    assert left_out_scores(cases, 2).mean() > np.mean([c.score(by_hand) for c in cases])

@@ -1,0 +1,32 @@
+"""What a fit leaves: how well its variance is known, and whether it is the same at all times."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import lfilter
+
+from bayes_hw.gap.joint.noise_rhythm import burst_nats, rhythm_nats
+from bayes_hw.gap.joint.remainder import samples_of_variance
+
+
+def test_the_variance_of_coloured_noise_is_known_worse() -> None:
+    """As the spread of the variance over many records says."""
+    rng = np.random.default_rng(1)
+    records = lfilter([1.0], [1.0, -0.7], rng.standard_normal((400, 2000)), axis=1)[:, 500:]
+    spread = np.std(np.mean(records**2, axis=1)) / np.mean(records**2)
+    assert abs(np.sqrt(2 / samples_of_variance(list(records[:5]))) * np.sqrt(5) / spread - 1) < 0.15
+    white = samples_of_variance([rng.standard_normal(1500)])
+    assert 1300 < white <= 1500
+
+
+def test_bursts_and_rhythms_are_told_from_even_noise() -> None:
+    rng = np.random.default_rng(2)
+    even = [rng.standard_normal(2000) for _ in range(2)]
+    assert burst_nats(even) < 20 and rhythm_nats(even) < 10
+    burst = [e.copy() for e in even]
+    burst[0][300:400] *= 3
+    assert burst_nats(burst) > 40 and rhythm_nats(burst) < 20
+    beat = [e.copy() for e in even]
+    for e in beat:
+        e[::5] *= 1.5
+    assert rhythm_nats(beat) > 30
