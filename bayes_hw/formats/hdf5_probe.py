@@ -12,10 +12,16 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from math import ceil
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1]
 PROBE_SECONDS = 6.0
+"""Of the processor, for a file of no size; what a sound one takes does not grow when the machine is busy."""
+
+PATIENCE = 10
+"""Seconds of the clock waited for a second of the processor."""
+
 BYTES_PER_SECOND = 20 * 2**20
 MOST_ADDRESSES = 2**31
 MOST_MEMORY = 960 * 2**20
@@ -27,21 +33,21 @@ MOST_NUMBERS = 2**25
 
 
 def is_sound_hdf5(*paths: Path, only: Sequence[str] | None = None) -> bool:
-    """Whether a child process can read the files in the time that their size allows.
+    """Whether a child process can read the files in the time of the processor that their size allows.
 
     Of the numbers all, or those of the data sets named in `only`. It finds this package where it is, and
     nothing in the folder that it happens to run in.
     """
     seconds = PROBE_SECONDS + sum(path.stat().st_size for path in paths) / BYTES_PER_SECOND
     names = None if only is None else list(only)
-    task = json.dumps({"files": [str(path.resolve()) for path in paths], "only": names})
+    task = json.dumps({"files": [str(path.resolve()) for path in paths], "only": names, "seconds": seconds})
     command = [sys.executable, "-P", "-m", "bayes_hw.formats.hdf5_probe"]
     given = os.environ.get("PYTHONPATH", "")
     places = os.pathsep.join([str(PACKAGE.parent), *filter(None, given.split(os.pathsep))])
     environment = os.environ | {"PYTHONPATH": places}
     try:
         done = subprocess.run(
-            command, timeout=seconds, input=task.encode(), capture_output=True, env=environment
+            command, timeout=PATIENCE * seconds, input=task.encode(), capture_output=True, env=environment
         )
     except subprocess.TimeoutExpired:
         return False
@@ -80,13 +86,18 @@ def try_file(path: str, only: Sequence[str] | None) -> None:
 
 def main() -> int:
     """Exit status 0 for a file that can be read."""
+    task = json.load(sys.stdin)
     with suppress(ImportError):  # not on Windows
         import resource
 
-        for kind, most in ((resource.RLIMIT_AS, MOST_ADDRESSES), (resource.RLIMIT_DATA, MOST_MEMORY)):
+        most_of = {
+            resource.RLIMIT_AS: MOST_ADDRESSES,
+            resource.RLIMIT_DATA: MOST_MEMORY,
+            resource.RLIMIT_CPU: ceil(task["seconds"]),
+        }
+        for kind, most in most_of.items():
             limits = [limit for limit in resource.getrlimit(kind) if limit != resource.RLIM_INFINITY]
             resource.setrlimit(kind, (min([most, *limits]),) * 2)
-    task = json.load(sys.stdin)
     try:
         for path in task["files"]:
             try_file(path, task["only"])

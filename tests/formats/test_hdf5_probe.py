@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import zlib
@@ -11,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from bayes_hw.formats import hdf5_probe
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 
 
@@ -38,6 +40,28 @@ def test_all_of_several_files_must_be_sound(sound: Path, tmp_path: Path) -> None
     damaged.write_bytes(sound.read_bytes()[:-200])
     assert is_sound_hdf5(sound, sound)
     assert not is_sound_hdf5(sound, damaged)
+
+
+def test_a_machine_that_is_busy_with_other_things_damages_no_file(
+    sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that stands still for longer than a file of this size may take of the processor."""
+    (tmp_path / "sitecustomize.py").write_text("import time\ntime.sleep(1.5)\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(hdf5_probe, "PROBE_SECONDS", 1.0)
+    assert is_sound_hdf5(sound)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time there")
+def test_a_library_that_loops_is_ended(sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the seconds of the processor that it may take, not after the patience of the clock."""
+    (tmp_path / "h5py.py").write_text("while True:\n    pass\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(hdf5_probe, "PROBE_SECONDS", 1.0)
+    before = os.times()
+    assert not is_sound_hdf5(sound)
+    after = os.times()
+    assert 0.5 < after.children_user - before.children_user < 3.0
 
 
 def with_chunk(path: Path, chunk: bytes) -> Path:

@@ -71,15 +71,35 @@ def test_a_formula_and_its_number_fit_a_phone(
     assert browser.evaluate(formula) == [0]
 
 
-def test_a_figure_wider_than_a_phone_scrolls_and_shows_that_it_does(
+def test_a_figure_wider_than_a_phone_shrinks_to_it(
+    browser: Browser, report_of: Callable[[str], Report], tmp_path: Path
+) -> None:
+    """As wide as the column there, in proportion; a table turns into a list."""
+    page = tmp_path / "report.html"
+    page.write_text(to_html(report_of("text")))
+    browser.open(page, width=390)
+    width, height, column = browser.evaluate(
+        "(image => [image.clientWidth, image.clientHeight, image.parentElement.clientWidth])"
+        "(document.querySelector('.picture img'))"
+    )
+    assert width == column < 390
+    natural = browser.evaluate(
+        "(image => image.naturalWidth / image.naturalHeight)(document.querySelector('.picture img'))"
+    )
+    assert width / height == pytest.approx(natural, rel=0.02)
+    cells = (
+        "(box => [box.left, box.right])(document.querySelectorAll('tbody td')[{}].getBoundingClientRect())"
+    )
+    assert browser.evaluate(cells.format(0)) == browser.evaluate(cells.format(1))
+
+
+def test_what_is_cut_off_at_a_side_casts_a_shadow(
     browser: Browser, report_of: Callable[[str], Report], tmp_path: Path
 ) -> None:
     page = tmp_path / "report.html"
     page.write_text(to_html(report_of("text")))
-    browser.open(page, width=390)
-    wide = "document.querySelector('.picture').scrollWidth > document.querySelector('.picture').clientWidth"
-    assert browser.evaluate(wide) is True
-    shadow = "getComputedStyle(document.querySelector('.picture')).backgroundImage"
+    browser.open(page)
+    shadow = "getComputedStyle(document.querySelector('.scroll')).backgroundImage"
     assert browser.evaluate(shadow).count("gradient") == 4
 
 
