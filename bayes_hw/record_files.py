@@ -32,8 +32,6 @@ LARGEST_VALUE = 1e12
 LEAST_CHANGE = 1e-14
 """A column that changes by no more than this times its largest value or 1 is constant."""
 
-DEFAULT_UNITS = {"input": "deg/s", "output": "deg"}
-
 
 class FileContent(NamedTuple):
     """What a file holds of a record: columns (samples,), rate, which outputs were measured, known signals,

@@ -13,7 +13,6 @@ import numpy as np
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column, Table
 
-MOST_MESSAGES = 10_000_000
 DEEPEST = 6
 MOST_NAMES = 200
 

@@ -48,13 +48,15 @@ def diagnose_any_case(
     case = Case.read(folder)
     if without or not needs_ports(case.model):
         return diagnosis.diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
-    found = diagnose_by_ports(case, np.random.default_rng(seed))
-    joint_diagnosis.write_results(found, out)
-    return found
+    return _through_ports(case, out, seed)
 
 
 def diagnose_case_by_ports(folder: Path, out: Path, seed: int) -> JointDiagnosis:
     """As `diagnose_any_case`, through ports even where the drive train can be read back."""
-    found = diagnose_by_ports(Case.read(folder), np.random.default_rng(seed))
+    return _through_ports(Case.read(folder), out, seed)
+
+
+def _through_ports(case: Case, out: Path, seed: int) -> JointDiagnosis:
+    found = diagnose_by_ports(case, np.random.default_rng(seed))
     joint_diagnosis.write_results(found, out)
     return found

@@ -136,13 +136,13 @@ def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:
 
 
 def _filled_up(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Coefficients and initial states of whole groups of lanes, walkers last."""
+    """Coefficients and initial states of whole groups of lanes, walkers last; the states are copies."""
     return (
         filled_up(form.static),
         filled_up(form.real),
         filled_up(form.pairs),
-        filled_up(form.real_state),
-        filled_up(form.pair_state),
+        filled_up(form.real_state).copy(),
+        filled_up(form.pair_state).copy(),
     )
 
 
@@ -275,7 +275,8 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # type: ignore[no-untyped-def]
-    """Fill w_out and y_out (walkers, samples)."""
+    """Fill w_out and y_out (walkers, samples), and leave the states after the last sample in place of those
+    before."""
     samples, groups = len(u), static.shape[1] // LANES
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
@@ -301,3 +302,5 @@ def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # 
                 for row in range(stop - start):
                     w_out[walker, start + row] = w[row, lane]
                     y_out[walker, start + row] = y[row, lane]
+        scatter(x, group, real_state)
+        scatter(s, group, pair_state)

@@ -1,15 +1,11 @@
 """What convinces of an effect: a quantity over another one, found without the effect's law, beside that law.
 
-Every label has its own method (`VIEWS`); all give an `EffectView`, so that a page draws any of them. Where an
-effect is a function of something that moves (force of speed, error of position, gain of time), that function
-is estimated anew as a piecewise linear one, all else as fitted, under the fitted noise: points that follow
-the law were not made by it.
+Every label has its own method (`VIEWS`); all give an `EffectView`, so that a page draws any of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -21,77 +17,11 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Place
 from bayes_hw.gap.joint.effect_paths import limited_and_gain, through_drive, through_port
-from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.free_function import EffectView, Rows, Seen, viewed
 from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
-from bayes_hw.gap.joint.readings import Readings
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
-from bayes_hw.record import Record
 
-KNOTS = 13
-RIDGE = 1e-6
 BINS = 16
-LINE_BINS = 120
-
-Rows: TypeAlias = Callable[[FloatArray], FloatArray]
-"""Signals (n, samples) to what they change in y (n, samples)."""
-
-
-@dataclass(frozen=True, eq=False)
-class EffectView:
-    """`y` over `x` (points,) with half widths `half` of 94 % intervals, and the answer's law as a line.
-
-    `reading` says how to read it; `logarithmic` that both axes are.
-    """
-
-    quantity: str
-    quantity_unit: str
-    over: str
-    over_unit: str
-    x: FloatArray
-    y: FloatArray
-    half: FloatArray
-    line_x: FloatArray
-    line_y: FloatArray
-    reading: str
-    logarithmic: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What a view is made from: the fit with the answer's effects, and the readings' faults."""
-
-    fit: JointFit
-    readings: Readings
-
-    @property
-    def records(self) -> Sequence[Record]:
-        return self.fit.response.records
-
-    @property
-    def rate(self) -> float:
-        return self.fit.response.scale.rate_hz
-
-    def runs(self, values: JointValues) -> list[Simulated]:
-        """Simulations of every record."""
-        return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
-
-    def delayed_commands(self) -> list[FloatArray]:
-        """The command (samples,) of every record as G meets it."""
-        delay = self.fit.structure.delay_samples
-        return [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in self.records]
-
-    def residuals(self) -> list[FloatArray]:
-        """Measured less simulated output, unweighted, zero where nothing was measured."""
-        runs = self.runs(self.fit.values)
-        return [
-            np.where(record.measured_samples, record.y - run.y, 0.0)
-            for record, run in zip(self.records, runs, strict=True)
-        ]
-
-    def number(self, label: str) -> int | None:
-        """Which effect of the fit has this label."""
-        return self.fit.labels.index(label) if label in self.fit.labels else None
-
 
 View: TypeAlias = Callable[[Seen, str], EffectView]
 
@@ -99,84 +29,6 @@ View: TypeAlias = Callable[[Seen, str], EffectView]
 def effect_view(seen: Seen, label: str) -> EffectView:
     """The view of a label of the answer, by its own method; of one without any, the error over time."""
     return VIEWS.get(label, _error_over_time)(seen, label)
-
-
-def _knots(x: Sequence[FloatArray]) -> FloatArray:
-    """Where the free function bends: half by quantiles of x, half evenly, so that neither crowds."""
-    joined = np.concatenate(list(x))
-    by_quantile = np.quantile(joined, np.linspace(0, 1, KNOTS))
-    evenly = np.linspace(joined.min(), joined.max(), KNOTS)
-    knots = np.unique((by_quantile + evenly) / 2)
-    spaced = [float(knots[0])]
-    least = 0.02 * float(np.ptp(joined))
-    for knot in knots[1:]:
-        if knot - spaced[-1] >= least:
-            spaced.append(float(knot))
-    return np.array(spaced)
-
-
-def _hats(x: FloatArray, knots: FloatArray) -> FloatArray:
-    """Linear B-splines (knots, samples)."""
-    return np.array([np.interp(x, knots, row) for row in np.eye(len(knots))])
-
-
-def free_function(
-    seen: Seen,
-    x: Sequence[FloatArray],
-    law: Sequence[FloatArray],
-    paths: Sequence[Rows],
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Knots, values and half widths of 94 % intervals (knots,) of the function that stands in place of `law`.
-
-    `x` and `law` are (samples,) a record, and `paths` take signals to what they change in y. Generalised
-    least squares under the fitted noise and weights.
-    """
-    knots, whitener = _knots(x), seen.fit.point.whitener
-    weights = seen.fit.response.weights
-    rows = []
-    for i, (own, values, path, e) in enumerate(zip(x, law, paths, seen.residuals(), strict=True)):
-        block = np.vstack([path(_hats(own, knots)), e + path(values[None, :])[0]])
-        rows.append(whitener.apply(block if weights is None else block / weights[i]))
-    joined = np.concatenate(rows, axis=1)
-    basis, target = joined[:-1].T, joined[-1]
-    norms = np.linalg.norm(basis, axis=0)
-    kept = norms > 1e-9 * norms.max()
-    scaled = basis[:, kept] / norms[kept]
-    gram = scaled.T @ scaled + RIDGE * np.eye(int(kept.sum()))
-    found = np.linalg.solve(gram, scaled.T @ target)
-    variance = float(np.mean((target - scaled @ found) ** 2))
-    spread = np.sqrt(variance * np.diag(np.linalg.inv(gram)))
-    return knots[kept], found / norms[kept], NORMAL_HALF_WIDTH * spread / norms[kept]
-
-
-def _line(x: Sequence[FloatArray], law: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """The law as it was met: means of its values over bins of x."""
-    joined, values = np.concatenate(list(x)), np.concatenate(list(law))
-    edges = np.linspace(joined.min(), joined.max(), LINE_BINS + 1)
-    at = np.clip(np.searchsorted(edges, joined, side="right") - 1, 0, LINE_BINS - 1)
-    count = np.bincount(at, minlength=LINE_BINS)
-    total = np.bincount(at, weights=values, minlength=LINE_BINS)
-    met = count > 0
-    return ((edges[:-1] + edges[1:]) / 2)[met], total[met] / count[met]
-
-
-def _viewed(
-    seen: Seen,
-    x: Sequence[FloatArray],
-    law: Sequence[FloatArray],
-    paths: Sequence[Rows],
-    words: tuple[str, str, str, str, str],
-    scales: tuple[float, float] = (1.0, 1.0),
-) -> EffectView:
-    """A free function as a view; `scales` multiply x and y."""
-    knots, values, half = free_function(seen, x, law, paths)
-    line_x, line_y = _line(x, law)
-    across, up = scales
-    quantity, quantity_unit, over, over_unit, reading = words
-    return EffectView(
-        quantity, quantity_unit, over, over_unit, across * knots, up * values, abs(up) * half,
-        across * line_x, up * line_y, reading,
-    )  # fmt: skip
 
 
 def _torque(seen: Seen, label: str) -> EffectView:
@@ -206,7 +58,7 @@ def _torque(seen: Seen, label: str) -> EffectView:
         "intervals), all else as fitted; the line is the law of the answer. Without the effect the points "
         "lie at zero."
     )
-    return _viewed(seen, q, torques, paths, (quantity, unit_up, over, over_unit, reading), (across, up))
+    return viewed(seen, q, torques, paths, (quantity, unit_up, over, over_unit, reading), (across, up))
 
 
 def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[str, float, str]:
@@ -251,7 +103,7 @@ def _reading_error(
             "as fitted; the line is the law of the answer. Without this effect the points lie at zero."
         )
         paths: list[Rows] = [_as_is for _ in runs]
-        return _viewed(seen, x, law, paths, ("error of the reading", unit, name, over_unit, reading))
+        return viewed(seen, x, law, paths, ("error of the reading", unit, name, over_unit, reading))
 
     return view
 
@@ -316,7 +168,7 @@ def _curve(seen: Seen, label: str) -> EffectView:
         "the points lie at zero."
     )
     words = ("change of the command", unit, "command within its limits", unit, reading)
-    return _viewed(seen, x, law, paths, words)
+    return viewed(seen, x, law, paths, words)
 
 
 def _command_side(
@@ -373,7 +225,7 @@ def _command(seen: Seen, label: str) -> EffectView:
         "intervals), all else as fitted; the line is the law of the answer."
     )
     x, law, paths = ([part[i] for part in parts] for i in range(3))
-    return _viewed(seen, x, law, paths, (quantity, unit, over, over_unit, reading), scales)  # type: ignore[arg-type]
+    return viewed(seen, x, law, paths, (quantity, unit, over, over_unit, reading), scales)  # type: ignore[arg-type]
 
 
 def _binned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -8,7 +8,8 @@ from joint_axis import form, measured, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.effect_form import FORMS, Form
-from bayes_hw.gap.joint.effect_view import VIEWS, EffectView, Seen, effect_view
+from bayes_hw.gap.joint.effect_view import VIEWS, effect_view
+from bayes_hw.gap.joint.free_function import EffectView, Seen
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
 from bayes_hw.gap.joint.readings import Readings
