@@ -21,7 +21,7 @@ from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
-from bayes_hw.commands.speech import rounded, say, say_page, warn
+from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
 from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected
@@ -257,12 +257,7 @@ def say_estimates(posterior: Posterior) -> None:
     for name, summary in posterior.reported.items():
         if name.startswith("noise.") and name != "noise.sigma":
             continue
-        low, high = summary.hdi94
-        unit = f" {summary.unit}" if summary.unit else ""
-        mean, sd, lower, upper = (
-            rounded(value, summary.sd) for value in (summary.mean, summary.sd, low, high)
-        )
-        say(f"{name:32} {mean} +- {sd}{unit}, 94 % HDI [{lower}, {upper}]")
+        say_estimate(name, summary.mean, summary.sd, summary.hdi94, summary.unit)
     if posterior.trade is not None:
         say(posterior.trade.sentence)
 

@@ -13,7 +13,7 @@ from typing import Any
 from bayes_hw.commands.options import add_common
 
 NAME = "demo"
-SUMMARY = "a guided first hour in under a minute: simulated records, model, posterior, verdict"
+SUMMARY = "a guided first hour in about a minute: simulated records, model, posterior, verdict"
 EXAMPLE = "bayes-hw demo --out demo/"
 
 RECORD_SEED = 1

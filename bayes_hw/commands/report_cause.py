@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import say_next
-from bayes_hw.commands.speech import note, rounded, say, say_page
+from bayes_hw.commands.speech import note, say, say_estimate, say_page
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.joint.corrected_model import predict_corrected
@@ -119,5 +119,4 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
 def say_corrected(diagnosis: JointDiagnosis) -> None:
     """One line a parameter of the corrected model on stdout."""
     for name, e in {**diagnosis.verdict.parameters, **diagnosis.verdict.base}.items():
-        mean, sd, low, high = (rounded(value, e.sd) for value in (e.mean, e.sd, *e.hdi94))
-        say(f"{name:32} {mean} +- {sd}{' ' * bool(e.unit)}{e.unit}, 94 % HDI [{low}, {high}]")
+        say_estimate(name, e.mean, e.sd, e.hdi94, e.unit)

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from bayes_hw.report.page.document import Report
     from bayes_hw.report.page.render import RenderedReport
 
+ROUNDING = 1e-12
+"""Standard deviation, as a share of the mean, that rounding leaves of a number that never changed."""
+
 MOST_DECIMALS = 9
 """Decimals beyond which a number is written with a power of ten."""
 
@@ -25,6 +28,16 @@ def rounded(value: float, sd: float) -> str:
         magnitude = int(f"{value:.0e}".split("e")[1])
         return f"{value:.{max(decimals + magnitude, 0)}e}"
     return f"{round(value, decimals):.{max(decimals, 0)}f}"
+
+
+def say_estimate(name: str, mean: float, sd: float, hdi94: tuple[float, float], unit: str) -> None:
+    """A parameter on stdout; one whose draws differ by rounding alone was held where it is."""
+    after = f" {unit}" if unit else ""
+    if sd <= ROUNDING * abs(mean):
+        say(f"{name:32} {mean:.4g}{after}, held")
+        return
+    at, spread, low, high = (rounded(value, sd) for value in (mean, sd, *hdi94))
+    say(f"{name:32} {at} +- {spread}{after}, 94 % HDI [{low}, {high}]")
 
 
 def say(message: str) -> None:
