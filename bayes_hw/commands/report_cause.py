@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import say_next
-from bayes_hw.commands.speech import note, say, say_estimate, say_page
+from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.joint.corrected_model import predict_corrected
