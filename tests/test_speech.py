@@ -24,9 +24,9 @@ def test_rounded_at_the_second_digit_of_the_uncertainty(value: float, sd: float,
     assert rounded(value, sd) == text
 
 
-def test_a_number_that_never_changed_is_said_to_be_held(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_number_without_spread_is_said_to_be_held(capsys: pytest.CaptureFixture[str]) -> None:
     """Not to be certain to the last digit."""
-    say_estimate("backlash.half_gap", 0.0142999169816, 5.2e-18, (0.0142999169816, 0.0142999169816), "deg")
+    say_estimate("backlash.half_gap", 0.0142999169816, 0.0, (0.0142999169816, 0.0142999169816), "deg")
     say_estimate("gain", 0.0123, 0.0011, (0.0102, 0.0144), "")
     held, free = capsys.readouterr().out.splitlines()
     assert held.split(maxsplit=1)[1] == "0.0143 deg, held"

@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from bayes_hw.report.page.document import Report
     from bayes_hw.report.page.render import RenderedReport
 
-ROUNDING = 1e-12
-"""Standard deviation, as a share of the mean, that rounding leaves of a number that never changed."""
-
 MOST_DECIMALS = 9
 """Decimals beyond which a number is written with a power of ten."""
 
@@ -31,9 +28,9 @@ def rounded(value: float, sd: float) -> str:
 
 
 def say_estimate(name: str, mean: float, sd: float, hdi94: tuple[float, float], unit: str) -> None:
-    """A parameter on stdout; one whose draws differ by rounding alone was held where it is."""
+    """A parameter on stdout; one without any spread was held where it is."""
     after = f" {unit}" if unit else ""
-    if sd <= ROUNDING * abs(mean):
+    if sd == 0:
         say(f"{name:32} {mean:.4g}{after}, held")
         return
     at, spread, low, high = (rounded(value, sd) for value in (mean, sd, *hdi94))

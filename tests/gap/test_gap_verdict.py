@@ -95,3 +95,11 @@ def test_an_estimate_without_error() -> None:
 def test_the_highest_density_interval_is_that_of_arviz(count: int) -> None:
     draws = np.random.default_rng(count).gamma(2.0, size=count)
     np.testing.assert_allclose(highest_density_interval(draws, 0.94), array_stats.hdi(draws, 0.94))
+
+
+def test_draws_that_never_change_have_no_spread() -> None:
+    """Their mean is off by rounding, which is no standard deviation."""
+    held = np.full(1000, 0.0142999169816044151)
+    assert held.std() > 0
+    estimate = Estimate.of(held, "deg")
+    assert (estimate.mean, estimate.sd) == (held[0], 0.0)

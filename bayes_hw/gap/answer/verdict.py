@@ -44,10 +44,9 @@ class Estimate:
 
     @classmethod
     def of(cls, draws: FloatArray, unit: str) -> Estimate:
-        """Of draws (n,)."""
-        return cls(
-            float(draws.mean()), float(draws.std()), highest_density_interval(draws, PROBABILITY), unit
-        )
+        """Of draws (n,); where all are the same number there is no spread, not that of rounding their mean."""
+        mean, sd = (draws.mean(), draws.std()) if np.ptp(draws) > 0 else (draws[0], 0.0)
+        return cls(float(mean), float(sd), highest_density_interval(draws, PROBABILITY), unit)
 
     @classmethod
     def log_normal(cls, median: float, relative_error: float, unit: str) -> Estimate:

@@ -74,9 +74,9 @@ class Sized:
 
 
 def plus_minus(draws: FloatArray) -> str:
-    """Mean +- standard deviation, to the deviation's second digit."""
+    """Mean +- standard deviation, to the deviation's second digit; the number alone where all draws are it."""
     mean, sd = float(draws.mean()), float(draws.std())
-    if not (np.isfinite(mean) and np.isfinite(sd) and sd > 0):
+    if not (np.isfinite(mean) and np.isfinite(sd) and np.ptp(draws) > 0):
         return f"{mean:.3g}"
     decimals = 1 - int(np.floor(np.log10(sd)))
     return f"{mean:.{max(decimals, 0)}f} +- {sd:.{max(decimals, 0)}f}"
