@@ -44,7 +44,7 @@ class Estimate:
 
     @classmethod
     def of(cls, draws: FloatArray, unit: str) -> Estimate:
-        """Of draws (n,); where all are the same number there is no spread, not that of rounding their mean."""
+        """Of draws (n,); where all are one number there is no spread, not that of rounding their mean."""
         mean, sd = (draws.mean(), draws.std()) if np.ptp(draws) > 0 else (draws[0], 0.0)
         return cls(float(mean), float(sd), highest_density_interval(draws, PROBABILITY), unit)
 

@@ -74,7 +74,7 @@ class Sized:
 
 
 def plus_minus(draws: FloatArray) -> str:
-    """Mean +- standard deviation, to the deviation's second digit; the number alone where all draws are it."""
+    """Mean +- standard deviation, to its second digit; the number alone where all draws are it."""
     mean, sd = float(draws.mean()), float(draws.std())
     if not (np.isfinite(mean) and np.isfinite(sd) and np.ptp(draws) > 0):
         return f"{mean:.3g}"
