@@ -71,15 +71,16 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
         key=lambda r: r.fun,
     )  # fmt: skip
     flat = 0.5 * samples * (np.log(total) + 1)
-    product = np.concatenate(
-        [np.sign(s[1:] * s[:-1]) * e[1:] * e[:-1] for s, e in zip(steps, residuals, strict=True)]
-    )
-    power = np.concatenate([e[1:] ** 2 for e in residuals])
-    speed = np.concatenate([s[1:] ** 2 for s in steps])
+    # Of differences: what is slow, whatever its cause, drops out; of a part of memory m their neighbours
+    # correlate by -(1 - m) / 2.
+    turned = [np.sign(s[1:]) * np.diff(e) for s, e in zip(steps, residuals, strict=True)]
+    product = np.concatenate([h[1:] * h[:-1] for h in turned])
+    power = np.concatenate([(h[1:] ** 2 + h[:-1] ** 2) / 2 for h in turned])
+    speed = np.concatenate([s[2:] ** 2 for s in steps])
     fast, at_rest = speed > np.quantile(speed, 0.6), speed <= np.quantile(speed, 0.3)
     grown = float(np.mean(power[fast]) - np.mean(power[at_rest]))
     followed = float(np.mean(product[fast]) - np.mean(product[at_rest]))
-    memory = followed / max(grown, 1e-300)
+    memory = 1.0 + 2.0 * followed / max(grown, 1e-300)
     return SpeedNoise(
         float(flat - found.fun - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory
     )
