@@ -43,7 +43,10 @@ which it is pruned first."""
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
-UNNAMED_NATS = 20.0
+UNNAMED_NATS, UNNAMED_SHARE = 20.0, 0.1
+"""What a law without a name must be better by than one that has one: in nats, and as a share of what it
+gains, since laws within G's ports are approximate."""
+
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
@@ -173,9 +176,10 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
     return found
 
 
-def _with_handicap(fit: JointFit) -> float:
+def _with_handicap(fit: JointFit, begun: float) -> float:
     """Score, less what a law without a name must be better by than one that has one."""
-    return fit.score - UNNAMED_NATS * (OTHER in fit.labels)
+    gained = max(fit.score - begun, 0.0)
+    return fit.score - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in fit.labels)
 
 
 def _grown(
@@ -191,7 +195,7 @@ def _grown(
             settled = _settled(fit, trials)
             if step == 0:
                 alone = {t.labels[-1]: t for t in (*trials, *settled)}
-            best = max([best, *settled], key=_with_handicap)
+            best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
