@@ -80,9 +80,7 @@ def _removed(fit: JointFit, residuals: Sequence[FloatArray], frequency: float) -
     width = 1.0 / (PADDED * longest)
     best = float(minimize_scalar(left, bounds=(frequency - width, frequency + width), method="bounded").x)
     taken = waves(best)
-    records = [
-        replace(record, y=record.y - s) for record, s in zip(fit.response.records, taken, strict=True)
-    ]
+    records = [replace(record, y=record.y - s) for record, s in zip(fit.response.records, taken, strict=True)]
     response = replace(fit.response, records=records)
     without = replace(
         fit, response=response, point=evaluate(response, fit.point.coordinates),
