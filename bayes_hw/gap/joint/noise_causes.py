@@ -89,7 +89,7 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
 @dataclass(frozen=True)
 class NoiseSpectrum:
     """Whittle log-likelihoods in nats, less half a logarithm of the ordinates a parameter: white noise, an
-    autoregression as fitted, and noise of the first order with a random walk or with a slow torque through G."""
+    autoregression as fitted, noise of the first order with a random walk, or with a slow torque through G."""
 
     white: float
     autoregression: float

@@ -30,7 +30,8 @@ def test_jitter_is_seen_beneath_a_slow_disturbance() -> None:
     rng = default_rng(5)
     slow = [20 * SIGMA * lfilter([0.05], [1, -0.95], rng.standard_normal(SAMPLES)) for _ in records]
     windy = [replace(r, y=r.y + s) for r, s in zip(records, slow, strict=True)]
-    late = [replace(r, y=r.y + 4 * d * rng.standard_normal(SAMPLES)) for r, d in zip(windy, moves, strict=True)]
+    errors = [4 * d * rng.standard_normal(SAMPLES) for d in moves]
+    late = [replace(r, y=r.y + e) for r, e in zip(windy, errors, strict=True)]
     seen = fitted(late)
     found = speed_noise(seen, list(seen.point.residuals))
     assert found.present

@@ -1,4 +1,4 @@
-"""A line in time is found at its frequency, whatever the phase of each record, and none where there is none."""
+"""A line in time is found at its frequency, whatever the phase of each record, and none where none is."""
 
 from __future__ import annotations
 
