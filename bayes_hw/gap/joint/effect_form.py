@@ -246,7 +246,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "cubic_stiffness", "", "law",
         lambda _: (Slot(1, "softening", False, 0.0, 3.0),),
-        lambda _: [(0.0,)],
+        lambda _: [(0.0,), (0.3,), (1.5,)],
         K.CUBIC, K.BASE_SECOND_DIFFERENCE,
     ),
     _coulomb("motor", K.BASE_COMMAND),
