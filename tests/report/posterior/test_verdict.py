@@ -117,6 +117,17 @@ def test_a_refuted_model_says_so_on_the_first_card_and_quotes_no_number():
     assert "does not hold" in verdict(found) and "±" not in verdict(found) and "Hz" not in verdict(found)
 
 
+def test_the_assumption_that_fails_is_named_where_a_linear_model_simulates_better():
+    found = analysis(passed=False)
+    found.inference.residuals.explained = False
+    found.identification.fits = (SimpleNamespace(hammerstein_wiener=41.7, linear=95.9),)
+    text = verdict(found).replace("\u00a0", " ")
+    assert "The assumption that fails is that the clipped command alone drives the axis" in text
+    assert "95.9 % against 41.7 %" in text and "bayes-hw diagnose" in text
+    found.identification.fits = (SimpleNamespace(hammerstein_wiener=60.0, linear=55.0),)
+    assert "assumption" not in verdict(found)
+
+
 def test_what_the_intervals_are_given_is_a_warning():
     found = badges(analysis(given=("mode 2 at 3.66 Hz",)))
     assert found[1].state == "warn"
