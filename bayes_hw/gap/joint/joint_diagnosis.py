@@ -41,7 +41,7 @@ from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
-from bayes_hw.gap.joint.whole_records import on_whole_records
+from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -119,8 +119,6 @@ def diagnose_records(
         if model is None:
             found = search(records, progress.say)
             decision = decide_jointly(found)
-            if samples > MOST_SAMPLES:
-                found, records = on_whole_records(found, whole), whole
         else:
             found = search_given(records, model, progress.say)
             decision = decide_given(found, model.noise_sigma)
@@ -131,9 +129,12 @@ def diagnose_records(
             inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
             posterior = laplace_given(fit, records[0].units, rng, inflation)
         else:
-            sections = dominant_sections(fit)
+            sections, wider = dominant_sections(fit), widened(fit)
+            if samples > MOST_SAMPLES:
+                found, records = on_whole_records(found, whole), whole
+                wider = fitted_to(wider, whole, found.base.response.weights)
             inflation = OF_ROUNDED if poorly else INFLATION
-            posterior = laplace(widened(fit), records[0].units, rng, inflation, sections)
+            posterior = laplace(wider, records[0].units, rng, inflation, sections)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive,
