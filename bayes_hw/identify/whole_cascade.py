@@ -34,6 +34,9 @@ from bayes_hw.identify.structure_pool import Kept, StructurePool, pool_of
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
 
+CARRIED = 1.5
+"""Error under coloured noise over that on plain residuals from which the noise carries what the axis does."""
+
 BLOCKS = ("lower", "upper", "dead_zone")
 
 
@@ -103,6 +106,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         tried.append(released)
         best = released
     best, evidence, rms_without = _drop_blocks(best)
+    best = _simulating(best)
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
@@ -196,6 +200,17 @@ def _drop_blocks(full: Grown) -> tuple[Grown, dict[str, float | None], dict[str,
         if (evidence[weakest] or 0.0) > DECISIVE:
             return current, evidence, rms_without
         current = without[weakest]
+
+
+def _simulating(item: Grown) -> Grown:
+    """`item`, or the same cascade on plain residuals where coloured noise leaves CARRIED times their error.
+
+    The noise then carries what the axis does, and the cascade simulates badly.
+    """
+    if not absorbed(item):
+        return item
+    plain = item.under_noise(0).descended()
+    return plain if item.point.rms > CARRIED * plain.point.rms else item
 
 
 def _without(item: Grown, block: str) -> Grown:
