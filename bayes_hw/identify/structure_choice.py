@@ -7,15 +7,17 @@ from collections.abc import Iterable
 import numpy as np
 
 from bayes_hw.identify.growth.search import Grown
-from bayes_hw.identify.resonances import LIGHT_DAMPING
+
+RINGING = 0.1
+"""Damping ratio below which a pair rings on as no real poles do."""
 
 PAIR_PARAMETERS = 4
 """Frequency, damping and two weights."""
 
 
 def choice_criterion(item: Grown) -> float:
-    """Bayesian information criterion in which a light pole pair costs what its search has cost, smaller is
-    better.
+    """Bayesian information criterion in which a ringing pole pair costs what its search has cost, smaller
+    is better.
 
     The criterion of Schwarz asks 2 log n nats of log-likelihood for a pair, and drops resonances whose weak
     evidence would still have told their frequencies. A pair is charged its four parameters and the logarithm
@@ -26,7 +28,7 @@ def choice_criterion(item: Grown) -> float:
     samples = item.point.samples
     charged = 2 * (PAIR_PARAMETERS + np.log(samples / 2))
     saved = PAIR_PARAMETERS * np.log(samples) - charged
-    return item.criterion - light_pairs(item) * max(float(saved), 0.0)
+    return item.criterion - ringing_pairs(item) * max(float(saved), 0.0)
 
 
 def chosen(items: Iterable[Grown]) -> Grown:
@@ -34,9 +36,9 @@ def chosen(items: Iterable[Grown]) -> Grown:
     return min(items, key=choice_criterion)
 
 
-def light_pairs(item: Grown) -> int:
-    """How many pole pairs of G are lightly damped."""
+def ringing_pairs(item: Grown) -> int:
+    """How many pole pairs of G have a damping ratio below RINGING."""
     a1, a2 = item.values.sections[:2]
     a1, a2 = a1[a1 * a1 / 4 < a2], a2[a1 * a1 / 4 < a2]
     poles = np.log(a1 / 2 + 1j * np.sqrt(a2 - a1 * a1 / 4))
-    return int(np.count_nonzero(-poles.real < LIGHT_DAMPING * np.abs(poles)))
+    return int(np.count_nonzero(-poles.real < RINGING * np.abs(poles)))

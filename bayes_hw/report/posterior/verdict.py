@@ -45,7 +45,13 @@ def verdict(analysis: Analysis) -> str:
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
+    if disagreements:
         sentences += driven_by_more(analysis)
+    if posterior.power < 1:
+        sentences.append(
+            "The model leaves far more than noise, which coloured noise would carry: errors count as white, "
+            f"{format_number(1 / posterior.power, 2)} samples as one."
+        )
     feedback = analysis.inference.residuals.feedback
     if feedback.closed_loop:
         sentences.append(_capitalized(feedback.sentence) + ".")
