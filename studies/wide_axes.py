@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
 from printed.rounding_box import roots_of_rows, without_integrator
 
@@ -136,7 +137,7 @@ def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
     """One replicate of the axis that `task` names, see `axis_of_task`, with its facts; plain data.
 
     `max_order` bounds the search, `free` is what is sampled, for at most `max_steps`. `refused` says why
-    where the records gave no posterior.
+    where the records gave no posterior. With `linear_proxy` the structure is that of `linear_proxy`.
     """
     drawn = axis_of_task(task)
     sampler_rng = np.random.default_rng([task["seed"], task["index"], 1])
@@ -144,7 +145,12 @@ def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
     same = {"facts": drawn.facts, "index": task["index"]}
     try:
         found = recover(
-            drawn.known, sampler_rng, max_order=task["max_order"], free=task["free"], settings=settings
+            drawn.known,
+            sampler_rng,
+            max_order=task["max_order"],
+            free=task["free"],
+            settings=settings,
+            found_by=model_by_linear_proxy if task.get("linear_proxy") else None,
         )
     except InputError as error:
         return same | {"refused": str(error)}

@@ -231,7 +231,9 @@ def _verdicts(
 ) -> tuple[ParameterVerdict, ...]:
     posterior = inference.posterior
     profile_of = {profile.name: profile for profile in profiles}
-    scaling = power_scaling(posterior, LogPosterior(posterior.axis, posterior.noise_parameters, records))
+    scaling = power_scaling(
+        posterior, LogPosterior(posterior.axis, posterior.noise_parameters, records, posterior.power)
+    )
     verdicts = [
         verdict_on(name, contraction, profile_of.get(name), scaling.get(name))
         for name, contraction in posterior.contraction.items()

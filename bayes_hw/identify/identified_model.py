@@ -116,9 +116,9 @@ def warnings_of(
             "the linear baseline, which has a constant command offset besides, describes these records "
             "at least as well"
         )
-    if joint.slow_poles_kept:
+    if joint.kept.slow:
         found.append(
-            f"{joint.slow_poles_kept} slow real poles of G are kept although the records do not ask for "
+            f"{joint.kept.slow} slow real poles of G are kept although the records do not ask for "
             "them: they would lose travel at each reversal as a dead zone does, and the interval of the dead "
             "zone must allow for them"
         )

@@ -15,15 +15,30 @@ LISTED = 12
 
 
 @dataclass(frozen=True)
+class Kept:
+    """Real poles kept although the criterion asks for none: slow ones, which the dead zone would be taken
+    for (`growth.slow_poles`), and fast ones at the onset, which resonances would be moved for
+    (`growth.onset`)."""
+
+    slow: int = 0
+    onset: int = 0
+
+
+NOTHING = Kept()
+
+
+@dataclass(frozen=True)
 class Member:
-    """One fitted structure: its order, delay, integrator and static blocks, how many slow real poles were
-    added to what the criterion asked for, log-likelihood, free parameters, and its weight in the pool."""
+    """One fitted structure: its order, delay, integrator and static blocks, how many slow and onset poles
+    were added to what the criterion asked for, log-likelihood, free parameters, and its weight in the pool.
+    """
 
     order: int
     delay_samples: int
     integrator: bool
     blocks: tuple[str, ...]
     slow_poles_added: int
+    onset_poles_added: int
     log_likelihood: float
     parameters: int
     weight: float
@@ -60,6 +75,12 @@ class StructurePool:
                 f"; {one.slow_poles_added} slow real poles in it are kept because the evidence cannot "
                 "exclude them: without them the dead zone would take up their travel"
             )
+        if one.onset_poles_added:
+            said += (
+                f"; {one.onset_poles_added} fast real poles in it, and a sample less of delay where there is "
+                "one, leave the beginning of the impulse response free, which the evidence cannot exclude: "
+                "without them the resonances would be taken for known better than they are"
+            )
         return said
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,11 +93,11 @@ class StructurePool:
         }
 
 
-def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int, factor: int = 1) -> StructurePool:
+def pool_of(tried: Iterable[Grown], chosen: Grown, kept: Kept, factor: int = 1) -> StructurePool:
     """The best fit of every structure among `tried`, and `chosen`, all fitted to the same samples, at a rate
     lower by `factor`; their delays are given in samples of the records."""
-    best: dict[tuple[Any, ...], tuple[Grown, int]] = {}
-    for item, added in [*((item, 0) for item in tried), (chosen, slow_poles_added)]:
+    best: dict[tuple[Any, ...], tuple[Grown, Kept]] = {}
+    for item, added in [*((item, NOTHING) for item in tried), (chosen, kept)]:
         s = item.structure
         key = s.order, s.delay_samples, s.integrator, blocks_of(item), added
         if key not in best or item.log_likelihood >= best[key][0].log_likelihood:
@@ -91,7 +112,8 @@ def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int, factor
             factor * item.structure.delay_samples,
             item.structure.integrator,
             blocks_of(item),
-            added,
+            added.slow,
+            added.onset,
             float(item.log_likelihood),
             item.parameters,
             float(weight),
@@ -100,8 +122,8 @@ def pool_of(tried: Iterable[Grown], chosen: Grown, slow_poles_added: int, factor
         for (item, added), weight in zip(entries, weights, strict=True)
     ]
     members.sort(key=lambda member: -member.weight)
-    kept = [member for place, member in enumerate(members) if place < LISTED or member.chosen]
-    return StructurePool(tuple(kept), len(members))
+    listed = [member for place, member in enumerate(members) if place < LISTED or member.chosen]
+    return StructurePool(tuple(listed), len(members))
 
 
 def blocks_of(item: Grown) -> tuple[str, ...]:

@@ -1,7 +1,8 @@
 """Step 4: the whole cascade with its noise, every order grown from the one below.
 
-Order, delay, integrator and static blocks are chosen by the Bayesian information criterion of the exact
-likelihood of coloured noise, every candidate descended with everything free.
+Order, delay, integrator and static blocks are chosen by the exact likelihood of coloured noise (see
+`bayes_hw.identify.structure_choice`), every candidate descended with everything free. What the evidence
+cannot exclude then stays: slow real poles, and a free beginning of the impulse response.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
@@ -26,10 +28,14 @@ from bayes_hw.identify.linear_output_error import (
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
-from bayes_hw.identify.structure_pool import StructurePool, pool_of
+from bayes_hw.identify.structure_choice import choice_criterion, chosen
+from bayes_hw.identify.structure_pool import Kept, StructurePool, pool_of
 
 SMALL_ORDER = 4
 """Order at which the delay is first looked for."""
+
+CARRIED = 1.5
+"""Error under coloured noise over that on plain residuals from which the noise carries what the axis does."""
 
 BLOCKS = ("lower", "upper", "dead_zone")
 
@@ -37,16 +43,16 @@ BLOCKS = ("lower", "upper", "dead_zone")
 @dataclass(frozen=True, eq=False)
 class JointStage:
     """The chosen cascade; every order and delay tried; for each block in BLOCKS how much the criterion
-    rises without it (None where the records could not show it at all), and the error then; how many slow real
-    poles were kept although the criterion asks for none (`bayes_hw.identify.growth.slow_poles`); by how much
-    the rate was lowered for the search, how many samples it saw, and the weights of all structures there.
+    rises without it (None where the records could not show it at all), and the error then; which real poles
+    were kept although the criterion asks for none; by how much the rate was lowered for the search, how many
+    samples it saw, and the weights of all structures there.
     """
 
     fit: CascadeFit
     candidates: tuple[OrderCandidate, ...]
     evidence: dict[str, float | None]
     rms_without: dict[str, float]
-    slow_poles_kept: int
+    kept: Kept
     search_factor: int
     searched_samples: int
     pool: StructurePool
@@ -100,11 +106,16 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         tried.append(released)
         best = released
     best, evidence, rms_without = _drop_blocks(best)
+    best = _simulating(best)
     tried.append(best)
-    kept = 0
+    chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
-        wider = with_slow_poles(best)
-        best, kept = wider, wider.structure.order - best.structure.order
+        best = with_slow_poles(best)
+        slow = best.structure.order - chosen_order
+    if experiment is whole:
+        best = with_free_onset(best)
+        onset = best.structure.order - chosen_order - slow
+    kept = Kept(slow, onset)
     pool = pool_of(tried, best, kept, factor)
     best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
@@ -118,11 +129,6 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         experiment.samples,
         pool,
     )
-
-
-def chosen(items: Iterable[Grown]) -> Grown:
-    """The one of the smallest criterion."""
-    return min(items, key=lambda item: item.criterion)
 
 
 def cascade_fit(item: Grown) -> CascadeFit:
@@ -196,6 +202,17 @@ def _drop_blocks(full: Grown) -> tuple[Grown, dict[str, float | None], dict[str,
         current = without[weakest]
 
 
+def _simulating(item: Grown) -> Grown:
+    """`item`, or the same cascade on plain residuals where coloured noise leaves CARRIED times their error.
+
+    The noise then carries what the axis does, and the cascade simulates badly.
+    """
+    if not absorbed(item):
+        return item
+    plain = item.under_noise(0).descended()
+    return plain if item.point.rms > CARRIED * plain.point.rms else item
+
+
 def _without(item: Grown, block: str) -> Grown:
     values = {
         "lower": replace(item.values, lower=-np.inf),
@@ -211,8 +228,9 @@ def _tabulated(items: Iterable[Grown], output_scale: float) -> tuple[OrderCandid
     found: dict[tuple[int, int, bool], Grown] = {}
     for item in items:
         key = item.structure.order, item.structure.delay_samples, item.structure.integrator
-        if key not in found or item.criterion < found[key].criterion:
+        if key not in found or choice_criterion(item) < choice_criterion(found[key]):
             found[key] = item
     return tuple(
-        OrderCandidate(*key, item.point.rms * output_scale, item.criterion) for key, item in found.items()
+        OrderCandidate(*key, item.point.rms * output_scale, choice_criterion(item))
+        for key, item in found.items()
     )

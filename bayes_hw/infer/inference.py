@@ -123,7 +123,7 @@ def infer(
                 repr(rng.bit_generator.state),
             ),
         )
-    target = LogPosterior(axis, origin.noise_parameters, records)
+    target = LogPosterior(axis, origin.noise_parameters, records, origin.power)
     reweighting = None
     with one_blas_thread():
         if long:
@@ -139,7 +139,7 @@ def infer(
             )
         if reweighting is None or not reweighting.holds:
             sampling = sample(
-                lambda: LogPosterior(axis, origin.noise_parameters, records),
+                lambda: LogPosterior(axis, origin.noise_parameters, records, origin.power),
                 origin.coordinates,
                 origin.covariance,
                 sampler_rng,
@@ -165,6 +165,7 @@ def infer(
         convergence=sampling.convergence,
         reweighting=reweighting,
         trade=trade_of(axis, values, records),
+        power=origin.power,
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)

@@ -35,10 +35,18 @@ class LogPosterior:
 
     `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial
     autocorrelations and, for Student-t innovations, their degrees of freedom. `non_finite` counts the
-    evaluations that gave no finite number inside the prior's support; they count as impossible.
+    evaluations that gave no finite number inside the prior's support; they count as impossible. The
+    likelihood enters to the given `power`.
     """
 
-    def __init__(self, axis: AxisParameters, noise: tuple[Parameter, ...], records: Sequence[Record]) -> None:
+    def __init__(
+        self,
+        axis: AxisParameters,
+        noise: tuple[Parameter, ...],
+        records: Sequence[Record],
+        power: float = 1.0,
+    ) -> None:
+        self.power = power
         self.axis = axis
         self.noise = noise
         self.records = tuple(records)
@@ -96,7 +104,7 @@ class LogPosterior:
         return with_known(self.axis, values, self._known[number], w)
 
     def log_likelihood(self, values: FloatArray) -> FloatArray:
-        """Log-likelihood (walkers,) of values (parameters, walkers), summed over the records."""
+        """Log-likelihood (walkers,) of values (parameters, walkers) of all records, times the power."""
         n_axis = len(self.axis.parameters)
         sigma, partial = values[n_axis], values[n_axis + 1 : n_axis + 1 + self.order]
         delay = self.axis.model.linear.delay_samples
@@ -124,4 +132,4 @@ class LogPosterior:
             else:
                 sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near)
             total += log_likelihood(sums, len(record), sigma, partial, holes)
-        return total
+        return self.power * total

@@ -48,8 +48,8 @@ class Posterior:
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
     read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
     the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
-    in for that of all samples, where it did; `trade` what trades places with the dead zone. Neither is read
-    back.
+    in for that of all samples, where it did; `trade` what trades places with the dead zone; `power` is that
+    of the likelihood, below one where the model leaves far more than noise. None of them is read back.
     """
 
     axis: AxisParameters
@@ -64,6 +64,7 @@ class Posterior:
     failed_tests: tuple[str, ...] = ()
     reweighting: Reweighting | None = None
     trade: Trade | None = None
+    power: float = 1.0
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -175,6 +176,7 @@ class Posterior:
             "steps": self.values.shape[1],
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
+            **({} if self.power == 1.0 else {"likelihood_power": self.power}),
             **({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()}),
             **({} if self.trade is None else {"dead_zone_trade": self.trade.to_dict()}),
         }

@@ -35,6 +35,9 @@ START_DEGREES = 6.0
 DEGREES_VARIANCE = 0.3
 """Of log(degrees of freedom - 2) where sampling starts."""
 NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
+CARRIED = 1.5
+"""Error under coloured noise over that of plain least squares from which the noise carries the axis."""
+
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -44,7 +47,8 @@ class StartingPoint:
     """Approximate posterior mode (parameters,) and covariance in coordinates, axis first, noise after it.
 
     `noise` is the noise estimated there, `noise_parameters` its sampled parameters; `starts` says whether
-    descents from several starts agreed; `others` holds coordinates and covariance of further modes.
+    descents from several starts agreed; `others` holds coordinates and covariance of further modes; `power`
+    is that of the likelihood, below one where the model leaves far more than noise (see `starting_point`).
     """
 
     coordinates: FloatArray
@@ -53,6 +57,7 @@ class StartingPoint:
     noise_parameters: tuple[Parameter, ...]
     starts: SeveralStarts
     others: tuple[tuple[FloatArray, FloatArray], ...] = ()
+    power: float = 1.0
 
 
 def starting_point(
@@ -70,20 +75,28 @@ def starting_point(
     The innovations of the noise are "normal", "student-t", or "auto": Student t where that fits those of the
     estimate better by DECISIVE in the Bayesian information criterion. For Student t, outliers are drawn in to
     WINSOR standard deviations before the parameters are fitted again.
+
+    Where coloured noise would leave CARRIED times the error of plain least squares, the model does not hold
+    and an autoregression would predict its misfit: the likelihood is then that of white noise to the power
+    1 / tau, with tau the samples that are worth one, a composite likelihood (Ribatet, Cooley and Davison
+    2012, doi 10.5705/ss.2009.248), whose mode simulates best.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     noise, fit = _refitted(axis, records, starts.best)
-    if noise_kind == "student-t" or (noise_kind == "auto" and _heavy_tailed(noise, fit, records)):
+    power = 1.0
+    if fit.rms > CARRIED * starts.best.rms:
+        noise, fit, power = _plainly(axis, records, starts.best)
+    elif noise_kind == "student-t" or (noise_kind == "auto" and _heavy_tailed(noise, fit, records)):
         records, noise, fit = _robustly(axis, records, noise, fit)
     sampled = noise_parameters(noise, axis.model.units.output)
-    coordinates, covariance = _with_noise(axis, fit, noise, sampled)
-    target = LogPosterior(axis, sampled, records)
+    coordinates, covariance = _with_noise(axis, fit, noise, sampled, power)
+    target = LogPosterior(axis, sampled, records, power)
     others = _other_modes(target, records, starts, noise, (coordinates, covariance))
     modes = [(coordinates, covariance), *others]
     heights = target(np.stack([one[0] for one in modes]))
     modes = [modes[i] for i in np.argsort(-heights) if i == np.argmax(heights) or np.isfinite(heights[i])]
     mode, *further = (_along_the_plain(target, *one) for one in modes)
-    return StartingPoint(*mode, noise, sampled, starts, tuple(further))
+    return StartingPoint(*mode, noise, sampled, starts, tuple(further), power)
 
 
 def _along_the_plain(
@@ -113,6 +126,31 @@ def _refitted(
             prior=True,
         )
     return estimate_noise(split_by_record(fit.residuals, records), order), fit
+
+
+def _plainly(
+    axis: AxisParameters, records: Sequence[Record], fit: OutputErrorFit
+) -> tuple[NoiseEstimate, OutputErrorFit, float]:
+    """White noise, the fit under it with priors, and the power of its likelihood."""
+    tau = samples_worth_one(split_by_record(fit.residuals, records))
+    noise = estimate_noise(split_by_record(fit.residuals, records), 0)
+    fit = fit_output_error(axis, records, fit.values, sigma=noise.sigma * float(np.sqrt(tau)), prior=True)
+    return estimate_noise(split_by_record(fit.residuals, records), 0), fit, 1 / tau
+
+
+def samples_worth_one(residuals: Sequence[FloatArray]) -> float:
+    """1 + 2 sum of squared autocorrelations up to the first that is not positive: by so many samples are
+    products of two series of the residuals' colour correlated (Bayley and Hammersley 1946, doi
+    10.2307/2983560)."""
+    filled = [np.nan_to_num(e) for e in residuals]
+    power = sum(float(e @ e) for e in filled)
+    total = 1.0
+    for lag in range(1, max(len(e) for e in filled)):
+        correlation = sum(float(e[lag:] @ e[:-lag]) for e in filled if len(e) > lag) / power
+        if correlation <= 0:
+            break
+        total += 2 * correlation**2
+    return total
 
 
 def _innovations(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> FloatArray:
@@ -155,7 +193,11 @@ def _robustly(
 
 
 def _with_noise(
-    axis: AxisParameters, fit: OutputErrorFit, noise: NoiseEstimate, sampled: tuple[Parameter, ...]
+    axis: AxisParameters,
+    fit: OutputErrorFit,
+    noise: NoiseEstimate,
+    sampled: tuple[Parameter, ...],
+    power: float = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates and covariance of the axis and, after it, of the noise."""
     degrees = [] if noise.degrees_of_freedom is None else [noise.degrees_of_freedom]
@@ -164,7 +206,7 @@ def _with_noise(
     covariance = np.zeros((n_axis + len(sampled), n_axis + len(sampled)))
     _, prior_sd = prior_scale(axis)
     covariance[:n_axis, :n_axis] = covariance_with_prior(fit.information, prior_sd)
-    covariance[n_axis:, n_axis:] = noise_covariance(noise, fit.samples)
+    covariance[n_axis:, n_axis:] = noise_covariance(noise, max(1, round(power * fit.samples)))
     return np.concatenate([fit.coordinates, as_coordinates(sampled, values)]), covariance
 
 

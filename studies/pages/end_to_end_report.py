@@ -35,8 +35,9 @@ WIDTH_AIM = 1.3
 @dataclass(frozen=True, eq=False)
 class EndToEndStudy:
     """Replicates of axes drawn `wide`, of `effect_free` ones of another simulator, of the `twin`, and of the
-    twin as the program once was, `capped`; `axes` are the wide replicates as plain data, `most_steps` of the
-    sampler, and `ranks` the sampler alone with the structure known.
+    twin with its structure chosen through a linear model of order 8 at most, `capped`; `axes` are the wide
+    replicates as plain data, `most_steps` of the sampler, and `ranks` the sampler alone with the structure
+    known.
     """
 
     wide: RecoverySummary
@@ -95,10 +96,12 @@ def _verdict(study: EndToEndStudy) -> str:
     )
     capped = study.capped.all_parameters
     return text + (
-        f" With the order capped at 8 and the other roots held, the same check fails as it must:"
+        f" With the structure chosen through a linear model of order 8 at most, the same check fails as it"
+        f" must:"
         f" {_share(capped)} of the twin's intervals hold."
         if study.fault_found
-        else f" The check did NOT find the order capped at 8: {_share(capped)} of its intervals hold."
+        else f" The check did NOT find the structure of a linear model: {_share(capped)} of its intervals"
+        " hold."
     )
 
 
@@ -132,7 +135,7 @@ def _badges(study: EndToEndStudy) -> tuple[Badge, ...]:
         Badge(
             "fault found" if study.fault_found else "fault missed",
             "good" if study.fault_found else "bad",
-            f"order capped at 8, other roots held: {_share(study.capped.all_parameters)} hold",
+            f"structure of a linear model, order 8 at most: {_share(study.capped.all_parameters)} hold",
         ),
     )
 
@@ -307,12 +310,12 @@ def _fault_section(study: EndToEndStudy) -> Section:
         "A check that can fail",
         (
             Paragraph(
-                "The twin's order is nine. With the search capped at eight poles and the zeros and other"
-                " poles of G held at their estimate while sampling, the dead zone takes up what G lacks and"
-                f" intervals have half their width. {study.capped.axes} members of the rounding box, the same"
-                " records sampled both ways."
+                "The twin's order is nine. With order, delay and integrator chosen through a linear model of"
+                " at most eight poles, and the blocks fitted to that, the dead zone and the limits take up"
+                " what G lacks, though all of it is sampled free. The same records of"
+                f" {study.capped.axes} members of the rounding box, identified both ways."
             ),
-            coverage_by_kind(study.capped, "order capped at 8, other roots held"),
+            coverage_by_kind(study.capped, "structure of a linear model"),
             coverage_by_kind(study.twin, "the same records with the defaults"),
         ),
     )

@@ -66,7 +66,9 @@ def test_an_integrator_and_a_sufficient_order_are_chosen(noisy: Identification) 
     assert linear.integrator_index is not None
     kept = np.abs(linear.poles.real - 0.99) < 0.009
     assert any(f"{np.count_nonzero(kept)} slow real poles of G are kept" in said for said in noisy.warnings)
-    assert 5 <= len(linear.poles) - np.count_nonzero(kept) <= 6
+    taken = noisy.pool.chosen
+    assert (taken.slow_poles_added, taken.onset_poles_added) == (np.count_nonzero(kept), 2)
+    assert 5 <= len(linear.poles) - np.count_nonzero(kept) - taken.onset_poles_added <= 6
     linear.check_stable()
     assert linear.velocity_gain(20.0) == pytest.approx(1.0, rel=0.02)
 

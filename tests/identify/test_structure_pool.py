@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.identify.cascade import Structure
-from bayes_hw.identify.structure_pool import LISTED, pool_of
+from bayes_hw.identify.structure_pool import LISTED, NOTHING, Kept, pool_of
 
 BASE = Structure(2, integrator=True, real_poles=0, sections=2, lower=True, upper=True, dead_zone=True)
 
@@ -29,7 +29,7 @@ def fit(sections: int, log_likelihood: float, parameters: int) -> Any:
 
 def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() -> None:
     small, worse, large = fit(1, 100.0, 8), fit(1, 90.0, 8), fit(2, 106.0, 12)
-    pool = pool_of([small, worse, large], small, 0)
+    pool = pool_of([small, worse, large], small, NOTHING)
     assert pool.visited == 2 and [member.order for member in pool.members] == [5, 3]
     assert pool.members[0].weight / pool.members[1].weight == pytest.approx(np.exp(2.0))
     assert sum(member.weight for member in pool.members) == pytest.approx(1.0)
@@ -38,12 +38,13 @@ def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() 
     assert content["pool"][0]["blocks"] == ["lower limit", "upper limit", "dead zone"]
     assert content["visited"] == 2
     assert {member.delay_samples for member in pool.members} == {2}
-    assert {member.delay_samples for member in pool_of([small, large], small, 0, 10).members} == {20}
+    assert {member.delay_samples for member in pool_of([small, large], small, NOTHING, 10).members} == {20}
 
 
 def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() -> None:
     others = [fit(number, 500.0 + number, 10) for number in range(3, 3 + LISTED + 4)]
     chosen = fit(2, 400.0, 9)
-    pool = pool_of(others, chosen, 2)
+    pool = pool_of(others, chosen, Kept(2, 2))
     assert len(pool.members) == LISTED + 1 and pool.chosen.weight < 1e-20
     assert "2 slow real poles" in pool.sentence and "cannot exclude" in pool.sentence
+    assert "2 fast real poles" in pool.sentence and pool.to_dict()["pool"][-1]["onset_poles_added"] == 2

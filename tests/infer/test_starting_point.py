@@ -9,10 +9,21 @@ from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
+from bayes_hw.identify.several_starts import fit_from_several_starts
+from bayes_hw.infer.inference import axis_for
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.starting_point import noise_covariance, split_by_record, starting_point
+from bayes_hw.infer.starting_point import (
+    CARRIED,
+    noise_covariance,
+    samples_worth_one,
+    split_by_record,
+    starting_point,
+)
 from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock, Mode
+from bayes_hw.record import Record, Units
 
 
 def negative_hessian(posterior: LogPosterior, centre: FloatArray, step: FloatArray) -> FloatArray:
@@ -70,3 +81,40 @@ def test_residuals_are_split_at_the_records(small_axis: HammersteinWiener) -> No
     records = [measured(small_axis, n, seed=n) for n in (5, 7, 3)]
     parts = split_by_record(np.arange(15.0), records)
     assert [part.tolist() for part in parts] == [[*range(5)], [*range(5, 12)], [*range(12, 15)]]
+
+
+def test_samples_worth_one_of_an_autoregression() -> None:
+    """(1 + phi^2) / (1 - phi^2), and one of white noise."""
+    rng = np.random.default_rng(5)
+    white = rng.standard_normal(200_000)
+    coloured = np.asarray(signal.lfilter([1.0], [1.0, -0.8], white))
+    assert samples_worth_one([coloured]) == pytest.approx(1.64 / 0.36, rel=0.05)
+    assert samples_worth_one([white]) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.02])
+def test_noise_that_would_carry_the_axis_is_not_let(lost: float) -> None:
+    """A command that loses a constant against its direction and another always, as friction and a slope take
+    it, and next to no noise: from the estimate of plain least squares the start simulates as well as that,
+    and a sample counts for less than one."""
+    mode = Mode(1.2, 0.08)
+    pole = mode.pole(20.0)
+    linear = LinearBlock(np.array([0.3]), np.array([1.0, pole, np.conj(pole)]), 0.01, 1)
+    model = HammersteinWiener("axis", 20.0, Saturation(-0.5, 0.6), linear, DeadZone(0.01), (mode,))
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(-0.4, 0.4, 50), 20)
+    y = model.simulate(u + lost * (1 - np.sign(u))).y + 1e-5 * rng.standard_normal(1000)
+    record = Record("r", np.arange(1000) / 20.0, u, y, 20.0, Units())
+    nominal = axis_for(model, [record], "all", "rest")
+    best = fit_from_several_starts(nominal, [record], rng=np.random.default_rng(0)).best
+    axis = axis_for(nominal.to_model(best.values), [record], "all", "rest")
+    found = starting_point(axis, [record], np.random.default_rng(0))
+    target = LogPosterior(axis, found.noise_parameters, [record], found.power)
+    values = target.values(found.coordinates)
+    error = y - axis.to_model(values[: len(axis.parameters)]).simulate(u).y
+    assert np.sqrt(np.mean(error**2)) < CARRIED * best.rms
+    assert (found.power < 0.2) == (lost > 0)
+    assert (found.power == 1.0) == (lost == 0)
+    assert found.noise.order == 0
+    whole = LogPosterior(axis, found.noise_parameters, [record]).log_likelihood(values[:, None])
+    np.testing.assert_allclose(target.log_likelihood(values[:, None]), found.power * whole, rtol=1e-12)

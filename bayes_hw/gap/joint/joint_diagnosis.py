@@ -41,6 +41,7 @@ from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -51,7 +52,7 @@ PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
 BOOTSTRAPS = 300
 SEGMENTS = 12
 MOST_SAMPLES = 40_000
-"""Of all records together: from longer ones each record's beginning is used, in proportion."""
+"""Of all records together that a search sees: of longer ones each record's beginning, in proportion."""
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
@@ -108,13 +109,12 @@ def diagnose_records(
         for record in holdout:
             if column not in record.known:
                 raise InputError(f"{record.name}: no known input {column!r}, which the training records have")
-    whole = sum(len(record) for record in records)
-    if whole > MOST_SAMPLES:
-        records = [record.split(MOST_SAMPLES / whole)[0] for record in records]
-        notes = (
-            *notes,
-            f"only the beginnings of the records were used, {MOST_SAMPLES} of {whole} samples",
-        )
+    whole, samples = tuple(records), sum(len(record) for record in records)
+    if samples > MOST_SAMPLES:
+        records = [record.split(MOST_SAMPLES / samples)[0] for record in records]
+        seen = f"on the beginnings of the records, {MOST_SAMPLES} of {samples} samples"
+        fitted = "; every number was then fitted to all" if model is None else ""
+        notes = (*notes, f"structure and effects were sought {seen}{fitted}")
     with one_blas_thread(), np.errstate(all="ignore"):
         if model is None:
             found = search(records, progress.say)
@@ -129,9 +129,12 @@ def diagnose_records(
             inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
             posterior = laplace_given(fit, records[0].units, rng, inflation)
         else:
-            sections = dominant_sections(fit)
+            sections, wider = dominant_sections(fit), widened(fit)
+            if samples > MOST_SAMPLES:
+                found, records = on_whole_records(found, whole), whole
+                wider = fitted_to(wider, whole, found.base.response.weights)
             inflation = OF_ROUNDED if poorly else INFLATION
-            posterior = laplace(widened(fit), records[0].units, rng, inflation, sections)
+            posterior = laplace(wider, records[0].units, rng, inflation, sections)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive,

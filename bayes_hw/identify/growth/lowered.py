@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.record import Record
@@ -48,11 +49,36 @@ def commands(record: Record) -> FloatArray:
 
 def clipped(u: FloatArray, lower: float, upper: float) -> FloatArray:
     """What of commands passes the limits, (samples,): the mean over each interval."""
-    v = np.clip(u, lower, upper)
-    return v if u.ndim == 1 else np.asarray(v.mean(axis=1))
+    if u.ndim == 1:
+        return np.asarray(np.clip(u, lower, upper))
+    v = np.empty(len(u))
+    _mean_clipped(u, lower, upper, v)
+    return v
 
 
 def beyond(u: FloatArray, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
     """The share of each interval (samples,) below the lower limit, and above the upper one."""
-    below, above = (u < lower).astype(float), (u > upper).astype(float)
-    return (below, above) if u.ndim == 1 else (below.mean(axis=1), above.mean(axis=1))
+    if u.ndim == 1:
+        return (u < lower).astype(float), (u > upper).astype(float)
+    below, above = np.empty(len(u)), np.empty(len(u))
+    _shares_beyond(u, lower, upper, below, above)
+    return below, above
+
+
+@njit(cache=True, nogil=True)
+def _mean_clipped(u, lower, upper, mean):  # type: ignore[no-untyped-def]
+    for k in range(len(u)):
+        total = 0.0
+        for i in range(u.shape[1]):
+            total += min(max(u[k, i], lower), upper)
+        mean[k] = total / u.shape[1]
+
+
+@njit(cache=True, nogil=True)
+def _shares_beyond(u, lower, upper, below, above):  # type: ignore[no-untyped-def]
+    for k in range(len(u)):
+        low = high = 0
+        for i in range(u.shape[1]):
+            low += u[k, i] < lower
+            high += u[k, i] > upper
+        below[k], above[k] = low / u.shape[1], high / u.shape[1]

@@ -18,6 +18,9 @@ from bayes_hw.identify.holes import mask_of
 REAL_DECADES = np.linspace(0.15, 4.0, 14)
 PAIR_DAMPING = (0.01, 0.05, 0.15, 0.4, 0.8)
 LOW_FREQUENCIES, HIGH_FREQUENCIES = 24, 32
+COLUMN_NUMBERS = 4_000_000
+"""Numbers that the columns of candidates tested at a time hold at most."""
+
 SINGULAR = 1e-10
 """Share of a column that must lie outside the present derivatives to count."""
 
@@ -98,7 +101,12 @@ class Residual:
 
     def pole_gains(self, poles: FloatArray) -> FloatArray:
         """Of one further real pole each."""
-        return self.gains(self._columns(len(poles), 1, lambda i, v, out: filtered_pole(v, poles[i], out[0])))
+        return np.concatenate(
+            [
+                self.gains(self._columns(len(part), 1, lambda i, v, out: filtered_pole(v, part[i], out[0])))  # noqa: B023
+                for part in self._parts(poles, 1)
+            ]
+        )
 
     def group_gains(self, poles: FloatArray, groups: Sequence[tuple[int, int]]) -> FloatArray:
         """Of two further real poles each, given by their numbers among `poles`."""
@@ -107,9 +115,19 @@ class Residual:
 
     def pair_gains(self, pairs: FloatArray) -> FloatArray:
         """Of one further section each, given its denominator (n, 2)."""
-        return self.gains(
-            self._columns(len(pairs), 2, lambda i, v, out: filtered_pair(v, *pairs[i], out[0], out[1]))
+        return np.concatenate(
+            [
+                self.gains(
+                    self._columns(len(part), 2, lambda i, v, out: filtered_pair(v, *part[i], out[0], out[1]))  # noqa: B023
+                )
+                for part in self._parts(pairs, 2)
+            ]
         )
+
+    def _parts(self, candidates: FloatArray, width: int) -> list[FloatArray]:
+        """Candidates a part at a time, so that their columns hold no more than COLUMN_NUMBERS."""
+        at_once = max(1, COLUMN_NUMBERS // (width * len(self.residual)))
+        return [candidates[i : i + at_once] for i in range(0, len(candidates), at_once)]
 
     def _columns(
         self, groups: int, width: int, fill: Callable[[int, FloatArray, FloatArray], None]

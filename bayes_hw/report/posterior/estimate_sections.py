@@ -155,12 +155,12 @@ def _sentence_of(pool: StructurePool) -> str:
 
 def _pool_table(pool: StructurePool) -> Table:
     return Table(
-        ("order", "delay (samples)", "slow poles added", "log-likelihood", "parameters", "weight", ""),
+        ("order", "delay (samples)", "poles kept, slow + fast", "log-likelihood", "parameters", "weight", ""),
         tuple(
             (
                 str(member.order),
                 str(member.delay_samples),
-                str(member.slow_poles_added),
+                f"{member.slow_poles_added} + {member.onset_poles_added}",
                 f"{member.log_likelihood - pool.chosen.log_likelihood:+.1f}".replace("-", MINUS),
                 str(member.parameters),
                 format_percent(member.weight),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bayes_hw.analysis import Analysis
 from bayes_hw.infer.own_check import FEWEST, OwnCheck
 from bayes_hw.infer.posterior import Posterior
@@ -43,6 +45,13 @@ def verdict(analysis: Analysis) -> str:
             f"The model explains little of the records (fit {format_number(fit, 3)} %): the noise model "
             "carries the rest."
         )
+    if disagreements:
+        sentences += driven_by_more(analysis)
+    if posterior.power < 1:
+        sentences.append(
+            "The model leaves far more than noise, which coloured noise would carry: errors count as white, "
+            f"{format_number(1 / posterior.power, 2)} samples as one."
+        )
     feedback = analysis.inference.residuals.feedback
     if feedback.closed_loop:
         sentences.append(_capitalized(feedback.sentence) + ".")
@@ -52,6 +61,24 @@ def verdict(analysis: Analysis) -> str:
     if posterior.conditional_on:
         sentences.append(conditional_sentence(posterior))
     return " ".join(sentences)
+
+
+def driven_by_more(analysis: Analysis) -> list[str]:
+    """Which assumption fails and what to do, where a linear model with a constant command simulates the
+    records better than the cascade."""
+    if analysis.identification is None:
+        return []
+    fits = analysis.identification.fits
+    cascade = float(np.mean([fit.hammerstein_wiener for fit in fits]))
+    linear = float(np.mean([fit.linear for fit in fits]))
+    if linear <= cascade:
+        return []
+    return [
+        "The assumption that fails is that the clipped command alone drives the axis: a linear model with a "
+        f"constant added to the command simulates these records better (fit {format_number(linear, 3)} % "
+        f"against {format_number(cascade, 3)} %), as friction or a constant force has it; have them "
+        "diagnosed (bayes-hw diagnose), whose catalogue has both, and do not use the numbers below."
+    ]
 
 
 def not_shown(analysis: Analysis) -> frozenset[str]:

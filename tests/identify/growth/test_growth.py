@@ -14,7 +14,9 @@ from bayes_hw.identify.growth import cascade_response
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.delay import at_delay, with_longer_delay
+from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.identify.growth.extension import with_real_pole, with_section
+from bayes_hw.identify.growth.onset import ONSET_POLES, with_free_onset
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.identify.growth.search import Grown, absorbed, extended, grow, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import slow_poles, with_real_poles, with_slow_poles
@@ -142,6 +144,27 @@ def test_a_delay_taken_up_costs_next_to_nothing(twin_pool: tuple[dict[int, Grown
     longer = with_longer_delay(shorter)
     assert longer.structure.delay_samples == 2
     assert with_longer_delay(pool[8]).structure.delay_samples == 2
+
+
+def test_a_free_onset_fits_as_well_and_widens_what_is_said_of_resonances(
+    twin_pool: tuple[dict[int, Grown], float],
+) -> None:
+    pool, _ = twin_pool
+    before, after = pool[8], with_free_onset(pool[8])
+    assert after.structure.delay_samples == before.structure.delay_samples - 1
+    assert after.structure.order == before.structure.order + 2
+    assert after.log_likelihood > before.log_likelihood - 0.1
+    kept = [*before.values.real[0], *ONSET_POLES]
+    np.testing.assert_allclose(after.values.real[0], kept, atol=1e-12)
+    deviations = []
+    for item in (before, after):
+        size = len(item.point.coordinates)
+        factor = triangular_factor(item.response, item.point)[:size, :size]
+        spread = np.sqrt(np.diag(np.linalg.pinv(factor.T @ factor)))
+        first = item.structure.n_static + 1 + 2 * item.structure.real_poles
+        deviations.append(spread[first : first + 8])
+    assert np.all(deviations[1] > 0.99 * deviations[0])
+    assert np.max(deviations[1] / deviations[0]) > 1.05
 
 
 def test_pairs_that_become_real_keep_the_fit(twin_pool: tuple[dict[int, Grown], float]) -> None:

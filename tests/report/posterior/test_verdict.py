@@ -48,6 +48,8 @@ def analysis(
     given=(),
     check=None,
     feedback=OPEN,
+    power=1.0,
+    simulated=(95.0, 83.0),
 ):
     """What the first page reads of an Analysis, with the faults asked for."""
     posterior = SimpleNamespace(
@@ -58,6 +60,7 @@ def analysis(
         point_estimate=[s.mean for s in SUMMARIES.values()],
         prior_dominated=dominated,
         conditional_on=given,
+        power=power,
     )
     test = ResidualTest("white (Ljung-Box, 25 lags)", 1.0, 0.5, passed, "correlation in time is left")
     blocks = ("saturation.lower", "saturation.upper", "dead_zone")
@@ -74,7 +77,8 @@ def analysis(
             ),
         ),
         identification=SimpleNamespace(
-            blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks}
+            blocks_shown={b: SimpleNamespace(shown=b not in hidden, reason="flat") for b in blocks},
+            fits=(SimpleNamespace(hammerstein_wiener=simulated[0], linear=simulated[1]),),
         ),
         predictions=(SimpleNamespace(fit_percent=94.5),),
         held_out=True,
@@ -115,6 +119,17 @@ def test_a_refuted_model_says_so_on_the_first_card_and_quotes_no_number():
     found = analysis(passed=False)
     assert (badges(found)[0].label, badges(found)[0].state) == ("the model does not hold", "bad")
     assert "does not hold" in verdict(found) and "±" not in verdict(found) and "Hz" not in verdict(found)
+
+
+def test_the_assumption_that_fails_is_named_where_a_linear_model_simulates_better():
+    found = analysis(passed=False, simulated=(41.7, 95.9), power=0.02)
+    text = verdict(found).replace("\u00a0", " ")
+    assert "The assumption that fails is that the clipped command alone drives the axis" in text
+    assert "95.9 % against 41.7 %" in text and "bayes-hw diagnose" in text
+    assert "50 samples as one" in text
+    usual = verdict(analysis(passed=False))
+    assert "assumption" not in usual and "as one" not in usual
+    assert "assumption" not in verdict(analysis(simulated=(41.7, 95.9)))
 
 
 def test_what_the_intervals_are_given_is_a_warning():

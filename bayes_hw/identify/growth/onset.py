@@ -1,0 +1,49 @@
+"""A free beginning of the impulse response, which the evidence cannot exclude.
+
+A fast real pole or a sample of delay moves a resonance's frequency and damping by a standard deviation or
+two long before the criterion asks for it. So the chosen cascade is given two fast real poles, one of which
+answers within a sample, and a sample less of delay: the first samples of its impulse response are then free,
+and what they could take from the resonances widens their intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.delay import at_delay
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.extension import with_separate_pole
+from bayes_hw.identify.growth.search import Grown
+
+ONSET_POLES = (0.0, 0.5)
+
+
+def with_free_onset(item: Grown) -> Grown:
+    """`item` with ONSET_POLES and, where it has one, a sample less of delay.
+
+    Fitted with every real pole where it is: one of little weight would go anywhere, to the integrator too.
+    """
+    earlier = at_delay(item, max(0, item.structure.delay_samples - 1))
+    structure, values = earlier.structure, earlier.values
+    for pole in ONSET_POLES:
+        structure, values = with_separate_pole(structure, values, pole)
+    held = _RealPolesHeld(structure, item.response.records)
+    start = evaluate(held, held.coordinates(values), item.point.whitener, item.point.most_noise)
+    fitted = Grown(held, start).descended()
+    return Grown.at(structure, fitted.values, item.response.records, item.point.most_noise)
+
+
+class _RealPolesHeld(CascadeResponse):
+    """A response whose real poles no descent moves."""
+
+    def linearise(
+        self, coordinates: FloatArray, overlap: int
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """As of any cascade, the derivatives by real poles zero."""
+        first = self.structure.n_static + int(self.structure.integrator)
+        poles = slice(first, first + 2 * self.structure.real_poles, 2)
+        for rows, begin, measured in super().linearise(coordinates, overlap):
+            rows[poles] = 0.0
+            yield rows, begin, measured
