@@ -42,7 +42,9 @@ LARGEST = 1e9
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
 MOST_STEPS = 5
-LONGEST_DELAY, DELAYS_KEPT = 4, 2
+LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
+"""Of a further delay: seconds and samples at most, starts, and how many go on."""
+
 FEW_STARTS = 3
 RIVALS, EXCHANGES = 4, 2
 LEADING = 3
@@ -282,10 +284,29 @@ def later(fit: GivenFit) -> list[GivenFit]:
     """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
     if DELAY in fit.labels:
         return []
-    starts = [fit.with_delay(n, part) for n in range(LONGEST_DELAY) for part in (0.3, 0.8)]
+    longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
+    grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
+    starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
     tried = [_fit(t.descended_under(1, FIRST_STEPS)) for t in starts]
     tried.sort(key=lambda t: -t.score)
-    return [_fit(_best([t.descended() for t in tried[:DELAYS_KEPT]]))]
+    return [_fit(_best([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]]))]
+
+
+def _settled_delay(fit: GivenFit) -> GivenFit:
+    """Moved on by whole samples while the part of one stands at an end."""
+    for _ in range(MOST_DELAY):
+        part, whole = float(fit.theta[fit.response.given.size]), fit.extra_delay
+        if part > 0.97:
+            other = fit.with_delay(whole + 1, part - 0.9)
+        elif part < 0.03 and whole > 0:
+            other = fit.with_delay(whole - 1, part + 0.9)
+        else:
+            break
+        moved = _fit(other.descended_under(1, FIRST_STEPS))
+        if moved.score <= fit.score:
+            break
+        fit = moved
+    return fit
 
 
 def slow_causes(fit: GivenFit) -> list[GivenFit]:
