@@ -155,9 +155,15 @@ def _extended(
     base: GivenFit, readings: Readings, say: Callable[[str], None]
 ) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
     """The fit with effects, base and readings under the last weights, what every label alone reached."""
-    fit, rivals, cleared = base, dict[str, float](), False
+    whole, fit, rivals = base, base, dict[str, float]()
     for _ in range(MOST_STEPS):
         slow = slow_causes(fit)
+        if fit is whole and slow and _best(slow).score > fit.score:
+            clear = away_from_zero(_best(slow), base)
+            if clear is not None:
+                say("what a slow error may shift into the dead zone is left out")
+                fit = base = clear
+                slow = slow_causes(fit)
         begun = _best([fit, *slow])
         trials: list[GivenFit] = [_fit(_fit(t).descended()) for t in port_candidates(begun)]
         if len(set(begun.labels)) < MOST_EFFECTS:
@@ -179,12 +185,6 @@ def _extended(
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if best.response.cause is not None and not cleared:
-            cleared, clear = True, away_from_zero(best, base)
-            if clear is not None:
-                say("what a slow error may shift into the dead zone is left out")
-                fit = base = clear
-                continue
         finished = best is begun
         fit = best
         if not readings.nats:
@@ -195,7 +195,16 @@ def _extended(
                 finished = False
         if finished:
             break
-    return exchanged(pruned(fit), rivals, say), base, readings, rivals
+    fit = exchanged(pruned(fit), rivals, say)
+    if fit.response.cause is None and base.response.records is not whole.response.records:
+        base, fit = (on_records(one, whole.response.records) for one in (base, fit))
+    return fit, base, readings, rivals
+
+
+def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
+    """The same explanation of other records of the same samples, descended."""
+    response = replace(fit.response, records=records)
+    return _fit(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
 
 
 def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
@@ -206,7 +215,8 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         if len(set(fit.labels)) < 2:
             return fit
         trials: list[GivenFit] = []
-        for label in dict.fromkeys(fit.labels):
+        causes = (WIND, WALK) if fit.response.cause is not None else ()
+        for label in dict.fromkeys(label for label in fit.labels if label not in causes):
             rest = _fit(fit.without(label).descended())
             forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [_fit(t) for t in effect_candidates(rest, forms)]
@@ -233,8 +243,7 @@ def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
         kept += int(measured.sum())
     if kept == fit.point.samples or kept < LEAST_CLEAR * fit.point.samples:
         return None
-    clear = replace(base.response, records=tuple(records))
-    return _fit(GivenFit(clear, evaluate(clear, base.point.coordinates)).descended())
+    return on_records(base, tuple(records))
 
 
 def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
