@@ -67,7 +67,7 @@ def test_the_size_of_the_slow_part_is_told() -> None:
 
 def test_a_shift_hides_in_the_dead_zone_so_that_samples_near_it_are_left_out() -> None:
     plain = measured((), SAMPLES, (1, 2))
-    records = [replace(r, y=r.y + SIGMA * walk(i, 0.3)[:SAMPLES]) for i, r in enumerate(plain)]
+    records = [replace(r, y=r.y + SIGMA * walk(i, 0.1)[:SAMPLES]) for i, r in enumerate(plain)]
     base = best_base(records, model())
     best = max(slow_causes(base), key=lambda fit: fit.score)
     assert best.labels == (WALK,)
