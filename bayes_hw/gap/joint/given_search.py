@@ -158,12 +158,6 @@ def _extended(
     whole, fit, rivals = base, base, dict[str, float]()
     for _ in range(MOST_STEPS):
         slow = slow_causes(fit)
-        if fit is whole and slow and _best(slow).score > fit.score:
-            clear = away_from_zero(_best(slow), base)
-            if clear is not None:
-                say("what a slow error may shift into the dead zone is left out")
-                fit = base = clear
-                slow = slow_causes(fit)
         begun = _best([fit, *slow])
         trials: list[GivenFit] = [_fit(_fit(t).descended()) for t in port_candidates(begun)]
         if len(set(begun.labels)) < MOST_EFFECTS:
@@ -185,6 +179,12 @@ def _extended(
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        if best.response.cause is not None and base is whole:
+            clear = away_from_zero(best, base)
+            if clear is not None:
+                say("what a slow error may shift into the dead zone is left out")
+                fit = base = clear
+                continue
         finished = best is begun
         fit = best
         if not readings.nats:
@@ -192,6 +192,9 @@ def _extended(
             if faults.nats:
                 readings = faults
                 base, fit = reweighted(base, faults), reweighted(fit, faults)
+                whole = (
+                    reweighted(whole, faults) if base.response.records is not whole.response.records else base
+                )
                 finished = False
         if finished:
             break

@@ -29,10 +29,10 @@ PARAMETERS = {WIND: 3, WALK: 2}
 """Numbers that the noise costs: size, phi and one for the shape, whose corner few records show; size, phi."""
 
 STEEPNESS = (0.85, 1.5, 2.2, 3.2)
-LONGEST, GRID = 80, 16384
+LONGEST, GRID = 40, 16384
 """Largest order of the autoregression and points of the spectrum."""
 
-LOST = 3e-5
+LOST = 1e-4
 """Share of the innovations' variance that a lower order may cost."""
 
 SINGLE, BAND = 40, 0.03
