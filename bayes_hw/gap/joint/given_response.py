@@ -12,7 +12,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
 from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
-from bayes_hw.gap.joint.slow_noise import SlowNoise
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -133,7 +133,7 @@ class GivenFit(JointFit):
         priced = super().score - LABEL_PRICE_NATS * len(self.added)
         held = len(self.response.given.loose_sd) if self.response.further else 0
         if self.response.cause is not None:
-            held += self.point.whitener.order - self.response.cause.parameters
+            held += self.point.whitener.order - PARAMETERS
         return priced + 0.5 * held * float(np.log(self.point.samples))
 
     @property

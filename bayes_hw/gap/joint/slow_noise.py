@@ -2,12 +2,12 @@
 
 Its spectrum is that of first-order noise of the readings plus that of the slow part:
 
-    S(f) = 1 / |1 - phi z|^2 + a R(f) / (1 + (f / c)^2)^p
+    S(f) = b / |1 - phi z|^2 + a R(f) / (1 + (f / c)^2)^p
 
 with R one, or the squared response of the poles of G (all, or the light pairs) for a torque, and
-a / |1 - z|^2 for a walk. The parameters maximise, shape by shape, the Whittle likelihood of tapered first
-differences (Whittle 1953, doi 10.1007/BF02590998); the noise is the autoregression of high order with that
-spectrum's autocovariance, so that shapes are compared by their likelihood in time.
+a / |1 - z|^2 for a walk. The noise is the autoregression of high order with that spectrum's
+autocovariance; parameters and shape maximise its likelihood in time, begun at the Whittle likelihood of
+tapered first differences (Whittle 1953, doi 10.1007/BF02590998).
 """
 
 from __future__ import annotations
@@ -25,18 +25,22 @@ from bayes_hw.identify.holes import without_holes
 WIND, WALK = "wind", "sensor_drift"
 """Labels of the two causes."""
 
-PARAMETERS = {WIND: 3, WALK: 2}
-"""Numbers that the noise costs: size, phi and one for the shape, whose corner few records show; size, phi."""
+PARAMETERS = 3
+"""Numbers that the noise costs: size, phi and one for the shape of the torque's spectrum, or for which of its
+label's three forms a walk is."""
 
-STEEPNESS = (0.85, 1.5, 2.2, 3.2)
-LONGEST, GRID = 40, 16384
+STEEPNESS = (0.85, 1.1, 1.5, 2.2, 3.2)
+LEVEL_AT = 40.0
+"""The size is that of the slow spectrum at the sample rate over this: it stays while the corner moves."""
+
+LONGEST, GRID = 40, 8192
 """Largest order of the autoregression and points of the spectrum."""
 
 LOST = 1e-4
 """Share of the innovations' variance that a lower order may cost."""
 
 SINGLE, BAND = 40, 0.03
-FIRST_ITERATIONS, MORE_ITERATIONS = 150, 40
+WHITTLE_ITERATIONS, FIRST_ITERATIONS, MORE_ITERATIONS, REFINED = 100, 60, 15, 3
 
 NEARLY_ONE = 0.99999
 LARGEST_LOG = 40.0
@@ -66,42 +70,48 @@ class SlowNoise:
     rate_hz: float
     poles: tuple[ComplexArray, ...] = ()
 
-    @property
-    def parameters(self) -> int:
-        return PARAMETERS[self.cause]
-
     def of(self, residuals: Sequence[FloatArray], previous: Whitener | None = None) -> SlowWhitener:
         """Fitted to residuals, NaN where nothing was measured; from `previous` where it is of this noise."""
-        seen = _Ordinates.of([without_holes(e) for e in residuals], self.rate_hz)
-        iterations = FIRST_ITERATIONS
-        if isinstance(previous, SlowWhitener):
-            iterations = MORE_ITERATIONS
-            starts = [(previous.power, previous.chosen, previous.at)]
-        elif self.cause == WALK:
-            starts = [(0.0, -1, np.array([a, 0.3])) for a in (-8.0, -3.0)]
-        else:
-            starts = [
-                (power, chosen, np.array([3.0, np.log(0.1), 0.3]))
-                for power in STEEPNESS
-                for chosen in range(-1, len(self.poles))
-            ]
-        found = [self._whitener(*start[:2], self._fitted(seen, *start, iterations)) for start in starts]
         masks = None
         if any(bool(np.isnan(e).any()) for e in residuals):
             masks = [~np.isnan(e) for e in residuals]
-        return max(found, key=lambda whitener: whitener.log_likelihood(residuals, masks))
 
-    def _fitted(
-        self, seen: _Ordinates, power: float, chosen: int, start: FloatArray, iterations: int
-    ) -> FloatArray:
+        def likelihood(whitener: SlowWhitener) -> float:
+            return whitener.log_likelihood(residuals, masks)
+
+        def refined(begun: SlowWhitener, iterations: int) -> SlowWhitener:
+            """By the likelihood in time."""
+
+            def minus(x: FloatArray) -> float:
+                return -likelihood(self._whitener(begun.power, begun.chosen, x))
+
+            options = {"maxiter": iterations, "fatol": 0.03, "initial_simplex": _simplex(begun.at)}
+            found = minimize(minus, tuple(begun.at), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+            return self._whitener(begun.power, begun.chosen, np.asarray(found.x, dtype=np.float64))
+
+        if isinstance(previous, SlowWhitener):
+            return refined(previous, MORE_ITERATIONS)
+        seen = _Ordinates.of([without_holes(e) for e in residuals], self.rate_hz)
+        if self.cause == WALK:
+            starts = [(0.0, -1, np.array([a, 0.3])) for a in (-8.0, -3.0)]
+        else:
+            starts = [
+                (power, chosen, np.array([0.0, np.log(0.1), 0.3]))
+                for power in STEEPNESS
+                for chosen in range(-1, len(self.poles))
+            ]
+        found = [self._whitener(*start[:2], self._fitted(seen, *start)) for start in starts]
+        found.sort(key=likelihood, reverse=True)
+        return max((refined(one, FIRST_ITERATIONS) for one in found[:REFINED]), key=likelihood)
+
+    def _fitted(self, seen: _Ordinates, power: float, chosen: int, start: FloatArray) -> FloatArray:
         resonance = self._response(chosen, seen.frequency)
 
         def minus(x: FloatArray) -> float:
             return seen.minus(self._spectrum(x, power, resonance, seen.frequency, seen.differenced))
 
-        found = minimize(
-            minus, tuple(start), method="Nelder-Mead", options={"maxiter": iterations, "fatol": 0.03}
-        )
+        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1}
+        found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
         return np.asarray(found.x, dtype=np.float64)
 
     def _spectrum(
@@ -113,7 +123,8 @@ class SlowNoise:
         if self.cause == WALK:
             return np.asarray(plain + size / differenced)
         corner = np.exp(np.clip(x[1], np.log(1e-3 * self.rate_hz / 20), np.log(0.2 * self.rate_hz)))
-        return np.asarray(plain + size * resonance / (1 + (f / corner) ** 2) ** power)
+        level = ((1 + (self.rate_hz / LEVEL_AT / corner) ** 2) / (1 + (f / corner) ** 2)) ** power
+        return np.asarray(plain + size * resonance * level)
 
     def _response(self, chosen: int, f: FloatArray) -> FloatArray:
         """Squared response of a set of poles, one at rest."""
@@ -180,6 +191,13 @@ class _Ordinates:
         total = float(np.sum(self.count))
         scale = float(np.sum(self.count * self.power / s)) / total
         return float(self.count @ np.log(s)) + total * float(np.log(max(scale, 1e-300)))
+
+
+def _simplex(at: FloatArray) -> FloatArray:
+    """About coordinates: size and corner by half an e, phi by a tenth."""
+    steps = np.full(len(at), 0.5)
+    steps[-1] = 0.1
+    return np.asarray(np.vstack([at, at + np.diag(steps)]))
 
 
 def _phi(at: FloatArray) -> float:
