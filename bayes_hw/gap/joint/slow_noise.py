@@ -33,14 +33,14 @@ STEEPNESS = (0.85, 1.1, 1.5, 2.2, 3.2)
 LEVEL_AT = 40.0
 """The size is that of the slow spectrum at the sample rate over this: it stays while the corner moves."""
 
-LONGEST, GRID = 40, 8192
+LONGEST, GRID = 40, 2048
 """Largest order of the autoregression and points of the spectrum."""
 
 LOST = 1e-4
 """Share of the innovations' variance that a lower order may cost."""
 
 SINGLE, BAND = 40, 0.03
-WHITTLE_ITERATIONS, FIRST_ITERATIONS, MORE_ITERATIONS, REFINED = 100, 60, 15, 3
+WHITTLE_ITERATIONS, FIRST_ITERATIONS, MORE_ITERATIONS, REFINED = 100, 60, 8, 3
 
 NEARLY_ONE = 0.99999
 LARGEST_LOG = 40.0
