@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.given_response import GivenFit
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide
+from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.identify.holes import with_holes
@@ -26,7 +28,7 @@ RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_d
 
 def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
     """`sigma` is the noise that the model states, output units; NaN where it states none."""
-    decided = decide_jointly(found, ())
+    decided = decide(evidence_given(found), part_of_g=())
     left = residual_rms(found.fit)
     if not left > TOO_MUCH * sigma or OTHER in decided.answer or set(decided.answer) & set(RANDOM):
         return decided
@@ -39,6 +41,19 @@ def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
     }
     probability["none"] = min(probability["none"], 1 - SAID)
     return replace(decided, answer=answer, probability=probability | {OTHER: SAID}, confusable=())
+
+
+def evidence_given(found: JointAnswer) -> JointEvidence:
+    """That of the search, which has weighed wind and walking angles beside all other labels: what is left of
+    the noise speaks for neither again, and the noise of a cause has none that is left."""
+    evidence = JointEvidence.of(found)
+    left = evidence.remainder
+    low = min(left.spectrum.first_order, left.spectrum.white)
+    spectrum = replace(left.spectrum, walk=low, torque=low)
+    fit = found.fit
+    explained = isinstance(fit, GivenFit) and fit.response.cause is not None
+    order, ratio = (1, 1.0) if explained else (left.order, left.ratio)
+    return replace(evidence, remainder=replace(left, spectrum=spectrum, order=order, ratio=ratio))
 
 
 def residual_rms(fit: JointFit) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +12,8 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
 from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise
+from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
 
 DIFFERENCE = 1e-6
@@ -22,11 +24,13 @@ MOST_STEP = 1.0
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GivenResponse(JointResponse):
     """Coordinates: those of `GivenModel.cascade`, then the effects as in `JointResponse`; `part` and
-    `further` say whether a delay and a mode are added to G."""
+    `further` say whether a delay and a mode are added to G. The noise is that of the `cause` where there is
+    one."""
 
     given: GivenModel
     part: bool = False
     further: bool = False
+    cause: SlowNoise | None = None
 
     @cached_property
     def _n_base(self) -> int:
@@ -55,6 +59,12 @@ class GivenResponse(JointResponse):
         found = np.zeros(self.size)
         found[: self._n_base] = self.given.all_sd(self.part, self.further) ** -2.0
         return found
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """Of the cause, or an autoregression."""
+        if self.cause is None:
+            return Whitener.of_residuals(residuals, most)
+        return self.cause.of(residuals, previous)
 
     def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
         step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
@@ -118,18 +128,20 @@ class GivenFit(JointFit):
 
     @property
     def score(self) -> float:
-        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more, and
+        noise of a cause costs what is free of it."""
         priced = super().score - LABEL_PRICE_NATS * len(self.added)
-        if not self.response.further:
-            return priced
-        loosened = len(self.response.given.loose_sd)
-        return priced + 0.5 * loosened * float(np.log(self.point.samples))
+        held = len(self.response.given.loose_sd) if self.response.further else 0
+        if self.response.cause is not None:
+            held += self.point.whitener.order - PARAMETERS
+        return priced + 0.5 * held * float(np.log(self.point.samples))
 
     @property
     def added(self) -> tuple[str, ...]:
-        """Labels of what is added to G itself."""
+        """Labels of what is added to G itself and of the noise's cause."""
         r = self.response
-        return (DELAY,) * r.part + (MODE,) * r.further
+        cause = () if r.cause is None else (r.cause.cause,)
+        return (DELAY,) * r.part + (MODE,) * r.further + cause
 
     def at(
         self, theta: FloatArray, part: bool, further: bool, extra_delay: int, effects: tuple[Effect, ...]
@@ -167,9 +179,16 @@ class GivenFit(JointFit):
             np.concatenate([self.theta, added]), self.response.part, True, self.extra_delay, effects
         )
 
+    def with_cause(self, cause: SlowNoise | None) -> GivenFit:
+        """With noise of a cause, or with a free autoregression again; not descended."""
+        response = replace(self.response, cause=cause)
+        return GivenFit(response, evaluate(response, self.point.coordinates))
+
     def without(self, label: str) -> GivenFit:
         """One label fewer, not descended."""
         r, n, effects = self.response, self.response.given.size, self.values.effects
+        if r.cause is not None and label == r.cause.cause:
+            return self.with_cause(None)
         if label == DELAY:
             theta = np.delete(self.theta, n)
             return self.at(theta, False, r.further, 0, _with_ports(effects, _one_pole_fewer))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from bayes_hw.gap.joint.joint_search import (
 )
 from bayes_hw.gap.joint.readings import Readings, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise, SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -41,8 +42,24 @@ LARGEST = 1e9
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
 MOST_STEPS = 5
-LONGEST_DELAY = 4
+LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
+"""Of a further delay: seconds and samples at most, starts, and how many go on."""
+
 FEW_STARTS = 3
+RIVALS, EXCHANGES = 4, 2
+LEADING = 3
+"""Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
+
+CLEAR, LEAST_CLEAR = 2.5, 0.5
+"""Root mean squares of a slow error that may shift the axis, and the least share of the samples to go on."""
+
+LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
+"""Standard deviation of a slow error over that of the readings' noise to be named alone, beside a label."""
+
+LIGHT = 0.25
+"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
+
+NEARLY_INTEGRAL = 1e-3
 
 
 def search_given(
@@ -138,29 +155,106 @@ def _extended(
     base: GivenFit, readings: Readings, say: Callable[[str], None]
 ) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
     """The fit with effects, base and readings under the last weights, what every label alone reached."""
-    fit, rivals = base, dict[str, float]()
-    for step in range(MOST_STEPS):
-        trials: list[GivenFit] = [_fit(t) for t in port_candidates(fit)]
-        trials = [_fit(t.descended()) for t in trials]
-        if len(set(fit.labels)) < MOST_EFFECTS:
-            found = [_fit(t) for t in effect_candidates(fit, FORMS)]
-            trials += found + with_signals(found) + further_modes(fit) + later(fit)
-            trials += other_laws(_best(trials))
-        if step == 0:
-            for t in trials:
+    whole, fit, rivals = base, base, dict[str, float]()
+    for _ in range(MOST_STEPS):
+        slow = slow_causes(fit)
+        begun = _best([fit, *slow])
+        trials: list[GivenFit] = [_fit(_fit(t).descended()) for t in port_candidates(begun)]
+        if len(set(begun.labels)) < MOST_EFFECTS:
+            found = [_fit(t) for t in effect_candidates(begun, FORMS)]
+            found += with_signals(found) + further_modes(begun) + later(begun)
+            if found:
+                found += other_laws(_best(found))
+            trials += found
+        if begun.response.cause is not None and trials:
+            trials += [_fit(t.with_cause(None).descended()) for t in _leading(trials)]
+        trials += slow
+        if not trials:
+            break
+        if fit is base:
+            for t in (t for t in trials if len(set(t.labels)) == 1):
                 label = t.labels[0]
                 rivals[label] = max(rivals.get(label, -np.inf), t.score - base.score)
         best = _best(trials)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        if best.response.cause is not None and base is whole:
+            clear = away_from_zero(best, base)
+            if clear is not None:
+                say("what a slow error may shift into the dead zone is left out")
+                fit = base = clear
+                continue
+        finished = best is begun
         fit = best
         if not readings.nats:
             faults = read_faults(fit)
             if faults.nats:
                 readings = faults
                 base, fit = reweighted(base, faults), reweighted(fit, faults)
-    return pruned(fit), base, readings, rivals
+                whole = (
+                    reweighted(whole, faults) if base.response.records is not whole.response.records else base
+                )
+                finished = False
+        if finished:
+            break
+    fit = exchanged(pruned(fit), rivals, say)
+    if fit.response.cause is None and base.response.records is not whole.response.records:
+        base, fit = (on_records(one, whole.response.records) for one in (base, fit))
+    return fit, base, readings, rivals
+
+
+def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
+    """The same explanation of other records of the same samples, descended."""
+    response = replace(fit.response, records=records)
+    return _fit(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+
+
+def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
+    """One label of several taken for another while the score improves: the one taken first may have stood in
+    for it. Others are what G itself and the noise may have and the labels that did best alone."""
+    near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
+    for _ in range(EXCHANGES):
+        if len(set(fit.labels)) < 2:
+            return fit
+        trials: list[GivenFit] = []
+        causes = (WIND, WALK) if fit.response.cause is not None else ()
+        for label in dict.fromkeys(label for label in fit.labels if label not in causes):
+            rest = _fit(fit.without(label).descended())
+            forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
+            found = [_fit(t) for t in effect_candidates(rest, forms)]
+            found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
+            trials += [t for t in found if label not in t.labels]
+        best = pruned(_best([fit, *trials]))
+        if best.score <= fit.score:
+            return fit
+        say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
+        fit = best
+    return fit
+
+
+def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
+    """The base on what lies clear of the dead zone, however the slow error that `fit` leaves shifts the axis:
+    there a shift shows whole. None where that is all or little of the records."""
+    response, values = fit.response, fit.values
+    reach = values.cascade.half_width + CLEAR * fit.point.rms
+    records, kept = [], 0
+    for record in response.records:
+        w = response.simulate(values, record.u, record.known).w
+        measured = record.measured_samples & (np.abs(w) > reach)
+        records.append(replace(record, measured=measured))
+        kept += int(measured.sum())
+    if kept == fit.point.samples or kept < LEAST_CLEAR * fit.point.samples:
+        return None
+    return on_records(base, tuple(records))
+
+
+def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """The best few, each of other labels."""
+    found: dict[tuple[str, ...], GivenFit] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.score):
+        found.setdefault(fit.labels, fit)
+    return list(found.values())[:LEADING]
 
 
 def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
@@ -202,12 +296,47 @@ def later(fit: GivenFit) -> list[GivenFit]:
     """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
     if DELAY in fit.labels:
         return []
-    tried = [
-        _fit(fit.with_delay(n, part).descended(FIRST_STEPS))
-        for n in range(LONGEST_DELAY)
-        for part in (0.3, 0.8)
+    longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
+    grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
+    starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
+    tried = [_fit(t.descended_under(1, FIRST_STEPS)) for t in starts]
+    tried.sort(key=lambda t: -t.score)
+    return [_fit(_best([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]]))]
+
+
+def _settled_delay(fit: GivenFit) -> GivenFit:
+    """Moved on by whole samples while the part of one stands at an end."""
+    for _ in range(MOST_DELAY):
+        part, whole = float(fit.theta[fit.response.given.size]), fit.extra_delay
+        if part > 0.97:
+            other = fit.with_delay(whole + 1, part - 0.9)
+        elif part < 0.03 and whole > 0:
+            other = fit.with_delay(whole - 1, part + 0.9)
+        else:
+            break
+        moved = _fit(other.descended_under(1, FIRST_STEPS))
+        if moved.score <= fit.score:
+            break
+        fit = moved
+    return fit
+
+
+def slow_causes(fit: GivenFit) -> list[GivenFit]:
+    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
+    white or of the first order."""
+    response = fit.response
+    if response.cause is not None or fit.point.whitener.order <= 1:
+        return []
+    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
+    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
+    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
+    damping = -np.log(pairs).real / np.abs(np.log(pairs))
+    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
+    return [
+        _fit(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended())
+        for cause in (WIND, WALK)
+        if cause not in fit.labels
     ]
-    return [_fit(_best(tried).descended())]
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:
@@ -241,8 +370,21 @@ def _verified(
                 without = _best([without, base])
             nats[label], rest[label] = fit.score - without.score, without
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
-        weakest = min(nats, key=lambda label: nats[label])
-        if nats[weakest] >= asked:
-            return fit, nats
+        if _is_too_small(fit):
+            weakest = fit.added[-1]
+        else:
+            weakest = min(nats, key=lambda label: nats[label])
+            if nats[weakest] >= asked:
+                return fit, nats
         fit = rest[weakest]
     return fit, {}
+
+
+def _is_too_small(fit: GivenFit) -> bool:
+    """Whether the noise has a cause too small to be told from what forms of the other labels leave."""
+    whitener = fit.point.whitener
+    if not isinstance(whitener, SlowWhitener):
+        return False
+    innovation = float(np.sqrt(fit.point.sum_of_squares / fit.point.samples))
+    least = LEAST_BESIDE if len(fit.labels) > 1 else LEAST_SLOW
+    return whitener.slow_share(fit.point.rms, innovation) < least

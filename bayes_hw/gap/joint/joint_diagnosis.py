@@ -33,6 +33,7 @@ from bayes_hw.gap.joint.given_search import search_given
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import widened
+from bayes_hw.gap.joint.joint_notes import notes_on_search
 from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, dominant_sections, laplace
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
@@ -226,7 +227,7 @@ def _finished(
         estimates,
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
-        (*notes, *_notes(found, decision), *advice),
+        (*notes, *notes_on_search(found, decision), *advice),
         known=known_verdict(found, posterior, train, holdout, closure_on),
     )
     corrected = corrected_model(name, train, posterior, sigma) | {
@@ -359,36 +360,6 @@ def _regimes(
         "reversing": np.convolve(turning, np.ones(10), "full")[: len(e)] > 0,
     }
     return {n: float(np.mean(e[m] ** 2) / sigma**2) for n, m in masks.items() if m.sum() >= 20}
-
-
-def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
-    fit = found.fit
-    if isinstance(fit, GivenFit):
-        said = [
-            "no drive train was read back from the model's G: torques and speeds of the effects enter "
-            "through its poles, at weights of their own (ports)"
-        ]
-    else:
-        said = [
-            "no model was given: the structure of G, effects and noise were inferred together from the "
-            f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
-            "a longer delay or a further mode is part of such a G and cannot be a gap",
-        ]
-    if found.tone is not None:
-        said.append(
-            f"a motion of {found.tone.frequency_hz:.4g} Hz in time, amplitude {found.tone.amplitude:.2g} "
-            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, "
-            "a machine nearby may"
-        )
-    again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
-    said += [
-        f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
-        for label in fit.labels
-        if label in found.nats and label in decision.answer
-    ]
-    return said + [
-        f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable
-    ]
 
 
 def write_results(diagnosis: JointDiagnosis, out: Path) -> None:

@@ -50,6 +50,16 @@ class PriorResponse(Protocol):
         ...
 
 
+@runtime_checkable
+class NoiseResponse(Protocol):
+    """A response that says what its noise is like."""
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """The noise of residuals, of order up to `most` where it is a free autoregression; `previous` is what
+        was found before."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
@@ -95,10 +105,18 @@ def evaluate(
 ) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
     residuals = tuple(response.residuals(coordinates))
-    whitener = whitener or Whitener.of_residuals(residuals, most_noise)
+    whitener = whitener or _fresh_noise(response, residuals, most_noise)
     masks = response.masks
     likelihood = whitener.log_likelihood(residuals, masks) + log_prior(response, coordinates)
     return Point(coordinates, residuals, whitener, likelihood, masks=masks, most_noise=most_noise)
+
+
+def _fresh_noise(
+    response: Response, residuals: Sequence[FloatArray], most: int, previous: Whitener | None = None
+) -> Whitener:
+    if isinstance(response, NoiseResponse):
+        return response.noise_of(residuals, most, previous)
+    return Whitener.of_residuals(residuals, most)
 
 
 def log_prior(response: Response, coordinates: FloatArray) -> float:
@@ -164,7 +182,10 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:
-    whitener = Whitener.of_residuals(point.residuals, point.most_noise, order)
+    if order is not None:
+        whitener = Whitener.of_residuals(point.residuals, point.most_noise, order)
+    else:
+        whitener = _fresh_noise(response, point.residuals, point.most_noise, point.whitener)
     reached = whitener.log_likelihood(point.residuals, point.masks) + log_prior(response, point.coordinates)
     return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 

@@ -1,0 +1,81 @@
+"""Noise of a cause: as good as the exact predictor of a walk, and the right one of two is the likelier."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import SIGMA, measured
+from scipy.signal import lfilter
+from test_given_search import SAMPLES, model
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.given_search import away_from_zero, best_base, slow_causes
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
+from bayes_hw.identify.growth.coloured import Whitener
+
+RATE, LENGTH = 20.0, 3000
+POLES = np.array([0.96 + 0.2j, 0.96 - 0.2j])
+
+
+def walk(seed: int, step: float) -> FloatArray:
+    """Unit white noise on a random walk of this step."""
+    rng = np.random.default_rng(seed)
+    return np.cumsum(step * rng.standard_normal(LENGTH)) + rng.standard_normal(LENGTH)
+
+
+def blown(seed: int, size: float) -> FloatArray:
+    """Unit white noise on what a steep slow torque does through a light pair of poles."""
+    rng = np.random.default_rng(seed)
+    torque = lfilter([1.0], np.convolve([1, -0.97], [1, -0.97]), rng.standard_normal(LENGTH))
+    seen = lfilter([1.0], np.poly(POLES).real, torque)
+    return np.asarray(size * seen / np.std(seen) + rng.standard_normal(LENGTH))
+
+
+@pytest.mark.parametrize("step", [0.05, 0.3, 1.0])
+def test_a_walk_is_predicted_as_well_as_by_the_exact_filter(step: float) -> None:
+    e = [walk(seed, step) for seed in (1, 2, 3)]
+    found = SlowNoise(WALK, RATE).of(e)
+    squares = [found.apply(one[None, :])[0, 200:] ** 2 for one in e]
+    exact = 1 + (step**2 + np.sqrt(step**4 + 4 * step**2)) / 2  # variance of the local level's innovations
+    assert float(np.mean(np.concatenate(squares))) == pytest.approx(exact, rel=0.06)
+
+
+def test_the_cause_at_work_is_the_likelier() -> None:
+    for e, right, wrong in (
+        ([walk(seed, 0.3) for seed in (4, 5)], WALK, WIND),
+        ([blown(seed, 4.0) for seed in (4, 5)], WIND, WALK),
+    ):
+        score = {}
+        for cause in (right, wrong):
+            price = 0.5 * PARAMETERS * np.log(2 * LENGTH)
+            score[cause] = SlowNoise(cause, RATE, (POLES,)).of(e).log_likelihood(e) - price
+        assert score[right] > score[wrong] + 0.2
+        free = Whitener.of_residuals(e)
+        assert score[right] > free.log_likelihood(e) - 0.5 * free.order * np.log(2 * LENGTH) + 5
+
+
+def test_the_size_of_the_slow_part_is_told() -> None:
+    small, large = [walk(6, 0.005)], [blown(6, 4.0)]
+    for e, cause, low, high in ((small, WALK, 0.0, 0.4), (large, WIND, 2.0, 6.0)):
+        found = SlowNoise(cause, RATE, (POLES,)).of(e)
+        innovation = float(np.sqrt(found.sum_of_squares(e) / LENGTH))
+        assert low <= found.slow_share(float(np.std(e[0])), innovation) < high
+
+
+def test_a_shift_hides_in_the_dead_zone_so_that_samples_near_it_are_left_out() -> None:
+    plain = measured((), SAMPLES, (1, 2))
+    records = [replace(r, y=r.y + SIGMA * walk(i, 0.1)[:SAMPLES]) for i, r in enumerate(plain)]
+    base = best_base(records, model())
+    best = next(fit for fit in slow_causes(base) if fit.labels == (WALK,))
+    assert best.score > base.score + 10
+    clear = away_from_zero(best, base)
+    assert clear is not None
+    values, response = best.values, clear.response
+    for record in response.records:
+        w = best.response.simulate(values, record.u).w
+        near = np.abs(w) < values.cascade.half_width
+        assert near.any()
+        assert not record.measured_samples[near].any()
+    assert best.without(WALK).labels == ()
