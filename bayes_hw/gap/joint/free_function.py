@@ -82,7 +82,7 @@ class Seen:
         ]
 
     def whitened(self, number: int, rows: FloatArray) -> FloatArray:
-        """Innovations (n, samples measured) of rows (n, samples) of record `number` under the fitted noise."""
+        """Innovations (n, samples measured) of rows (n, samples) of a record, as the noise was fitted."""
         measured = mask_of(self.fit.response.masks, number)
         white = self.fit.point.whitener.apply(rows, 0, measured)
         return white if measured is None else white[:, measured]
