@@ -54,7 +54,7 @@ def test_every_fault_vanishes_with_its_strength_and_repeats(effect: type[Effect]
     """Nothing at strength 1e-9; something, finite, and the same twice, at a strength within reach."""
     plain_run = run_of(an_axis(2), command_of())
     plain = plain_run.read(plain_run.angles()).measured()
-    for seed in (1, 2, 3):
+    for seed in (1, 2):
         assert np.abs(reading(effect, seed, 1e-9) - plain).max() < 1e-6
         strong = [reading(effect, seed, strength) for strength in (3.0, 30.0)]
         assert all(np.isfinite(y).all() for y in strong)
