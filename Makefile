@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Compiled modules are kept, whatever the caller's shell says: every test of a process of its own loads them.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: study test slow-test kernels docs lint format studies lock clean
 

@@ -26,22 +26,10 @@ SPELLINGS = {
 }
 """Of units, that mean the same."""
 
-COUNTS = frozenset(
-    (
-        "count",
-        "counts",
-        "cts",
-        "ct",
-        "tick",
-        "ticks",
-        "lsb",
-        "inc",
-        "increment",
-        "increments",
-        "pulse",
-        "pulses",
-    )
-)
+COUNTS = frozenset((
+    "count", "counts", "cts", "ct", "tick", "ticks", "lsb", "inc", "increment", "increments", "pulse",
+    "pulses",
+))  # fmt: skip
 WORDS = {
     "°": "deg", "º": "deg", "″": "arcsec", "′": "arcmin", "rev": "turn", "revs": "turn",
     "revolution": "turn", "revolutions": "turn", "cycle": "turn", "sec": "s", "secs": "s",
@@ -51,6 +39,11 @@ WORDS = {
     "hr": "hour", "hrs": "hour", "h": "hour", "asec": "arcsec", "amin": "arcmin", "mins": "min",
 }  # fmt: skip
 """Words of units as logs write them, for pint."""
+
+KNOWN_WORDS = (
+    COUNTS | WORDS.keys() | SPELLINGS.keys() | {word for same in SPELLINGS.values() for word in same}
+)
+"""Words and texts that are a unit, in small letters."""
 
 _STEP = re.compile(
     r"\s*([0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)(?:\s*/\s*([0-9]+\.?[0-9]*))?\s*\*?\s*([^0-9\s].*)"

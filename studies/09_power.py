@@ -19,9 +19,10 @@ from pages.power_report import PowerStudy, power_report
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind
-from bayes_hw.gap.blind.counts import BLOCKS, named_right
+from bayes_hw.gap.blind.counts import named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, Evidence
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.plant.kinds import CAMPAIGN
 
 GAPS = (0.08, 2.5)
@@ -47,7 +48,7 @@ EACH_ELSEWHERE = 3
 
 def main() -> None:
     study = start_study("09_power", __doc__, diagnoses=True)
-    labels = list(BLOCKS)[:2] if study.quick else list(BLOCKS)
+    labels = list(LABEL_BLOCKS)[:2] if study.quick else list(LABEL_BLOCKS)
     settings = list(SETTINGS)[:1] if study.quick else list(SETTINGS)
     checks = {}
     for number, name in enumerate(settings):

@@ -29,10 +29,10 @@ from pages.leave_out_report import leave_out_report
 from study import Study, start_study
 
 from bayes_hw.gap.blind.check import check_blind, verdicts_in
-from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.gap.diagnosis import FREE_RESIDUAL
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
 
@@ -45,7 +45,7 @@ KIND = "easy"
 
 def main() -> None:
     study = start_study("10_leave_one_out", __doc__, diagnoses=True)
-    labels = list(BLOCKS)[-1:] if study.quick else list(BLOCKS)
+    labels = list(LABEL_BLOCKS)[-1:] if study.quick else list(LABEL_BLOCKS)
     rows = []
     for number, label in enumerate(labels):
         complete = evidence_of(study, number, label, {})

@@ -26,13 +26,13 @@ from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
 from bayes_hw.gap.blind.check import check_blind, verdicts_in
-from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.joint_ballot import read_evidence_of
 from bayes_hw.gap.blind.joint_calibrate import JointCase, calibrate_jointly, left_out_scores
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
@@ -57,7 +57,7 @@ def main() -> None:
     seeds: dict[str, tuple[list[int], int]] = {}
     for kind, count in (QUICK_NUMBERS if study.quick else NUMBERS).items():
         number = count if study.quick else study.part_of(count)
-        seed = seed_of(study, len(BLOCKS) + list(NUMBERS).index(kind))
+        seed = seed_of(study, len(LABEL_BLOCKS) + list(NUMBERS).index(kind))
         folder = study.out / "work" / kind
         evidence = check_blind(
             folder, number, seed, kind, diagnosis=function, executor=study.executor(), progress=study.progress
@@ -118,7 +118,10 @@ def fit_from_records(study: Study) -> dict[str, object]:
     cases = []
     for kind, count in (QUICK_NUMBERS if study.quick else NUMBERS).items():
         number = count if study.quick else study.part_of(count)
-        folder, seed = study.out / "work" / kind, seed_of(study, len(BLOCKS) + list(NUMBERS).index(kind))
+        folder, seed = (
+            study.out / "work" / kind,
+            seed_of(study, len(LABEL_BLOCKS) + list(NUMBERS).index(kind)),
+        )
         evidence = check_blind(
             folder, number, seed, kind, diagnosis=FROM_RECORDS, from_records=True,
             executor=study.executor(), progress=study.progress,
@@ -149,7 +152,7 @@ def seed_of(study: Study, number: int) -> int:
 
 def cases_struck(study: Study, function: str) -> tuple[list[CalibrationCase], list[int]]:
     """Cases of one effect each whose entry was struck from the catalogue, and the seeds of their sets."""
-    labels = list(BLOCKS)[-1:] if study.quick else list(BLOCKS)
+    labels = list(LABEL_BLOCKS)[-1:] if study.quick else list(LABEL_BLOCKS)
     cases, seeds = [], []
     for number, label in enumerate(labels):
         seed = seed_of(study, number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +15,13 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
+
+
+def pytest_collection_finish() -> None:
+    """What collecting has made stays to the end: no search for garbage need go through it."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(100_000, 20, 20)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import runpy
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,9 +13,11 @@ import numpy as np
 import pytest
 from command_files import files_below, write_axis
 
-from bayes_hw.cli import main
+from bayes_hw.cli import build_parser, main
+from bayes_hw.commands.early import refuse_early
 from bayes_hw.csv_output import write_csv
-from bayes_hw.gap.case.simulator_case import find_simulator
+from bayes_hw.errors import InputError
+from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -147,6 +150,23 @@ def test_a_simulator_of_ones_own_is_diagnosed(
     assert verdict["base"]["speed_per_volt"]["unit"] == "rpm/V"
     report = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
     assert "no noise level was given" in report and "nan" not in report.lower().split("provenance")[0].split()
+
+
+def test_records_of_a_simulator_are_in_its_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the tutorial: 31 rpm a volt, which would be another unit's factor were it deg/s and deg."""
+    tutorials = Path(__file__).parents[1] / "docs" / "tutorials"
+    for name in ("my_motor.py", "make_motor_records.py"):
+        shutil.copy(tutorials / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    runpy.run_path("make_motor_records.py")
+    records = ["--train", "a.csv", "b.csv", "--holdout", "c.csv", "--out", "new"]
+    refuse_early(build_parser().parse_args(["diagnose", "--simulator", "my_motor:simulator", *records]))
+    with pytest.raises(InputError, match="times as fast as the command"):
+        refuse_early(build_parser().parse_args(["identify", "a.csv", "b.csv", "--out", "new"]))
+    simulator = find_simulator("my_motor:simulator")
+    case = SimulatorCase.of_files(simulator, [Path("a.csv")], [Path("c.csv")])
+    assert case.train[0].units == simulator.units and not case.train[0].findings()
 
 
 def test_columns_are_mapped_as_for_other_commands(folder: Path) -> None:

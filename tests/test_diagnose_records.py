@@ -39,14 +39,20 @@ def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.usefixtures("folder")
-def test_records_alone_give_every_file() -> None:
-    """The drift is named, the prediction carries y, and the corrected model is simulated and predicts."""
+def test_records_alone_give_every_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The drift is named, the prediction carries y, and the corrected model is simulated and predicts. Of an
+    effect of another package it is said that it was not tried."""
+    known = [*LABEL_BLOCKS, "belt_creep"]
+    monkeypatch.setattr("bayes_hw.gap.effects.catalogue.known_labels", lambda: known)
     assert (
         main(
             ["diagnose", "train_1.csv", "train_2.csv", "--holdout", "holdout.csv", "--out", "out", "--quiet"]
         )
         == 0
     )
+    assert "not here: belt_creep" in capsys.readouterr().err
     verdict = json.loads(Path("out/verdict.json").read_text())
     assert verdict["answer"] == ["sensor_drift"]
     assert set(verdict["probability"]) == {*LABEL_BLOCKS, "none", "other"}

@@ -253,11 +253,14 @@ def _joint(
     """Infer structure (that of `model` where given), effect and noise together, and write."""
     import numpy as np
 
-    from bayes_hw.commands.speech import say, say_page
+    from bayes_hw.commands.speech import say, say_page, warn
+    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
     from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
     from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render
 
+    if added := [label for label in known_labels() if label not in LABEL_BLOCKS]:
+        warn(f"effects of other packages are tried around a drive train alone, not here: {', '.join(added)}")
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
     diagnosis = diagnose_records(

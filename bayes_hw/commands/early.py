@@ -16,8 +16,11 @@ ALONE = ("simulate", "predict")
 def refuse_early(parsed: argparse.Namespace) -> None:
     """Raise InputError where a record or model that `parsed` names cannot be used.
 
-    Records are kept in `parsed.read_already`, so that the command does not read them again.
+    Records are kept in `parsed.read_already`, so that the command does not read them again. Those of a
+    simulator of the user's are left to the command: in which units they are it alone says.
     """
+    if getattr(parsed, "simulator", None) is not None:
+        return
     model = getattr(parsed, "model", None)
     content: object = None
     if isinstance(model, str) and not model.lower().endswith(".mat"):

@@ -14,6 +14,7 @@ from numba import njit
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
+from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 class LoopSignals(NamedTuple):
@@ -90,7 +91,6 @@ def _simulate(  # type: ignore[no-untyped-def]
     real_poles, real_residues, pair_poles, pair_residues, direct, delay, static, gains, numbers, sections,
     ratio, reference, noise, start, u_out, w_out, y_out,
 ):  # fmt: skip
-    proportional, integral, derivative, pole, lowest, highest, most_change, share = numbers
     c1, c2, c3 = gains
     n_real, n_pairs, n_sections, samples = len(real_poles), len(pair_poles), len(sections), len(reference)
     for draw in range(len(direct)):
@@ -98,15 +98,9 @@ def _simulate(  # type: ignore[no-untyped-def]
         x, s = np.zeros(n_real), np.zeros(n_pairs, dtype=np.complex128)
         line = np.zeros(max(delay, 1))
         held = _dead_zone(start[draw], half_width, c2, c3)
-        error = reference[0] - held
-        section_state = np.zeros((n_sections, 2))
-        for i in range(n_sections):
-            b0, b1, b2, a1, a2 = sections[i]
-            gain = (b0 + b1 + b2) / (1 + a1 + a2)
-            section_state[i, 1] = b2 * error - a2 * gain * error
-            section_state[i, 0] = (gain - b0) * error
-            error = gain * error
-        before, rate, memory, command = error, 0.0, 0.0, 0.0
+        filters, state = np.zeros((n_sections, 2)), np.zeros(STATES)
+        start_at_rest(sections, reference[0] - held, filters, state)
+        command = 0.0
         for k in range(samples):
             v = 0.0
             if delay > 0:
@@ -121,18 +115,7 @@ def _simulate(  # type: ignore[no-untyped-def]
                 error = reference[k] - y
                 if noise.size > 0:
                     error -= noise[draw, k]
-                for i in range(n_sections):
-                    b0, b1, b2, a1, a2 = sections[i]
-                    filtered = b0 * error + section_state[i, 0]
-                    section_state[i, 0] = b1 * error - a1 * filtered + section_state[i, 1]
-                    section_state[i, 1] = b2 * error - a2 * filtered
-                    error = filtered
-                new_rate = pole * rate + derivative * (error - before)
-                memory += proportional * (error - before) + integral * error + new_rate - rate
-                before, rate = error, new_rate
-                limited = min(max(memory, command - most_change), command + most_change)
-                command = min(max(limited, lowest), highest)
-                memory += share * (command - memory)
+                command = next_command(numbers, sections, error, filters, state)
             if delay > 0:
                 line[k % delay] = command
             else:

@@ -21,8 +21,9 @@ from scipy import signal
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
+from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.plant.nominal import Nominal, refit
 from bayes_hw.record import Record
@@ -171,7 +172,7 @@ def _verdict(answer: list[str], share: float, seconds: float) -> dict[str, objec
         "answer": answer,
         "probability": {name: float(name in said) for name in CLASSES},
         "confusable": [],
-        "where": {"block": BLOCKS.get(said[0], ""), "band_hz": [0.0, 0.0], "regime": "", "share": {}},
+        "where": {"block": LABEL_BLOCKS.get(said[0], ""), "band_hz": [0.0, 0.0], "regime": "", "share": {}},
         "gap": {"train": gap, "holdout": gap},
         "parameters": {},
         "base": {},

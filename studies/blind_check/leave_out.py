@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.gap.blind.counts import BLOCKS, Share, answer_name, named_right, share, true_closure
+from bayes_hw.gap.blind.counts import Share, answer_name, named_right, share, true_closure
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.plant.case import BlindCase
 
 
@@ -52,7 +53,7 @@ def left_out(label: str, complete: Evidence, struck: Evidence, shown: Sequence[f
         label=label,
         other=share(v.answer == ("other",) for _, _, v in cases),
         acceptable=share(acceptable(label, full, lacking) for _, full, lacking in cases),
-        block=share(v.block == BLOCKS[label] for _, _, v in cases),
+        block=share(v.block == LABEL_BLOCKS[label] for _, _, v in cases),
         block_stated=float(np.mean([v.share.get(v.block, 0.0) for _, _, v in cases])),
         named_with=share(named_right(t, v) for t, v, _ in cases),
         closed_without=_median_closure([(t, v) for t, _, v in cases]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import EntryPoint
@@ -57,6 +58,21 @@ def of_another_package() -> Effect:
     place.loader.exec_module(module)
     found: Effect = module.HotDrive()
     return found
+
+
+def test_the_how_to_names_every_setting() -> None:
+    """A wave by the name of its first row; nothing is named that does not exist."""
+    page = (HOW_TO / "add_an_effect.md").read_text()
+    rows = re.findall(r"^\| (`.*?`) \|", page, re.MULTILINE)
+    named = {name for row in rows for name in re.findall(r"`([A-Z_]+)\*?`", row)}
+    waves = {name for row in rows for name in re.findall(r"`([A-Z_]+)\*`", row)}
+    settings = {name for name, value in vars(S).items() if name.isupper() and isinstance(value, int)} - {
+        "COUNT"
+    }
+    of_waves = {
+        name for name in settings for wave in waves if re.match(f"{wave}_(PERIOD|PHASE|SECOND|START)", name)
+    }
+    assert named - {"READING"} <= settings and settings - named - of_waves - {"READING_ERROR"} == set()
 
 
 BUILT_IN = with_richer_forms()
@@ -205,12 +221,15 @@ def test_the_effect_of_the_how_to_is_registered_and_found(
     """Installed as the page says, it is in the catalogue, and a diagnosis of an axis whose drive warms up
     names it rather than the two built-in effects that it joins, with its time and its block."""
     page = (HOW_TO / "add_an_effect.md").read_text(encoding="utf-8")
-    (points,) = re.findall(r"```toml\n\[project.entry-points.*?\]\n(.*?)```", page, re.DOTALL)
+    (project,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    points = tomllib.loads(project)["project"]["entry-points"][ENTRY_POINT_GROUP]
     shutil.copy(HOW_TO / "hot_drive.py", tmp_path)
     installed = tmp_path / "hot_drive-1.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: hot-drive\nVersion: 1.0\n")
-    (installed / "entry_points.txt").write_text("[bayes_hw.effects]\n" + points.replace('"', ""))
+    (installed / "entry_points.txt").write_text(
+        "\n".join([f"[{ENTRY_POINT_GROUP}]", *(f"{name} = {value}" for name, value in points.items())])
+    )
     monkeypatch.syspath_prepend(tmp_path)
     added = catalogue()[-1]
     assert (added.name, block_of("hot_drive", (added,))) == ("hot_drive", "input")

@@ -161,6 +161,7 @@ def ranks(small_axis: HammersteinWiener) -> Ranks:
     return simulated_ranks(small_axis, 40, ignore_correlation=False)
 
 
+@pytest.mark.slow
 def test_ranks_of_the_truth_are_uniform(ranks: Ranks) -> None:
     """40 replicates: no parameter's intervals are too wide, too narrow or off."""
     assert smallest_p_value(ranks.shares) > 0.01

@@ -14,7 +14,7 @@ from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
 from bayes_hw.gap.blind.tails import TailFit
 from bayes_hw.provenance import provenance
-from bayes_hw.report.page.document import Figure, Paragraph, Table
+from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
 
 TAILS = TailFit(list(np.random.default_rng(1).standard_t(4.0, (50, 8))))
 
@@ -23,7 +23,7 @@ def judgement(friction: float, answer: tuple[str, ...]) -> Judgement:
     return Judgement(answer, {"none": 1 - friction, "friction": friction}, {}, {})
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def fit() -> CalibrationFit:
     """Three cases with friction and one without: by hand 60 % sure of it, fitted and left out 75 %."""
     ballot = Ballot({(): Claim(0.0)}, {(): Remains(())}, ("friction",))
@@ -36,6 +36,11 @@ def fit() -> CalibrationFit:
     return CalibrationFit(tuple(cases), fitted, by_hand, sure, sure, profiles, ("temperature",), gains)
 
 
+@pytest.fixture(scope="module")
+def report(fit: CalibrationFit) -> Report:
+    return decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+
+
 def by_hand_values(name: str) -> FloatArray:
     return getattr(BY_HAND, name) * np.array([0.5, 1.0, 2.0])
 
@@ -44,25 +49,24 @@ def by_hand_values(name: str) -> FloatArray:
     (False, "better than those by hand", "good"), (True, "no better than those by hand", "warn"),
 ])  # fmt: skip
 def test_what_goes_with_the_program_is_said_first(
-    fit: CalibrationFit, worse: bool, said: str, level: str
+    fit: CalibrationFit, report: Report, worse: bool, said: str, level: str
 ) -> None:
-    shown = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand) if worse else fit
-    report = decision_report(shown, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+    if worse:
+        shown = replace(fit, by_hand=fit.left_out, left_out=fit.by_hand)
+        report = decision_report(shown, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
     assert said in report.verdict
     assert ("those by hand go with the program" in report.verdict) == worse
     assert report.badges[0].state == level
     assert "by hand 3 of 4" in report.verdict.replace("\u00a0", " ")
 
 
-def test_every_constant_has_its_row(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+def test_every_constant_has_its_row(report: Report) -> None:
     table = next(block for block in report.sections[0].blocks if isinstance(block, Table))
     assert [row[0] for row in table.rows] == list(names_fitted())
     assert table.rows[0][2:] == ("6", "4.24")
 
 
-def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+def test_every_constant_has_its_panel_and_no_panel_is_empty(report: Report) -> None:
     assert isinstance(report.key_figure, Figure)
     assert report.key_figure.svg.count("<clipPath id=") == len(names_fitted())
 
@@ -80,8 +84,7 @@ def test_blocks_are_counted_where_there_is_one_effect(fit: CalibrationFit) -> No
     assert (hits.hits, hits.trials, mean) == (1, 2, pytest.approx(0.7))
 
 
-def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+def test_coverage_of_base_parameters_is_said(report: Report) -> None:
     section = next(item for item in report.sections if "base parameters" in item.title)
     text = section.blocks[0]
     alone, with_tails = TAILS.held()
@@ -89,8 +92,7 @@ def test_coverage_of_base_parameters_is_said(fit: CalibrationFit) -> None:
     assert f"{alone.hits} of 400" in text.text and f"{with_tails.hits} of 400" in text.text
 
 
-def test_the_gains_of_every_fit_are_said_and_what_was_fitted(fit: CalibrationFit) -> None:
-    report = decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+def test_the_gains_of_every_fit_are_said_and_what_was_fitted(report: Report) -> None:
     said = next(block.text for block in report.sections[0].blocks if isinstance(block, Paragraph))
     assert "5 constants fitted, 0.100 ± 0.020 nats; 19 constants fitted, 0.110 ± 0.040 nats" in said
     assert "fewest constants, 1, that scores within a standard error of the best: temperature." in said

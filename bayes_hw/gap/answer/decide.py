@@ -19,7 +19,6 @@ from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.search.attribute import Attribution
-from bayes_hw.gap.simulate.chain import ChainBuilder
 
 MOST_LABELS = 2
 
@@ -186,7 +185,7 @@ def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
     gusts, jitter or glitches, nor what only a motion shows that cannot be predicted.
     """
     known = LABEL_BLOCKS.keys() >= set(explanation.labels)
-    on_axis = isinstance(explanation.fit.hypothesis.builder, ChainBuilder)
+    on_axis = explanation.fit.hypothesis.builder.has_drive_train
     shown = explanation.cause_of_noise is None and not explanation.cannot_be_predicted
     return tuple(LABEL_BLOCKS[label] for label in explanation.labels) if known and on_axis and shown else ()
 

@@ -35,9 +35,6 @@ from bayes_hw.record import Record
 RIVAL_FITS = 3
 """Of a chaotic response, whose distance from the best tells how well its parameters are known."""
 
-SECONDS_FOR_DRAWS = 20.0
-"""Only a slow simulator takes them; it then makes do with fewer draws."""
-
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
@@ -77,7 +74,7 @@ def measure(
     final = attribution.base if decision.answer == (OTHER,) else decision.explanation
     same = [e for e in attribution.explanations if e.name == final.name and e is not final]
     rivals = [e.fit.coordinates for e in same[:RIVAL_FITS]]
-    posterior = posterior_draws(final, rng, SECONDS_FOR_DRAWS, rivals, each)
+    posterior = posterior_draws(final, rng, rivals, each)
     draws = posterior.values
     sigma = final.encoder_sigma
     if decision.answer == (OTHER,):

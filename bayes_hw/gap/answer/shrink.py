@@ -11,7 +11,6 @@ from scipy.stats import truncnorm
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
-from bayes_hw.gap.noise.stochastic import MAX_AGE, HeldDisplay
 
 LOWER_TAIL = 0.03
 """Below the interval of a closed fraction, whose density piles up at its largest value: there it ends."""
@@ -78,19 +77,15 @@ def without_glitches(
 def predicted(
     explanation: Explanation, values: FloatArray, inputs: Sequence[FloatArray], drift: bool = True
 ) -> list[FloatArray]:
-    """Expected outputs of `inputs` at parameter values; of a display that repeats samples, its mean.
+    """Expected outputs of `inputs` at parameter values, as the encoder shows them.
 
     Without `drift` it is the angle of the axis, which a drifting encoder does not show.
     """
     simulated = explanation.fit.hypothesis.simulate(values, inputs, drift)
     stochastic = explanation.stochastic
-    if stochastic is None or not isinstance(stochastic.display, HeldDisplay):
+    if stochastic is None or stochastic.display is None:
         return simulated
-    hold = stochastic.parameters["timing_jitter.repeated_share"][0]
-    weights = (1 - hold) * hold ** np.arange(MAX_AGE + 1)
-    shown = [np.tile(weights / weights.sum(), (len(y), 1)) for y in simulated]
-    display = HeldDisplay(tuple(shown))
-    return [display.show(y, record) for record, y in enumerate(simulated)]
+    return stochastic.display.expected(simulated)
 
 
 def closure(

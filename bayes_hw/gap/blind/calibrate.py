@@ -31,7 +31,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import NONE, OTHER, Judgement
 from bayes_hw.gap.blind.ballot import WIDEST, Ballot
-from bayes_hw.gap.blind.counts import BLOCKS
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.progress import Progress
 
 BY_HAND = Calibration(
@@ -125,13 +125,13 @@ class CalibrationCase:
     @classmethod
     def of(cls, ballot: Ballot, effects: Sequence[str]) -> CalibrationCase:
         """From the effects of the truth."""
-        block = BLOCKS.get(effects[0], "") if len(effects) == 1 else ""
+        block = LABEL_BLOCKS.get(effects[0], "") if len(effects) == 1 else ""
         return cls(ballot, frozenset(effects) or frozenset({NONE}), block)
 
     @classmethod
     def without(cls, ballot: Ballot, label: str) -> CalibrationCase:
         """Of one effect whose label is struck from the catalogue."""
-        return cls(ballot, frozenset({OTHER}), BLOCKS[label], struck=True)
+        return cls(ballot, frozenset({OTHER}), LABEL_BLOCKS[label], struck=True)
 
     @property
     def weight(self) -> float:

@@ -11,29 +11,9 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 
-BLOCKS = {
-    "rate_limit": "input",
-    "saturation_drift": "input",
-    "command_bias": "input",
-    "gain_drift": "input",
-    "transport_delay": "linear",
-    "unmodelled_mode": "linear",
-    "cubic_stiffness": "linear",
-    "friction": "drive",
-    "backlash": "drive",
-    "torque_ripple": "drive",
-    "wind": "disturbance",
-    "encoder_quantization": "sensor",
-    "encoder_eccentricity": "sensor",
-    "sensor_drift": "sensor",
-    "timing_jitter": "sensor",
-    "gain_asymmetry": "sensor",
-    "outliers": "sensor",
-}
-"""The labels of the catalogue and their blocks, as the format fixes them."""
-
-CLASSES = (*BLOCKS, "none", "other")
+CLASSES = (*LABEL_BLOCKS, "none", "other")
 """What a probability is stated for."""
 
 RELIABILITY_EDGES = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)
@@ -98,7 +78,7 @@ def most_probable(verdict: CaseVerdict) -> str:
 
 def block_right(truth: CaseTruth, verdict: CaseVerdict) -> bool:
     """Whether `where.block` is the block of a label that the case carries."""
-    return verdict.block in {BLOCKS[label] for label in truth.effects if label in BLOCKS}
+    return verdict.block in {LABEL_BLOCKS[label] for label in truth.effects if label in LABEL_BLOCKS}
 
 
 def answer_name(labels: Sequence[str]) -> str:

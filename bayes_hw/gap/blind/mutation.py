@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.gap.blind.counts import BLOCKS, confusion, named_right
+from bayes_hw.gap.blind.counts import confusion, named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 
 SHUFFLES = 400
 DEVIATIONS = 4.0
@@ -85,7 +86,7 @@ def swapped_most_frequent(truths: Sequence[CaseTruth], verdicts: Sequence[CaseVe
     right = Counter(
         t.effects[0]
         for t, v in zip(truths, verdicts, strict=True)
-        if t.kind == "single" and t.effects[0] in BLOCKS and named_right(t, v)
+        if t.kind == "single" and t.effects[0] in LABEL_BLOCKS and named_right(t, v)
     )
     if len(right) < 2:
         return []

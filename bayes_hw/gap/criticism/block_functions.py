@@ -44,7 +44,6 @@ from bayes_hw.gap.noise.slow_noise import wandering_background, wind
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import can_inject
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
 FLOOR = 10.0
@@ -141,7 +140,7 @@ def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[
     """What the encoder shows (samples, n), a record each, of every function that has a door and shapes."""
     shown = {}
     for name, entries in shapes.items():
-        present = [(door, own) for door, own in entries if can_inject(chain, door) and own[0].shape[1]]
+        present = [(door, own) for door, own in entries if chain.can_inject(door) and own[0].shape[1]]
         parts = [responses_of(found, chain, door, own) for door, own in present]
         if parts:
             shown[name] = [np.concatenate(records, axis=1) for records in zip(*parts, strict=True)]

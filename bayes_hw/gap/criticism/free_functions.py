@@ -22,7 +22,6 @@ from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import can_inject, injected_responses
 
 SPLINES = 7
 DETAILED_SPLINES = 25
@@ -187,7 +186,7 @@ def responses_of_blocks(
     return {
         block: responses_of(found, chain, door, shapes)
         for block, (door, shapes) in entries.items()
-        if can_inject(chain, door)
+        if chain.can_inject(door)
     }
 
 
@@ -195,7 +194,7 @@ def responses_of(
     found: Sequence[Motion], chain: SignalChain, door: InjectionPoint, shapes: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """What the encoder shows (samples, n), a record each, of `shapes` (samples, n) that enter at a door."""
-    responses = [injected_responses(chain, door, s) for s in shapes]
+    responses = [chain.small_responses(door, s) for s in shapes]
     if door == "output":
         return responses
     return [m.shown(r) for m, r in zip(found, responses, strict=True)]

@@ -15,8 +15,6 @@ from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.criticism.free_functions import Motion, linear_splines
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.chain import Chain
-from bayes_hw.gap.simulate.small_signals import torsions
 
 
 def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[Motion]:
@@ -24,11 +22,9 @@ def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: Axi
 
     The load's own where the drive train is not known.
     """
-    if not isinstance(chain, Chain):
-        return list(found)
     moved = []
     for motion in found:
-        torsion = torsions(chain, motion.limited[:, None])[:, 0]
+        torsion = chain.torsions(motion.limited[:, None])[:, 0]
         speed = motion.speed + np.gradient(torsion) * scale.rate
         moved.append(replace(motion, w=motion.w + torsion, speed=speed))
     return moved

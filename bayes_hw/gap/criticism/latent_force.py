@@ -20,7 +20,6 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import can_inject, injected_responses
 
 KNOTS, FEWEST_KNOTS = 960, 40
 SAMPLES_A_KNOT = 4
@@ -63,11 +62,11 @@ def latent_force(fit: Fit, record: int, noise: Whitener) -> LatentForce:
     hypothesis, residual = fit.hypothesis, fit.residuals[record]
     scale, samples = hypothesis.scale, len(residual)
     chain = hypothesis.chain(fit.values)
-    door: InjectionPoint = "motor_torque" if can_inject(chain, "motor_torque") else "command"
+    door: InjectionPoint = "motor_torque" if chain.can_inject("motor_torque") else "command"
     most = max(MOST_VALUES // samples, FEWEST_KNOTS)
     places = np.linspace(0, samples - 1, min(KNOTS, samples // SAMPLES_A_KNOT, most))
     splines = linear_splines_over(np.arange(float(samples)), places)
-    responses = injected_responses(chain, door, splines)
+    responses = chain.small_responses(door, splines)
     columns = noise.whiten(responses, record)
     white = noise.whiten(residual[:, None], record)[:, 0]
     steps = np.tril(np.ones((len(places), len(places))))

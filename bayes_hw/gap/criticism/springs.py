@@ -15,8 +15,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.criticism.free_functions import Motion, linear_splines
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.chain import Chain
-from bayes_hw.gap.simulate.small_signals import torsions
 
 AMPLITUDES = 3
 """Linear splines over the amplitude."""
@@ -29,9 +27,7 @@ def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisSc
     where the drive train is not known.
     """
     nothing = [np.zeros((len(m.w), 0)) for m in found]
-    if not isinstance(chain, Chain):
-        return nothing
-    torsion = [torsions(chain, m.limited[:, None])[:, 0] for m in found]
+    torsion = [chain.torsions(m.limited[:, None])[:, 0] for m in found]
     if not any(np.any(phi) for phi in torsion):
         return nothing
     period = max(round(scale.rate / scale.first_mode_hz), 1)

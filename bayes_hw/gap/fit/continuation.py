@@ -17,7 +17,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Whitener
-from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.chain_batch import KnownPositions
 
 EVEN = (1.0, 1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1)
@@ -45,8 +44,7 @@ def measured_positions(at: Fit) -> list[FloatArray]:
 
 def can_be_led(hypothesis: Hypothesis) -> bool:
     """Whether a torque depends on the position of a drive train: users' simulators take no other position."""
-    compiled = isinstance(hypothesis.builder, ChainBuilder)
-    return compiled and any(effect.ripples for effect in hypothesis.effects)
+    return hypothesis.builder.has_drive_train and any(effect.ripples for effect in hypothesis.effects)
 
 
 def led(

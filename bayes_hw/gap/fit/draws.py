@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -83,7 +82,6 @@ class _Shared:
 def posterior_draws(
     explanation: Explanation,
     rng: np.random.Generator,
-    seconds: float,
     rivals: Sequence[FloatArray] = (),
     each: Each | None = None,
 ) -> Draws:
@@ -95,8 +93,9 @@ def posterior_draws(
     evolution. A chaotic response has no smooth likelihood: its draws are those of a
     normal distribution about the best fit that is as wide as the other fits of the same effects, at
     coordinates `rivals`, lie apart.
-    A simulator so slow that this takes more than `seconds` gives the resampled draws alone; within
-    them the same seed gives the same draws. `each` shares the simulations of a step among its threads.
+    At most ROUNDS * DRAWS_A_DIMENSION simulations a dimension and WALKERS * (STEPS + 1) more, of any
+    simulator: the same seed gives the same draws on any machine. `each` shares the simulations of a step
+    among its threads.
     """
     each = each or Each()
     best = explanation.fit
@@ -111,43 +110,35 @@ def posterior_draws(
             coordinates = held_within_prior(best.hypothesis, drawn, best.coordinates)
             return Draws(coordinates, to_values(coordinates))
         posterior = _Shared(PosteriorDensity(explanation), each)
-        coordinates = _sampled(posterior, best.coordinates, covariance, rng, seconds)
+        coordinates = _sampled(posterior, best.coordinates, covariance, rng)
         return Draws(coordinates, to_values(coordinates))
     density = DisplayDensity(best, likelihood)
-    points = _sampled(_Shared(density, each), *density.mode(), rng, seconds)
+    points = _sampled(_Shared(density, each), *density.mode(), rng)
     coordinates = density.coordinates(points)
     response, noise = coordinates[:, : density.count], coordinates[:, density.count :]
     return Draws(response, to_values(response), likelihood.sigma(noise))
 
 
 def _sampled(
-    density: Density, mode: FloatArray, covariance: FloatArray, rng: np.random.Generator, seconds: float
+    density: Density, mode: FloatArray, covariance: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
     """Draws (draws, dimension) of `density`, near normal about `mode` (dimension,) with `covariance`."""
     proposal = laplace_proposal(mode, covariance)
     seed = int(rng.integers(2**31))
-    begin = time.perf_counter()
-    proposal, start = _fitted(proposal, density, rng, 0.5 * seconds)
-    spent = time.perf_counter() - begin
-    begin = time.perf_counter()
-    density(start[:8])
-    a_step = (time.perf_counter() - begin) * WALKERS / 8
-    if spent + STEPS * a_step > seconds:
-        return start
+    proposal, start = _fitted(proposal, density, rng)
     moves = [(IndependenceMove(proposal), INDEPENDENCE_WEIGHT), (DEMove(), 1 - INDEPENDENCE_WEIGHT)]
     sampler = EnsembleSampler(WALKERS, start.shape[1], density, moves=moves, vectorize=True)
     sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
-    sampler.run_mcmc(start[:WALKERS], STEPS, skip_initial_state_check=True)
+    sampler.run_mcmc(start, STEPS, skip_initial_state_check=True)
     return np.asarray(sampler.get_chain(discard=BURN_IN, flat=True))
 
 
 def _fitted(
-    proposal: StudentTMixture, density: Density, rng: np.random.Generator, seconds: float
+    proposal: StudentTMixture, density: Density, rng: np.random.Generator
 ) -> tuple[StudentTMixture, FloatArray]:
     """The proposal of a few rounds whose draws would be accepted most, and resampled posterior draws."""
-    begin = time.perf_counter()
     dimension = proposal.dimension
-    best, best_acceptance, kept = proposal, -1.0, proposal.sample(8 * WALKERS, rng)
+    best, best_acceptance, kept = proposal, -1.0, proposal.sample(WALKERS, rng)
     for number in range(ROUNDS):
         x = proposal.sample(DRAWS_A_DIMENSION * dimension, rng)
         log_weights = density(x) - proposal.log_density(x)
@@ -157,8 +148,8 @@ def _fitted(
         acceptance = acceptance_from_weights(weights, np.full(len(x), 1 / len(x)))
         if acceptance > best_acceptance:
             best, best_acceptance = proposal, acceptance
-            kept = x[rng.choice(len(x), 8 * WALKERS, p=weights / weights.sum())]
-        if acceptance > ENOUGH or time.perf_counter() - begin > seconds:
+            kept = x[rng.choice(len(x), WALKERS, p=weights / weights.sum())]
+        if acceptance > ENOUGH:
             break
         shares = _tempered(log_weights, EFFECTIVE_A_DIMENSION * dimension)
         proposal = refitted(proposal, x, shares, bent=number > 0)

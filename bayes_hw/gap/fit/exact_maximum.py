@@ -16,9 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation, with_stochastic
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.display_likelihood import DisplayLikelihood, display_likelihood
-from bayes_hw.gap.noise.misfit import Misfit
-from bayes_hw.gap.noise.stochastic import HeldDisplay, StochasticFit, held_samples, quantization
+from bayes_hw.gap.noise.display_likelihood import DisplayLikelihood
 
 STEP = 0.05
 """Of a standard deviation: the difference of the derivatives."""
@@ -31,8 +29,8 @@ EXACT_SETS = 4
 
 def exact_likelihood(explanation: Explanation) -> DisplayLikelihood | None:
     """That of an explanation by a display, None for any other."""
-    best = explanation.fit
-    return display_likelihood(explanation.stochastic, best.whitener, best.measured)
+    display, best = explanation.display, explanation.fit
+    return None if display is None else display.likelihood(best.measured, best.whitener)
 
 
 class DisplayDensity:
@@ -86,9 +84,8 @@ class DisplayDensity:
 
 def at_exact_maximum(explanation: Explanation) -> Explanation:
     """The explanation at the maximum of its exact likelihood; itself where it has no display."""
-    likelihood = exact_likelihood(explanation)
-    stochastic = explanation.stochastic
-    if likelihood is None or stochastic is None:
+    likelihood, stochastic = exact_likelihood(explanation), explanation.stochastic
+    if likelihood is None or stochastic is None or stochastic.display is None:
         return explanation
     density = DisplayDensity(explanation.fit, likelihood)
     mode, _ = density.mode()
@@ -100,9 +97,8 @@ def at_exact_maximum(explanation: Explanation) -> Explanation:
     simulated = hypothesis.simulate(hypothesis.to_values(response))
     residuals = [y - s for y, s in zip(best.measured, simulated, strict=True)]
     moved = replace(best, coordinates=response, simulated=simulated, residuals=residuals)
-    kind = held_samples if isinstance(stochastic.display, HeldDisplay) else _rounding
     found = replace(
-        kind(moved) or stochastic,
+        stochastic.display.found_again(moved) or stochastic,
         log_likelihood=float(likelihood([y[:, None] for y in simulated], noise)[0]),
         encoder_sigma=float(likelihood.sigma(noise)[0]),
     )
@@ -119,7 +115,8 @@ def with_exact_maxima(explanations: Sequence[Explanation], near: Explanation) ->
         return tuple(explanations)
     best: dict[tuple[str, ...], Explanation] = {}
     for e in sorted(explanations, key=lambda e: -e.log_evidence):
-        if e.stochastic is not None and type(e.stochastic.display) is type(stochastic.display):
+        own = e.stochastic
+        if own is not None and own.display is not None and own.label == stochastic.label:
             best.setdefault(e.labels, e)
     chosen = [near, *(e for e in best.values() if e is not near)][:EXACT_SETS]
     alone = best.get((stochastic.label,))
@@ -133,7 +130,3 @@ def with_exact_maxima(explanations: Sequence[Explanation], near: Explanation) ->
         if id(e) in exact or e.labels not in known or e.stochastic is None or e.stochastic.display is None
     ]
     return tuple(sorted((exact.get(id(e), e) for e in others), key=lambda e: -e.log_evidence))
-
-
-def _rounding(fit: Misfit) -> StochasticFit | None:
-    return quantization(fit, np.inf)

@@ -13,10 +13,9 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.builder import Builder, SignalChain
+from bayes_hw.gap.simulate.builder import Builder, SignalChain, Signals
 from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
 from bayes_hw.gap.simulate.resonator import Resonator
-from bayes_hw.gap.simulate.signals import Signals, simulate_signals
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import LogNormal, Transform
 
@@ -135,8 +134,8 @@ class Hypothesis:
         if not drift:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
         if inputs is not None:
-            return simulate_signals(chains, settings, inputs, keep_w)
-        return simulate_signals(chains, settings, self.inputs, keep_w, self.known, self.followed)
+            return self.builder.simulate(chains, settings, inputs, keep_w)
+        return self.builder.simulate(chains, settings, self.inputs, keep_w, self.known, self.followed)
 
     def to_values(self, coordinates: FloatArray) -> FloatArray:
         """Parameter values of unbounded coordinates, both (..., parameters).

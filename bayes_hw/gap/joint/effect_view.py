@@ -20,6 +20,7 @@ from bayes_hw.gap.joint.effect_paths import limited_and_gain, through_drive, thr
 from bayes_hw.gap.joint.free_function import EffectView, Rows, Seen, viewed
 from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
+from bayes_hw.identify.holes import without_holes
 
 BINS = 16
 
@@ -241,9 +242,9 @@ def _late_readings(seen: Seen, label: str) -> EffectView:
     """Error over speed: readings at the wrong instant err in proportion to it."""
     del label
     runs, unit = seen.runs(seen.fit.values), seen.records[0].units.output
-    speed = np.abs(np.concatenate([np.gradient(run.w) for run in runs]))
-    whitener = seen.fit.point.whitener
-    error = np.concatenate([whitener.apply(e[None, :])[0] for e in seen.residuals()])
+    read = [record.measured_samples for record in seen.records]
+    speed = np.abs(np.concatenate([np.gradient(run.w)[m] for run, m in zip(runs, read, strict=True)]))
+    error = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.residuals())])
     x, y, half = _binned(speed, error)
     jitter = seen.readings.parameters.get("timing_jitter.sd", 0.0) * seen.rate
     line = np.linspace(0.0, float(x[-1]), 60)
@@ -261,7 +262,7 @@ def _rounding(seen: Seen, label: str) -> EffectView:
     step = seen.readings.parameters.get(f"{label}.step")
     if step is None:
         return _error_over_time(seen, label)
-    y = np.concatenate([record.y for record in seen.records]) / step
+    y = np.concatenate([record.y[record.measured_samples] for record in seen.records]) / step
     place = y - np.round(y)
     count, edges = np.histogram(place, BINS + 5, range=(-0.5, 0.5))
     share = 100 * count / len(place)
@@ -281,7 +282,7 @@ def _glitches(seen: Seen, label: str) -> EffectView:
     errors = seen.residuals()
     at = np.concatenate([np.arange(len(e)) / seen.rate for e in errors])
     joined = np.concatenate(errors)
-    level = 1.4826 * float(np.median(np.abs(joined)))
+    level = 1.4826 * float(np.nanmedian(np.abs(joined)))
     far = np.abs(joined) > 6 * level
     ends = np.array([0.0, float(at.max())])
     return EffectView(
@@ -294,7 +295,7 @@ def _glitches(seen: Seen, label: str) -> EffectView:
 def _slow_torque(seen: Seen, label: str) -> EffectView:
     """Spectrum of what is left."""
     del label
-    errors, unit = seen.residuals(), seen.records[0].units.output
+    errors, unit = [without_holes(e) for e in seen.residuals()], seen.records[0].units.output
     length = min(1024, min(len(e) for e in errors))
     spectra = [welch(e, seen.rate, nperseg=length) for e in errors]
     frequency, power = spectra[0][0][1:], np.mean([s[1][1:] for s in spectra], axis=0)
@@ -311,12 +312,14 @@ def _error_over_time(seen: Seen, label: str) -> EffectView:
     """Means of the error over stretches of the record where it is largest."""
     del label
     errors, unit = seen.residuals(), seen.records[0].units.output
-    loudest = max(range(len(errors)), key=lambda i: float(np.mean(errors[i] ** 2)))
+    loudest = max(range(len(errors)), key=lambda i: float(np.nanmean(errors[i] ** 2)))
     e = errors[loudest]
+    at = np.flatnonzero(np.isfinite(e))
+    e = e[at]
     parts = np.array_split(np.arange(len(e)), min(120, len(e)))
     mean = np.array([float(e[part].mean()) for part in parts])
     white = NORMAL_HALF_WIDTH * float(np.std(np.diff(e))) / np.sqrt(2 * len(parts[0]))
-    t = np.array([float(part.mean()) for part in parts]) / seen.rate
+    t = np.array([float(at[part].mean()) for part in parts]) / seen.rate
     return EffectView(
         "error", unit, f"time in {seen.records[loudest].name}", "s", t, mean, np.full(len(t), white),
         np.array([0.0, float(t[-1])]), np.zeros(2),

@@ -18,6 +18,7 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointValues, Simulated
 from bayes_hw.gap.joint.readings import Readings
+from bayes_hw.identify.holes import mask_of, with_holes
 from bayes_hw.record import Record
 
 KNOTS = 13
@@ -73,12 +74,18 @@ class Seen:
         return [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in self.records]
 
     def residuals(self) -> list[FloatArray]:
-        """Measured less simulated output, unweighted, zero where nothing was measured."""
+        """Measured less simulated output (samples,) a record, unweighted, NaN where nothing was measured."""
         runs = self.runs(self.fit.values)
         return [
-            np.where(record.measured_samples, record.y - run.y, 0.0)
+            with_holes(record.y - run.y, record.measured)
             for record, run in zip(self.records, runs, strict=True)
         ]
+
+    def whitened(self, number: int, rows: FloatArray) -> FloatArray:
+        """Innovations (n, samples measured) of rows (n, samples) of a record, as the noise was fitted."""
+        measured = mask_of(self.fit.response.masks, number)
+        white = self.fit.point.whitener.apply(rows, 0, measured)
+        return white if measured is None else white[:, measured]
 
     def number(self, label: str) -> int | None:
         """Which effect of the fit has this label."""
@@ -115,12 +122,12 @@ def free_function(
     `x` and `law` are (samples,) a record, and `paths` take signals to what they change in y. Generalised
     least squares under the fitted noise and weights.
     """
-    knots, whitener = _knots(x), seen.fit.point.whitener
+    knots = _knots(x)
     weights = seen.fit.response.weights
     rows = []
     for i, (own, values, path, e) in enumerate(zip(x, law, paths, seen.residuals(), strict=True)):
         block = np.vstack([path(_hats(own, knots)), e + path(values[None, :])[0]])
-        rows.append(whitener.apply(block if weights is None else block / weights[i]))
+        rows.append(seen.whitened(i, block if weights is None else block / weights[i]))
     joined = np.concatenate(rows, axis=1)
     basis, target = joined[:-1].T, joined[-1]
     norms = np.linalg.norm(basis, axis=0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.remainder import Remainder
+
+REMAINS = [each.name for each in fields(Remainder)]
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,6 @@ class JointEvidence:
     own: float
     labels: tuple[str, ...]
     remainder: Remainder
-    extra: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: JointAnswer) -> JointEvidence:
@@ -51,6 +52,7 @@ class JointEvidence:
             content["rivals"],
             float(content["own"]),
             tuple(content["labels"]),
-            Remainder(**{**left, "spectrum": NoiseSpectrum(**left["spectrum"])}),
-            content.get("extra", {}),
+            Remainder(
+                **{name: left[name] for name in REMAINS} | {"spectrum": NoiseSpectrum(**left["spectrum"])}
+            ),
         )

@@ -48,6 +48,7 @@ from bayes_hw.gap.joint.joint_kernel import (
     _ramped,
     _ramped_within,
 )
+from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -115,7 +116,6 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m); `numbers` and
     `controller_sections` (k, 5) are the controller's; `reference` (samples,), `noise` (d, samples) or empty,
     `start` (d,) the position of w. Written: command, w and output without noise (d, samples)."""
-    proportional, integral_gain, derivative, pole, lowest, highest, most_change, share = numbers
     n_laws, samples = len(laws), len(reference)
     n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
     for d in range(len(residue)):
@@ -126,8 +126,8 @@ def loop_jointly(  # type: ignore[no-untyped-def]
         integral, early, late = start[d], 0.0, 0.0
         out = w1 = w2 = w3 = start[d]
         line = np.zeros(max(delay, 1))
-        state = np.zeros((n_filters, 2))
-        before = filtered_rate = kept = command = 0.0
+        filters, state = np.zeros((n_filters, 2)), np.zeros(STATES)
+        command = 0.0
         for k in range(samples):
             w = integral
             for i in range(n_real):
@@ -154,26 +154,8 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 if noise.size > 0:
                     error -= noise[d, k]
                 if k == 0:
-                    at_rest = reference[0] - y
-                    for i in range(n_filters):
-                        b0, b1, b2, a1, a2 = controller_sections[i]
-                        gain = (b0 + b1 + b2) / (1 + a1 + a2)
-                        state[i, 1] = b2 * at_rest - a2 * gain * at_rest
-                        state[i, 0] = (gain - b0) * at_rest
-                        at_rest = gain * at_rest
-                    before = at_rest
-                for i in range(n_filters):
-                    b0, b1, b2, a1, a2 = controller_sections[i]
-                    filtered = b0 * error + state[i, 0]
-                    state[i, 0] = b1 * error - a1 * filtered + state[i, 1]
-                    state[i, 1] = b2 * error - a2 * filtered
-                    error = filtered
-                new_rate = pole * filtered_rate + derivative * (error - before)
-                kept += proportional * (error - before) + integral_gain * error + new_rate - filtered_rate
-                before, filtered_rate = error, new_rate
-                limited = min(max(kept, command - most_change), command + most_change)
-                command = min(max(limited, lowest), highest)
-                kept += share * (command - kept)
+                    start_at_rest(controller_sections, reference[0] - y, filters, state)
+                command = next_command(numbers, controller_sections, error, filters, state)
             asked = command
             if delay > 0:
                 asked = line[k % delay]

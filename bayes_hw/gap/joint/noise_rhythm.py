@@ -1,4 +1,4 @@
-"""Whether what is left is the same at all times: noise in bursts, and noise with a rhythm of samples."""
+"""Whether what is left is the same at all times: noise with a rhythm of samples."""
 
 from __future__ import annotations
 
@@ -8,13 +8,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 
-SEGMENTS = 20
 LONGEST_RHYTHM = 12
-
-
-def burst_nats(innovations: Sequence[FloatArray]) -> float:
-    """What a variance of its own in every one of SEGMENTS parts of every record gains over one variance."""
-    return _gained([part for a in innovations for part in np.array_split(a, SEGMENTS)])
 
 
 def rhythm_nats(innovations: Sequence[FloatArray]) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
-from bayes_hw.gap.joint.noise_rhythm import burst_nats, rhythm_nats
+from bayes_hw.gap.joint.noise_rhythm import rhythm_nats
 from bayes_hw.identify.growth.descent import innovations
 from bayes_hw.identify.holes import without_holes
 from bayes_hw.identify.resonances import dominant_modes
@@ -21,13 +21,12 @@ LONGEST_LAG = 200
 @dataclass(frozen=True)
 class Remainder:
     """What the final fit leaves: order of its noise, root mean square over innovations, kurtosis of the
-    innovations, the spectra's log-likelihoods, nats of variances that change in bursts and in a rhythm."""
+    innovations, the spectra's log-likelihoods, nats of a variance that changes in a rhythm."""
 
     order: int
     ratio: float
     kurtosis: float
     spectrum: NoiseSpectrum
-    burst: float = 0.0
     rhythm: float = 0.0
 
 
@@ -48,7 +47,6 @@ def remainder_of(fit: JointFit) -> Remainder:
         float(fit.point.rms / np.sqrt(np.mean(a**2))),
         float(np.mean(a**4) / np.mean(a**2) ** 2 - 3),
         noise_spectrum(fit, residuals, modes),
-        burst_nats(found),
         rhythm_nats(found),
     )
 

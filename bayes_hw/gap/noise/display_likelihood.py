@@ -11,8 +11,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.display_kernel import held_log_likelihood, rounded_log_likelihood
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
-from bayes_hw.gap.noise.stochastic import RoundedDisplay, StochasticFit
-from bayes_hw.gap.noise.whitener import Autoregression, Whitener
+from bayes_hw.gap.noise.whitener import Whitener
 
 
 class DisplayLikelihood(Protocol):
@@ -40,6 +39,19 @@ class HeldLikelihood:
     measured: Sequence[FloatArray]
     start: FloatArray
     spreads: FloatArray
+
+    @classmethod
+    def near(
+        cls, share: float, error: float, whitener: Whitener, measured: Sequence[FloatArray]
+    ) -> HeldLikelihood:
+        """Of `measured` (samples,), a record each, near the `share` of repeats, of standard `error`, and the
+        noise that approximate it."""
+        samples = sum(len(y) for y in measured)
+        correlation = float(np.clip(whitener.correlation, 0.0, 0.95)) / LARGEST_NOISE_CORRELATION
+        sigma = whitener.sigma * np.sqrt(1 - (correlation * LARGEST_NOISE_CORRELATION) ** 2)
+        start = np.array([np.log(share / (1 - share)), np.log(sigma), np.arctanh(min(correlation, 0.99))])
+        spreads = np.array([error / (share * (1 - share)), 1 / np.sqrt(2 * samples), 1 / np.sqrt(samples)])
+        return cls(measured, start, spreads)
 
     def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
         hold, sigma, correlation = self._values(noise)
@@ -69,6 +81,12 @@ class RoundedLikelihood:
     start: FloatArray
     spreads: FloatArray
 
+    @classmethod
+    def near(cls, step: float, sigma: float, measured: Sequence[FloatArray]) -> RoundedLikelihood:
+        """Of `measured` (samples,), a record each, on a lattice of `step`, near a noise of `sigma`."""
+        samples = sum(len(y) for y in measured)
+        return cls(measured, step, np.array([np.log(sigma)]), np.array([3 / np.sqrt(samples)]))
+
     def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
         total, sigma = np.zeros(len(noise)), self.sigma(noise)
         for y, s in zip(self.measured, simulated, strict=True):
@@ -78,25 +96,3 @@ class RoundedLikelihood:
 
     def sigma(self, noise: FloatArray) -> FloatArray:
         return np.exp(noise[:, 0])
-
-
-def display_likelihood(
-    found: StochasticFit | None, whitener: Whitener, measured: Sequence[FloatArray]
-) -> DisplayLikelihood | None:
-    """The exact likelihood of `measured` (samples,), a record each, under a display that `found` describes
-    and `whitener` approximates; None where there is no display."""
-    if found is None or found.display is None:
-        return None
-    samples = sum(len(y) for y in measured)
-    if isinstance(found.display, RoundedDisplay):
-        display = found.display
-        return RoundedLikelihood(
-            measured, display.step, np.array([np.log(display.sigma)]), np.array([3 / np.sqrt(samples)])
-        )
-    hold, error, _ = found.parameters["timing_jitter.repeated_share"]
-    assert isinstance(whitener, Autoregression)
-    correlation = float(np.clip(whitener.coefficients[0], 0.0, 0.95)) / LARGEST_NOISE_CORRELATION
-    sigma = whitener.sigma * np.sqrt(1 - (correlation * LARGEST_NOISE_CORRELATION) ** 2)
-    start = np.array([np.log(hold / (1 - hold)), np.log(sigma), np.arctanh(min(correlation, 0.99))])
-    spreads = np.array([error / (hold * (1 - hold)), 1 / np.sqrt(2 * samples), 1 / np.sqrt(samples)])
-    return HeldLikelihood(measured, start, spreads)

@@ -29,7 +29,6 @@ from bayes_hw.gap.noise.spectra import (
 from bayes_hw.gap.noise.state_noise import StateNoise, View, torque_noise, walking_noise
 from bayes_hw.gap.noise.stochastic import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
-from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles
 from bayes_hw.gap.simulate.path import Path
 
@@ -69,10 +68,9 @@ def wind(
     (samples,), a record each, is the variance of what else is in a sample, infinite where it is no reading.
     """
     rate, samples = fit.scale.rate, len(fit.residuals[0])
-    chain = fit.chain()
-    if not isinstance(chain, Chain):
+    path = fit.chain().torque_path
+    if path is None:
         return None
-    path = chain.torque_path
     static = max(float(_load_compliance(path, np.array([STATIC_HZ]))[0]), 1e-300)
     lowest, highest = np.log(0.1 / (samples / rate)), np.log(0.15 * rate)
 

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.noise.display_likelihood import DisplayLikelihood, HeldLikelihood, RoundedLikelihood
 from bayes_hw.gap.noise.glitches import Glitches
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import held_ages
@@ -46,12 +47,27 @@ class Display(Protocol):
         """The expected display of `y` (samples,) of a training record."""
         ...
 
+    def expected(self, simulated: Sequence[FloatArray]) -> list[FloatArray]:
+        """The expected display of outputs (samples,) of records that nobody has read."""
+        ...
+
+    def likelihood(self, measured: Sequence[FloatArray], whitener: Whitener) -> DisplayLikelihood:
+        """The exact likelihood of the training records, which the display and `whitener` approximate."""
+        ...
+
+    def found_again(self, fit: Misfit) -> StochasticFit | None:
+        """The cause with the display that another simulation of the same records gives it."""
+        ...
+
 
 @dataclass(frozen=True)
 class HeldDisplay:
-    """Repeated samples: weights of every sample's age, (samples, ages) a record."""
+    """Repeated samples: weights of every sample's age, (samples, ages) a record; the share of repeats and
+    its standard error."""
 
     ages: tuple[FloatArray, ...]
+    share: float = 0.0
+    error: float = 0.0
 
     def show(self, y: FloatArray, record: int) -> FloatArray:
         ages = self.ages[record]
@@ -59,6 +75,17 @@ class HeldDisplay:
         for age in range(ages.shape[1]):
             shown += ages[:, age] * np.concatenate([np.full(age, y[0]), y[: len(y) - age]])
         return shown
+
+    def expected(self, simulated: Sequence[FloatArray]) -> list[FloatArray]:
+        weights = (1 - self.share) * self.share ** np.arange(MAX_AGE + 1)
+        usual = HeldDisplay(tuple(np.tile(weights / weights.sum(), (len(y), 1)) for y in simulated))
+        return [usual.show(y, record) for record, y in enumerate(simulated)]
+
+    def likelihood(self, measured: Sequence[FloatArray], whitener: Whitener) -> HeldLikelihood:
+        return HeldLikelihood.near(self.share, self.error, whitener, measured)
+
+    def found_again(self, fit: Misfit) -> StochasticFit | None:
+        return held_samples(fit)
 
 
 @dataclass(frozen=True)
@@ -77,6 +104,16 @@ class RoundedDisplay:
         up = np.exp(log_ndtr((part - 0.5) / width)) + np.exp(log_ndtr((part - 1.5) / width))
         down = np.exp(log_ndtr(-(part + 0.5) / width))
         return np.asarray(self.offset + self.step * (below + up - down))
+
+    def expected(self, simulated: Sequence[FloatArray]) -> list[FloatArray]:
+        """As simulated: rounding is off as often up as down."""
+        return list(simulated)
+
+    def likelihood(self, measured: Sequence[FloatArray], whitener: Whitener) -> RoundedLikelihood:  # noqa: ARG002
+        return RoundedLikelihood.near(self.step, self.sigma, measured)
+
+    def found_again(self, fit: Misfit) -> StochasticFit | None:
+        return quantization(fit, np.inf)
 
 
 @dataclass(frozen=True)
@@ -194,7 +231,7 @@ def held_samples(fit: Misfit) -> StochasticFit | None:
         whitener,
         total,
         {"timing_jitter.repeated_share": (hold, error, "")},
-        HeldDisplay(tuple(ages)),
+        HeldDisplay(tuple(ages), hold, error),
     )
 
 

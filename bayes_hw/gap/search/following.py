@@ -24,7 +24,6 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen, best_forms
-from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_batch import Followed
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.gap.simulate.path import states
@@ -54,9 +53,9 @@ def observer(
     None where the base model is no drive train or the filter does not settle.
     """
     chain = hypothesis.chain(values)
-    if not isinstance(chain, Chain):
+    if chain.torque_path is None:
         return None
-    held = states([chain.torque_path], 1 / chain.rate)
+    held = states([chain.torque_path], 1 / hypothesis.scale.rate)
     factors, real = held.factors[:, 0], held.real_count
     turns = [
         np.array([[c, -s], [s, c]]) for c, s in zip(factors[real::2], factors[real + 1 :: 2], strict=True)

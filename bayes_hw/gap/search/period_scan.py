@@ -22,10 +22,8 @@ from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.signals import injected_responses
-from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates, injection_states
+from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates
 from bayes_hw.gap.simulate.wave_kernel import add_products, turns_of, wave_responses
 from bayes_hw.model.lanes import LANES, filled_up
 
@@ -168,8 +166,7 @@ def _waves(
     chain = hypothesis.chain(values)
     simulated, dead_zone = hypothesis.motion(values)
     spacing = frequencies[1] - frequencies[0] if len(frequencies) > 1 else 0.0
-    states = injection_states(chain, effect.door) if isinstance(chain, Chain) else NO_STATES
-    convolved = not isinstance(chain, Chain) and effect.door != "output"
+    states = chain.injection_states(effect.door)
     found = []
     for record, w in enumerate(simulated if positions is None else positions):
         move = np.diff(w, append=w[-1]) * (effect.door != "output")
@@ -186,8 +183,8 @@ def _waves(
                 turns,
                 (np.abs(simulated[record]) > dead_zone).astype(np.float64),
                 None if effect.door == "command" else float(w[0]),
-                states,
-                _answer_to_pulse(chain, effect.door, len(w)) if convolved else None,
+                NO_STATES if states is None else states,
+                _answer_to_pulse(chain, effect.door, len(w)) if states is None else None,
             )
         )
     return found
@@ -200,7 +197,7 @@ def _in_rows(values: FloatArray) -> FloatArray:
 
 def _answer_to_pulse(chain: SignalChain, door: InjectionPoint, samples: int) -> FloatArray:
     """Change of w (samples,) for a one at `door` in the first sample."""
-    return injected_responses(chain, door, np.eye(samples, 1))[:, 0]
+    return chain.small_responses(door, np.eye(samples, 1))[:, 0]
 
 
 class _Sums:

@@ -16,7 +16,6 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
-from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.parallel import Each
 
 SCREENED_STARTS = 2
@@ -38,7 +37,7 @@ class Refinement:
 
     def of(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Every explanation with each effect in turn in each richer form; none for other simulators."""
-        if not isinstance(self.screen.base.hypothesis.builder, ChainBuilder):
+        if not self.screen.base.hypothesis.builder.has_drive_train:
             return []
         tasks = [
             (explanation, row, form, start)

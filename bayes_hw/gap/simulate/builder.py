@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.model.parameters import Parameter
 
 if TYPE_CHECKING:
+    from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
+    from bayes_hw.gap.simulate.path import Path
     from bayes_hw.gap.simulate.resonator import Resonator
+    from bayes_hw.gap.simulate.small_signals import InjectionStates
+
+Signals: TypeAlias = tuple[FloatArray, FloatArray]
+"""w and y of one record, both (samples, chains)."""
 
 
 class SignalChain(Protocol):
-    """A base model at fixed parameters; `bayes_hw.gap.simulate.signals` simulates it."""
+    """A base model at fixed parameters."""
 
     @property
     def delay_samples(self) -> int: ...
@@ -24,13 +31,39 @@ class SignalChain(Protocol):
     @property
     def contact_damping(self) -> float: ...
 
+    @property
+    def torque_path(self) -> Path | None:
+        """From torques on motor and load to the motion; None where the drive train is not known."""
+        ...
+
+    def can_inject(self, door: InjectionPoint) -> bool:
+        """Whether signals can be added at `door`: a user's simulator may take no force."""
+        ...
+
+    def injection_states(self, door: InjectionPoint) -> InjectionStates | None:
+        """What small signals at `door` drive; None where only a simulation tells."""
+        ...
+
+    def small_responses(self, door: InjectionPoint, signals: FloatArray) -> FloatArray:
+        """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample."""
+        ...
+
+    def torsions(self, commands: FloatArray) -> FloatArray:
+        """Torsion (samples, n) of the gear, motor less load in output units, under limited `commands`
+        (samples, n), each held over its sample; zero where the drive train is not known."""
+        ...
+
 
 class Builder(Protocol):
     """Builds signal chains from base parameter vectors.
 
     `start_spreads` says how widely the first base parameters are spread, in coordinates, where a fit of the
-    base model starts from several points; those after them start as given.
+    base model starts from several points; those after them start as given. `has_drive_train` says whether
+    effects may reach inside: ripple at another position, forms of effects that need motor and load.
     """
+
+    @property
+    def has_drive_train(self) -> bool: ...
 
     @property
     def base_parameters(self) -> tuple[Parameter, ...]: ...
@@ -62,4 +95,22 @@ class Builder(Protocol):
         self, values: FloatArray, resonators: Sequence[Resonator | None], needs_train: bool = True
     ) -> Sequence[SignalChain]:
         """The same at every row of `values` (points, base parameters)."""
+        ...
+
+    def simulate(
+        self,
+        chains: Sequence[Any],
+        settings: FloatArray,
+        inputs: Sequence[FloatArray],
+        keep_w: bool = False,
+        known: KnownPositions | None = None,
+        followed: Followed | None = None,
+    ) -> list[Signals]:
+        """Signals of every record under every chain that this has built and its row of `settings` (chains,
+        COUNT).
+
+        `inputs` holds the commands (samples,), one a record. Without `keep_w` the w may have no samples.
+        `known` says where ripple of a drive train acts if not at the simulated position; `followed` what the
+        states are corrected by.
+        """
         ...

@@ -10,12 +10,16 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.builder import Signals
+from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions, simulate_chains
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles, continuous_poles
 from bayes_hw.gap.simulate.drive_train import DriveTrain, UnknownTrain, realise
+from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.gap.simulate.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.gap.simulate.path import Path
 from bayes_hw.gap.simulate.resonator import Resonator
+from bayes_hw.gap.simulate.small_signals import InjectionStates, injection_states, small_responses, torsions
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -49,9 +53,23 @@ class Chain:
         """Numbers of real poles and pairs that the command drives, and of those that torques drive."""
         return (*self.command_path.shape, *self.torque_path.shape)
 
+    def can_inject(self, door: InjectionPoint) -> bool:  # noqa: ARG002
+        return True
+
+    def injection_states(self, door: InjectionPoint) -> InjectionStates:
+        return injection_states(self, door)
+
+    def small_responses(self, door: InjectionPoint, signals: FloatArray) -> FloatArray:
+        return small_responses(self, door, signals)
+
+    def torsions(self, commands: FloatArray) -> FloatArray:
+        return torsions(self, commands)
+
 
 class ChainBuilder:
     """Builds chains from base parameter vectors (those of `AxisParameters`, dominant)."""
+
+    has_drive_train = True
 
     def __init__(self, model: HammersteinWiener) -> None:
         self.model = model
@@ -113,6 +131,17 @@ class ChainBuilder:
         for key in missing:
             known[key] = self._chains[key] = self._built(linears[key[0]], *key)
         return [chain for chain in (known[key] for key in asked) if chain is not None]
+
+    def simulate(
+        self,
+        chains: Sequence[Chain],
+        settings: FloatArray,
+        inputs: Sequence[FloatArray],
+        keep_w: bool = False,
+        known: KnownPositions | None = None,
+        followed: Followed | None = None,
+    ) -> list[Signals]:
+        return [(w, y) for w, y in simulate_chains(chains, settings, inputs, keep_w, known, followed)]
 
     def _built(
         self, linear: tuple[ContinuousPoles, float], of_g: OfG, resonator: Resonator | None, needs_train: bool

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.batch_kernel import delay, in_lanes, lanes_of, silence
-from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import simulate_lanes
 from bayes_hw.gap.simulate.columns import part
 from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.simulate.chain import Chain
 
 TORQUE_STEP = 0.005
 """s; step of a simulation with torques that depend on the motion."""

@@ -15,10 +15,13 @@ from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import Simulator
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.builder import Signals
+from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
 from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
+from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal
 from bayes_hw.record import Record
@@ -35,6 +38,16 @@ class SimulatorChain:
     delay_samples: int = 0
     stiffness: tuple[float, float] = (0.0, 0.0)
     contact_damping: float = 0.0
+    torque_path: None = None
+
+    def can_inject(self, door: InjectionPoint) -> bool:
+        return door in ("command", "output") or (door == "motor_torque" and self.simulator.force_door)
+
+    def injection_states(self, door: InjectionPoint) -> InjectionStates | None:
+        return NO_STATES if door == "output" else None
+
+    def torsions(self, commands: FloatArray) -> FloatArray:
+        return np.zeros_like(commands)
 
     def small_responses(self, door: InjectionPoint, signals: FloatArray) -> FloatArray:
         """Change of w (samples, n) for `signals` (samples, n) added at `door`, each held over its sample.
@@ -91,6 +104,7 @@ class SimulatorBuilder:
     Raises InputError where a parameter's prior is not normal in the coordinate that it is estimated in.
     """
 
+    has_drive_train = False
     gain_row: None = None
 
     def __init__(self, simulator: Simulator) -> None:
@@ -136,6 +150,17 @@ class SimulatorBuilder:
     ) -> list[SimulatorChain]:
         """The simulator at every row of `values` (points, base parameters)."""
         return [self.chain(row) for row in values]
+
+    def simulate(
+        self,
+        chains: Sequence[SimulatorChain],
+        settings: FloatArray,
+        inputs: Sequence[FloatArray],
+        keep_w: bool = False,  # noqa: ARG002
+        known: KnownPositions | None = None,  # noqa: ARG002
+        followed: Followed | None = None,  # noqa: ARG002
+    ) -> list[Signals]:
+        return simulate_simulators(chains, settings, inputs)
 
 
 SPEED_LAG = 1 / 200

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import filter_lanes
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.simulate.chain import Chain
 
 
 class InjectionStates(NamedTuple):

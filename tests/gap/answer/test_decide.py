@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from decision_constants import CONSTANTS, LABELS
 from drive_axis import drive_axis
+from own_simulators import motor
 
 from bayes_hw.gap.answer.decide import best_of_sets, choose, decide, remains_of, score
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
@@ -17,9 +18,11 @@ from bayes_hw.gap.fit.explanation import is_far_ahead
 from bayes_hw.gap.noise.stochastic import StochasticFit
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder
 
 SURPRISES = {"input": 2.0, "linear": 60.0, "drive": 4.0, "disturbance": 0.0, "sensor": 1.0}
 AXIS = ChainBuilder(drive_axis())
+OWN_SIMULATOR = SimulatorBuilder(motor())
 
 
 @dataclass
@@ -37,7 +40,7 @@ class Stub:
     display: Any = None
     bent_gusts: float = 0.0
     followed: Any = None
-    builder: Any = None
+    builder: Any = OWN_SIMULATOR
     cause_of_noise: Any = None
 
     @property
@@ -202,7 +205,7 @@ def test_what_even_a_right_explanation_may_leave() -> None:
 
 @pytest.mark.parametrize(("labels", "builder", "random", "blocks"), [
     (("backlash", "command_bias"), AXIS, False, ("drive", "input")), ((), AXIS, False, ()),
-    (("backlash", "wind"), AXIS, True, ()), (("backlash",), None, False, ()),
+    (("backlash", "wind"), AXIS, True, ()), (("backlash",), OWN_SIMULATOR, False, ()),
     (("hot_drive",), AXIS, False, ()),
 ])  # fmt: skip
 def test_names_are_held_against_blocks_on_axes(

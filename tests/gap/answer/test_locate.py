@@ -31,7 +31,6 @@ from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_i
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, CommandBias, KinematicBacklash
 from bayes_hw.gap.effects.effect import BLOCKS
 from bayes_hw.gap.search.attribute import Attribution
-from bayes_hw.gap.simulate.signals import injected_responses
 
 EVEN = dict.fromkeys(BLOCKS, 0.2)
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -96,7 +95,7 @@ def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
     door, shapes = shapes_of_memories(moved, RATE)["after a reversal"]
-    responses = [injected_responses(chain, door, own)[:, 2] for own in shapes]
+    responses = [chain.small_responses(door, own)[:, 2] for own in shapes]
     size = 2 * SIGMA / np.sqrt(np.mean(np.concatenate(responses) ** 2))
     residuals = [e + size * r for e, r in zip(noise(), responses, strict=True)]
     found = located(residuals, ("other",))

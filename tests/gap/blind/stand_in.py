@@ -11,7 +11,8 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.ballot import BALLOT, Ballot
-from bayes_hw.gap.blind.counts import BLOCKS, CLASSES
+from bayes_hw.gap.blind.counts import CLASSES
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -33,7 +34,7 @@ def verdict(answer: list[str], sure: float = 0.9, **changes: Any) -> dict[str, A
         "probability": {name: sure if name in said else rest for name in CLASSES},
         "confusable": [],
         "where": {
-            "block": BLOCKS.get(said[0], "sensor"),
+            "block": LABEL_BLOCKS.get(said[0], "sensor"),
             "band_hz": [0.0, 1.0],
             "regime": "everywhere",
             "share": {},
@@ -71,7 +72,7 @@ def nothing_with_ballot(case: Path, out: Path, seed: int, **options: str) -> Non
     always_nothing(case, out, seed, **options)
     gains = np.random.default_rng([seed, int(case.name[-4:])]).normal(10.0, 10.0, 2)
     claims = {(): Claim(0.0), ("wind",): Claim(float(gains[0])), ("friction",): Claim(float(gains[1]))}
-    ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), tuple(BLOCKS))
+    ballot = Ballot(claims, dict.fromkeys(claims, Remains(())), tuple(LABEL_BLOCKS))
     (out / BALLOT).write_text(json.dumps(ballot.to_dict()))
 
 
@@ -79,7 +80,7 @@ def by_the_files(case: Path, out: Path, seed: int, **options: str) -> None:  # n
     """Names an effect drawn from the bytes of the hold-out and the seed; notes which files it could see."""
     shown = sorted(path.name for path in case.parent.rglob("*") if path.is_file())
     rng = np.random.default_rng([seed, len((case / "holdout.csv").read_bytes())])
-    label = str(rng.choice(list(BLOCKS)))
+    label = str(rng.choice(list(LABEL_BLOCKS)))
     zeros = np.zeros(len(Record.read(case / "holdout.csv")))
     described = sorted(json.loads((case / "case.json").read_text()))
     write_verdict(out, verdict([label], seen=shown, described=described), zeros, zeros)

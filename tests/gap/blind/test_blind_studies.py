@@ -23,7 +23,10 @@ STUDIES = Path(__file__).resolve().parents[3] / "studies"
     ("09_power", "by_effect", "always_nothing", set()),
     ("10_leave_one_out", "entries", "always_nothing", set()),
     ("20_unseen_faults", "by_fault", "always_nothing", set()),
-    ("19_decision_constants", "adopted", "nothing_with_ballot", {"calibration.json"}),
+    pytest.param(
+        "19_decision_constants", "adopted", "nothing_with_ballot", {"calibration.json"},
+        marks=pytest.mark.slow,
+    ),
 ])  # fmt: skip
 def test_quick_run(
     name: str,

@@ -21,8 +21,8 @@ from bayes_hw.gap.blind.calibrate import (
     names_fitted,
     total_score,
 )
-from bayes_hw.gap.blind.counts import BLOCKS
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.progress import Progress
 
 QUIET = Progress(quiet=True)
@@ -59,7 +59,7 @@ def test_the_sharpness_of_blocks_that_made_the_cases_is_found() -> None:
     """The true block is drawn with the odds it has at 3.5, of a start at 2.2; worked by hand for one case."""
     rng = np.random.default_rng(4)
     cases, blocks = [], {}
-    for label, block in BLOCKS.items():
+    for label, block in LABEL_BLOCKS.items():
         blocks.setdefault(block, label)
     for _ in range(400):
         surprises = dict(zip(blocks, rng.uniform(5.0, 20.0, len(blocks)).tolist(), strict=True))
@@ -193,7 +193,7 @@ def struck_with_blocks_by_chance(number: int, seed: int, share: float) -> list[C
     """Functions find twice as much at one block as at another, and are right in this `share`."""
     rng = np.random.default_rng(seed)
     left = ResidualDiagnostic("step", 3 * BY_HAND.left_surprise, 10.0)
-    blocks = {BLOCKS["friction"]: 9.0, BLOCKS["wind"]: 19.0}
+    blocks = {LABEL_BLOCKS["friction"]: 9.0, LABEL_BLOCKS["wind"]: 19.0}
     ballot = Ballot({(): Claim(0.0)}, {(): Remains((left,), blocks=blocks)}, ("encoder_drift",))
     struck = ["wind" if rng.random() < share else "friction" for _ in range(number)]
     return [CalibrationCase.without(ballot, label) for label in struck]
@@ -212,7 +212,7 @@ def test_struck_cases_count_where_answers_are_decided_and_leave_other_doubts_alo
     """`other` is true of them, at half a case's weight, and the block of what was struck."""
     struck = CalibrationCase.without(ballot_of_other(), "wind")
     assert struck.true == {"other"}
-    assert struck.block == BLOCKS["wind"]
+    assert struck.block == LABEL_BLOCKS["wind"]
     judged = struck.ballot.judge(BY_HAND)
     assert struck.right(judged)
     assert total_score([struck], BY_HAND) == pytest.approx(0.5 * struck.log_score(judged))

@@ -7,7 +7,6 @@ import pytest
 from blind_cases import truth, verdict
 
 from bayes_hw.gap.blind.counts import (
-    BLOCKS,
     Share,
     base_held,
     block_right,
@@ -22,6 +21,7 @@ from bayes_hw.gap.blind.counts import (
     true_closure,
 )
 from bayes_hw.gap.blind.evidence import FAILED
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 
 
 def test_share_has_the_exact_binomial_interval() -> None:
@@ -66,7 +66,7 @@ def test_confusion_that_the_verdict_states_is_counted_apart() -> None:
 def test_block() -> None:
     assert block_right(truth("friction"), verdict("backlash", block="drive"))
     assert not block_right(truth("friction"), verdict("backlash", block="input"))
-    assert set(BLOCKS.values()) == {"input", "linear", "drive", "disturbance", "sensor"}
+    assert set(LABEL_BLOCKS.values()) == {"input", "linear", "drive", "disturbance", "sensor"}
 
 
 def test_confusion_matrix_by_hand() -> None:

@@ -13,7 +13,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.free_functions import Motion, motions
 from bayes_hw.gap.criticism.heteroscedasticity import CHANGED_S, FREED_S, regimes_of, steadiness, unevenness
 from bayes_hw.gap.noise.state_noise import walking_noise
-from bayes_hw.gap.simulate.signals import injected_responses
 
 SAMPLES = 1500
 SIGMA, STEP = 0.05, 0.05
@@ -100,7 +99,7 @@ def steady_or_not(added: FloatArray, seed: int = 3) -> float:
     chain = found.chain(found.builder.axis.nominal)
     clean = with_residuals([np.zeros(SAMPLES)] * 2, found)
     moved = motions(clean, inputs)
-    shown = [m.shown(injected_responses(chain, "command", added[:, None]))[:, 0] for m in moved]
+    shown = [m.shown(chain.small_responses("command", added[:, None]))[:, 0] for m in moved]
     size = 2 * AXIS_SIGMA / np.std(np.concatenate(shown))
     residuals = [size * own + AXIS_SIGMA * rng.normal(size=SAMPLES) for own in shown]
     return steadiness(with_residuals(residuals, found), moved).surprise

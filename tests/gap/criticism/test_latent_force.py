@@ -13,7 +13,6 @@ from bayes_hw.gap.criticism.latent_force import free_residual, latent_force
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.noise.whitener import Plain
-from bayes_hw.gap.simulate.signals import injected_responses
 
 T = np.arange(SAMPLES) / RATE
 
@@ -25,7 +24,7 @@ def response(force: FloatArray) -> FloatArray:
     """What a torque at the motor adds to the output."""
     fit = with_residuals([np.zeros(SAMPLES)])
     chain = fit.hypothesis.chain(fit.values)
-    return injected_responses(chain, "motor_torque", np.ascontiguousarray(force[:, None]))[:, 0]
+    return chain.small_responses("motor_torque", np.ascontiguousarray(force[:, None]))[:, 0]
 
 
 def with_force(force: FloatArray, seed: int = 0) -> Fit:

@@ -40,7 +40,7 @@ def test_a_slightly_stiffer_spring_acts_by_its_torsion() -> None:
     plain, stiff = (simulated_with(CubicStiffness(), (value,), INPUTS)[0] for value in (0.0, cubic))
     chain, fit = chain_of(), with_residuals([np.zeros(SAMPLES)] * 2)
     limited = motions(fit, INPUTS)[0].limited
-    torque = chain.stiffness[1] * cubic * torsions(chain, limited[:, None]) ** 3
+    torque = chain.stiffness[1] * cubic * chain.torsions(limited[:, None]) ** 3
     response = small_responses(chain, "gear_torque", torque)[:, 0]
     np.testing.assert_allclose(response @ (stiff - plain), response @ response, rtol=0.05)
 
@@ -51,7 +51,7 @@ def test_stiffness_at_every_amplitude_adds_to_that_at_all() -> None:
     moved, chain = motions(fit, INPUTS), chain_of()
     shapes = shapes_of_springs(moved, chain, fit.hypothesis.scale)
     for m, own in zip(moved, shapes, strict=True):
-        torsion = torsions(chain, m.limited[:, None])[:, 0]
+        torsion = chain.torsions(m.limited[:, None])[:, 0]
         assert own.shape == (SAMPLES, 2 * AMPLITUDES)
         np.testing.assert_allclose(own[:, :AMPLITUDES].sum(axis=1), torsion)
         np.testing.assert_allclose(own[:, AMPLITUDES:].sum(axis=1), np.gradient(torsion) * RATE)

@@ -111,7 +111,7 @@ def test_posteriors_under_a_display_cover(kind: str) -> None:
     inside = 0
     for seed in range(6):
         begun, truth = explained(kind, 10 + seed)
-        drawn = posterior_draws(at_exact_maximum(begun), np.random.default_rng(seed), 60.0)
+        drawn = posterior_draws(at_exact_maximum(begun), np.random.default_rng(seed))
         low, high = np.quantile(drawn.coordinates, [0.03, 0.97], axis=0)
         inside += int(np.sum((low <= truth) & (truth <= high)))
         assert drawn.sigma is not None and abs(np.mean(drawn.sigma) / SIGMA - 1) < 0.3

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joint_axis import form, measured, response_with, scale, some_effect, torque
@@ -13,6 +15,7 @@ from bayes_hw.gap.joint.free_function import EffectView, Seen
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
 from bayes_hw.gap.joint.readings import Readings
+from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 1200
@@ -25,6 +28,17 @@ def seen(effects: tuple[Effect, ...]) -> Seen:
     plain, values = response_with(effects, SAMPLES)
     response = JointResponse(plain.structure, effects, records, plain.scale)
     point = evaluate(response, response.coordinates(JointValues(values.cascade, effects)))
+    return Seen(JointFit(response, point), NOTHING)
+
+
+def with_unmeasured(found: Seen, every: int) -> Seen:
+    """The same fit, on records of which only every so many-th half second was measured."""
+    records = []
+    for record in found.records:
+        second = np.arange(len(record)) // 10
+        records.append(replace(record, measured=second % every == 0))
+    response = replace(found.fit.response, records=records)
+    point = evaluate(response, found.fit.point.coordinates, found.fit.point.whitener)
     return Seen(JointFit(response, point), NOTHING)
 
 
@@ -70,3 +84,34 @@ def test_an_effect_that_is_not_there_lies_at_zero() -> None:
     effect = Effect(law, np.array([1e-9, 1e-9, 8.0]))
     view = effect_view(seen((effect,)), law.label)
     assert np.mean(np.abs(view.y) < 1.3 * view.half) > 0.8
+
+
+def test_what_was_not_measured_does_not_speak_for_the_law() -> None:
+    """A fit whose law is twice too large: the points tell so from a quarter of the samples as from all, with
+    intervals twice as wide."""
+    law = form("encoder_eccentricity")
+    true, fitted = (Effect(law, np.array([size, 0.0, 8.0])) for size in (0.01, 0.02))
+    records = measured((true,), SAMPLES, (1, 2))
+    plain, values = response_with((fitted,), SAMPLES)
+    response = JointResponse(plain.structure, (fitted,), records, plain.scale)
+    white = Whitener.of_partial(np.zeros(0))
+    point = evaluate(response, response.coordinates(JointValues(values.cascade, (fitted,))), white)
+    every = Seen(JointFit(response, point), NOTHING)
+    halves = []
+    for found in (every, with_unmeasured(every, 4)):
+        view = effect_view(found, law.label)
+        at_points = np.interp(view.x, view.line_x, view.line_y)
+        assert float(at_points @ view.y / (at_points @ at_points)) == pytest.approx(0.5, abs=0.1)
+        halves.append(float(np.median(view.half)))
+    assert 1.5 < halves[1] / halves[0] < 3
+
+
+@pytest.mark.parametrize("label", ["wind", "timing_jitter", "outliers", "encoder_quantization", "unnamed"])
+def test_views_of_errors_are_of_what_was_measured(label: str) -> None:
+    """With readings of nonsense where nothing was measured they are whole and the same."""
+    found = with_unmeasured(seen(()), 2)
+    view = effect_view(found, label)
+    assert whole(view) or label == "outliers"
+    for record in found.records:
+        assert np.isfinite(record.y).all()
+    assert np.isfinite(view.y).all() and np.isfinite(view.half).all()

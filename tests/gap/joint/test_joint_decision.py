@@ -91,7 +91,7 @@ def test_what_the_readings_show_comes_first() -> None:
 
 
 def test_a_rhythm_of_samples_has_no_name() -> None:
-    quiet = Remainder(0, 1.0, 0.2, QUIET, 5.0, 90.0)
+    quiet = Remainder(0, 1.0, 0.2, QUIET, 90.0)
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found

@@ -61,6 +61,11 @@ STRUCK = frozenset(
         "wind",
         "sensor_drift",
         "timing_jitter",
+        "transport_delay",
+        "encoder_eccentricity",
+        "gain_asymmetry",
+        "gain_drift",
+        "saturation_drift",
     ]
 )
 """Left out for speed."""

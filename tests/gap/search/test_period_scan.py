@@ -22,7 +22,6 @@ from bayes_hw.gap.noise.whitener import Plain, Whitener
 from bayes_hw.gap.search.period_scan import CHUNK, PeriodScan, scan_periods
 from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.signals import injected_responses
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
 
 INPUTS = [command(500, seed) for seed in (21, 22)]
@@ -63,7 +62,7 @@ def waves(
             delayed = np.concatenate([np.zeros(chain.delay_samples), u])[: len(u)]
             lower, upper = base.values[:2]
             added *= np.select([delayed < lower, delayed > upper], [lower, upper], 0.0)[:, None]
-        shift = injected_responses(chain, effect.door, added)
+        shift = chain.small_responses(effect.door, added)
         shift[np.abs(w) <= dead_zone] = 0.0
         answers.append(shift)
     return answers
@@ -118,7 +117,7 @@ def test_waves_through_a_simulator_are_those_of_its_doors(effect: PeriodicEffect
         for w in found.motion(base.values)[0]:
             start = 2 * np.pi * frequency * w[0]
             added = wave(effect, frequency, w) - [np.sin(start), np.cos(start)]
-            responses.append(injected_responses(chain, effect.door, added))
+            responses.append(chain.small_responses(effect.door, added))
         columns = screen.project(responses)
         solution, *_ = np.linalg.lstsq(columns, screen.residual, rcond=None)
         explained = float(np.sum((columns @ solution) ** 2))

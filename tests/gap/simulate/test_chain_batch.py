@@ -16,7 +16,6 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.chain_batch import KnownPositions, simulate_chains, substeps_of
-from bayes_hw.gap.simulate.signals import injected_responses
 
 EVERY = catalogue()
 RIPPLES = [TorqueRipple(), LoadRipple(), MeshRipple()]
@@ -84,7 +83,7 @@ def test_ripple_at_known_positions_is_a_given_torque(effect: PeriodicEffect) -> 
         for w, position in zip(led, positions, strict=True):
             angle = 2 * np.pi * share * position / period
             torque = sine * np.sin(angle) + cosine * (np.cos(angle) - 1)
-            expected = injected_responses(found.chain(values), effect.door, torque[:, None])[:, 0]
+            expected = found.chain(values).small_responses(effect.door, torque[:, None])[:, 0]
             np.testing.assert_allclose(w, expected, atol=1e-4 * np.ptp(expected))
 
 

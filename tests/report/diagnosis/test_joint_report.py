@@ -38,6 +38,12 @@ def answering(diagnosis: JointDiagnosis, answer: tuple[str, ...], sure: float) -
     return replace(diagnosis, verdict=replace(diagnosis.verdict, answer=answer, probability=probability))
 
 
+@pytest.fixture(scope="module")
+def friction(diagnosis: JointDiagnosis) -> Report:
+    """The page of an answer of which it is sure."""
+    return page_of(answering(diagnosis, ("friction",), 0.995))
+
+
 def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis) -> None:
     assert diagnosis.verdict.answer == ()
     said = sentence(diagnosis)
@@ -48,9 +54,11 @@ def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis)
 
 
 @pytest.mark.parametrize("sure", [0.995, 0.6])
-def test_the_card_and_the_sentence_state_one_probability(diagnosis: JointDiagnosis, sure: float) -> None:
+def test_the_card_and_the_sentence_state_one_probability(
+    diagnosis: JointDiagnosis, friction: Report, sure: float
+) -> None:
     found = answering(diagnosis, ("friction",), sure)
-    page = page_of(found)
+    page = friction if sure == 0.995 else page_of(found)
     assert f"friction ({100 * sure:.3g} % sure)" in sentence(found)
     assert page.badges[0].detail.replace("\u00a0", " ").startswith(f"{100 * sure:.1f} % sure")
     assert page.badges[0].state == ("good" if sure > 0.9 else "warn")
@@ -65,9 +73,8 @@ def test_numbers_beside_an_unknown_cause_are_marked_and_folded(diagnosis: JointD
 
 
 @pytest.mark.parametrize("dark", [False, True])
-def test_page_in_a_browser(diagnosis: JointDiagnosis, browser: Browser, tmp_path: Path, dark: bool) -> None:
-    page = page_of(answering(diagnosis, ("friction",), 0.995))
-    written = render(page, tmp_path)
+def test_page_in_a_browser(friction: Report, browser: Browser, tmp_path: Path, dark: bool) -> None:
+    written = render(friction, tmp_path)
     browser.open(written.html, dark=dark)
     assert browser.evaluate("document.querySelectorAll('details:not([open])').length") >= 3
     check_page(browser)
