@@ -29,7 +29,7 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     paths = _records(parsed)
     if not paths:
         return
-    from bayes_hw.commands.inputs import in_units, read_once, reading_options, refuse_faults
+    from bayes_hw.commands.inputs import in_units, is_compared, read_once, reading_options, refuse_faults
     from bayes_hw.record import Units
 
     options = reading_options(parsed, needs_output=parsed.command not in ALONE)
@@ -40,17 +40,22 @@ def refuse_early(parsed: argparse.Namespace) -> None:
         units = Units.from_dict(stated) if isinstance(stated, dict) else None
     for path in paths:
         for record in read_once(parsed, path, options):
-            refuse_faults(record if units is None else in_units(record, units), parsed.accept)
+            held = record if units is None else in_units(record, units)
+            refuse_faults(held, parsed.accept, alone=not is_compared(parsed))
 
 
 def _records(parsed: argparse.Namespace) -> list[str]:
+    from bayes_hw.commands.inputs import case_folder
+
     if parsed.command == "convert":
         return []
     named = [getattr(parsed, "record", None), *getattr(parsed, "records", []), *getattr(parsed, "train", [])]
     named += getattr(parsed, "holdout", [])
     paths = [path for path in named if isinstance(path, str)]
-    case = getattr(parsed, "case", None)
-    return paths + (_records_of_case(Path(case)) if isinstance(case, str) else [])
+    folder = case_folder(parsed)
+    if folder is not None:
+        return paths + _records_of_case(Path(folder))
+    return paths + [path for path in getattr(parsed, "case", None) or [] if isinstance(path, str)]
 
 
 def _records_of_case(folder: Path) -> list[str]:
