@@ -88,6 +88,7 @@ def arguments(options: ReadingOptions) -> tuple[str, ...]:
         "--output": columns.output if columns.output != "y" else None,
         "--input-position": options.input_position,
         "--output-time": options.output_time,
+        "--clock-offset": options.clock_offset,
         "--time-unit": options.time_unit,
         "--sample-rate": options.sample_rate_hz,
         "--resample": options.resample_hz,

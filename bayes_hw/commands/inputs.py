@@ -36,6 +36,7 @@ def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) ->
         input_position=parsed.input_position,
         output_time=parsed.output_time,
         join=tuple(map(Path, parsed.join)),
+        clock_offset=parsed.clock_offset,
         gaps=parsed.gaps,
         unwrap=parsed.unwrap,
         known=tuple(parsed.known),
