@@ -35,7 +35,8 @@ class ReadingOptions:
     clocks of their own; `clock_offset` names a signal that they log as well, from which the offset of their
     clocks is estimated and taken out. `gaps` says what becomes of missing samples, `unwrap` the turn at
     which the angle wraps, `known` further columns; `part_s` the stretch to read, in s after the first sample;
-    `reverse` turns the output's sign; with `ignore_units` what the file states as units is wrong and `units` say it.
+    `reverse` turns the output's sign; with `ignore_units` what the file states as units is wrong and `units`
+    say it.
 
     Without `needs_output`, a file that lacks the output's column is a command alone.
 
