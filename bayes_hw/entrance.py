@@ -17,7 +17,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.posing import Origin, Posed, Start, posed
 from bayes_hw.quantities import speed_of, spelt
 from bayes_hw.record import Record, Units
-from bayes_hw.record_checks import CLEAR, Following, following
+from bayes_hw.record_checks import CLEAR, Finding, Following, following
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference of the sample rates of a model and a record."""
@@ -118,16 +118,16 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
     """
     if not record.has_output or _is_speed(record):
         return []
-    expected = speed_of(record.units.output, record.units.input)
-    found = best_following(record)
-    if expected is not None and found is not None and "scale" not in accepted:
-        _check_scale(record, found, expected)
+    scale = None if "scale" in accepted else scale_finding(record)
+    if scale is not None:
+        raise InputError(f"{_place(record)}: {scale}")
     warnings = []
     for finding in () if looked_at else record.findings():
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(f"{_place(record)}: {finding}")
         warnings.append(f"{_place(record)}: {finding}")
-    if found is not None and found.correlation < SIGN_CORRELATION and not warnings and not looked_at:
+    found = None if looked_at or warnings else best_following(record)
+    if found is not None and found.correlation < SIGN_CORRELATION:
         warnings.append(
             f"{_place(record)}: moves against its command (correlation of the speeds "
             f"{found.correlation:.2f}): is the sign of one of them inverted?"
@@ -147,25 +147,33 @@ def best_following(record: Record) -> Following | None:
     return max(stated, key=lambda one: abs(one.correlation), default=None)
 
 
-def _check_scale(record: Record, found: Following, expected: float) -> None:
-    if abs(found.correlation) < CLEAR:
-        return
+def scale_finding(record: Record) -> Finding | None:
+    """A speed that tells of another unit or of another sample rate than stated; None where nothing does."""
+    if not record.has_output or _is_speed(record):
+        return None
+    expected = speed_of(record.units.output, record.units.input)
+    found = best_following(record)
+    if expected is None or found is None or abs(found.correlation) < CLEAR:
+        return None
     ratio, rate = abs(found.slope) / expected, record.sample_rate_hz
-    fast = f"{_place(record)}: the output moves {ratio:.2g} times as fast as the command says"
+    fast = f"the output moves {ratio:.2g} times as fast as the command says"
     gear = (
         "where the command is that of a motor before its gear, say so with --input-unit 'deg/s at the motor'"
     )
     if any(low <= ratio <= high for low, high in RADIANS):
-        raise InputError(
-            f"{fast}: one of the two is in radians and the other in degrees; give --output-unit or "
-            f"--input-unit, or, {gear}"
+        return Finding(
+            "scale",
+            f"{fast}: one of the two is in radians and the other in degrees",
+            f"give --output-unit or --input-unit, or, {gear}",
         )
     for (low, high), right in ((TOO_FAST, rate / 10), (TOO_SLOW, 10 * rate)):
         if low <= ratio <= high:
-            raise InputError(
-                f"{fast}: its rate is rather {right:g} Hz than {rate:g} Hz; correct the time stamps or give "
-                f"--sample-rate {right:g}, or, {gear}"
+            return Finding(
+                "scale",
+                f"{fast}: its rate is rather {right:g} Hz than {rate:g} Hz",
+                f"correct the time stamps or give --time none --sample-rate {right:g}, or, {gear}",
             )
+    return None
 
 
 def check_response(record: Record, model: SimulatedAxis) -> bool:

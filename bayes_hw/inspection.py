@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,9 +15,10 @@ from bayes_hw.errors import InputError
 from bayes_hw.formats.header import is_time_name, split_name, unit_of
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
+from bayes_hw.inspection_mends import after_findings, arguments, findings_of, mended, units_to_ask_for
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record import Record
-from bayes_hw.record_checks import POSITION_SLOPES, following, wrapped_angle
+from bayes_hw.record_checks import POSITION_SLOPES, Finding, following, wrapped_angle
 from bayes_hw.resample import MOST_SAMPLES
 
 MOST_COLUMNS = 24
@@ -91,10 +92,14 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     if clock_name is not None and clock is not None:
         lines.append(f"  {clock_name!r}: the clock ({why}); {clock.said or 'numbers in s'}")
     lines += [_line(each) for each in facts]
+    for joined in options.join:
+        more, said = _joined(joined, clock, options)
+        facts += more
+        lines += said
     rate = _rate(clock, options)
     questions: list[str] = []
     if rate is None:
-        questions.append("which column is the clock? give --time NAME, or --time none --sample-rate HZ")
+        questions.append(_no_clock(table, options))
         return Inspection(tuple(lines), None, (), tuple(questions), ())
     options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = _roles(facts, rate, options, given or ReadingOptions())
@@ -102,6 +107,25 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     if questions:
         return Inspection(tuple(lines), None, (), tuple(questions), ())
     return _tried(path, options, lines)
+
+
+def _joined(path: Path, base: Stamps | None, options: ReadingOptions) -> tuple[list[ColumnFacts], list[str]]:
+    """The columns of a file to be joined, at the stamps of the record's own clock."""
+    table = _whole(path)
+    clock, clock_name, why = _clock(table, options)
+    facts = [_facts(name, table, table.values[name]) for name in table.values if name != clock_name]
+    lines = [f"{path}: {len(table.names)} {table.kind}s, {_rows(table)} rows", *table.said]
+    if clock is None or base is None:
+        return [], [*lines, *map(_line, facts)]
+    lines += [f"  {clock_name!r}: the clock ({why}); {clock.said or 'numbers in s'}", *map(_line, facts)]
+    origin = clock.origin_ns if clock.origin_ns is not None else 0
+    when = clock.seconds + (0.0 if base.origin_ns is None else (origin - base.origin_ns) / 1e9)
+    at = [
+        replace(each, values=np.interp(base.seconds, when, _filled(each.values)))
+        for each in facts
+        if len(each.values) == len(when) and np.isfinite(each.values).any()
+    ]
+    return at, lines
 
 
 def _whole(path: Path) -> Table:
@@ -148,6 +172,16 @@ def _clock(table: Table, options: ReadingOptions) -> tuple[Stamps | None, str | 
         if stamps is not None and _increases(stamps.seconds) and _is_even(stamps.seconds):
             return stamps, name, "it increases evenly"
     return None, None, ""
+
+
+def _no_clock(table: Table, options: ReadingOptions) -> str:
+    """What is asked where no column is a clock."""
+    if _rows(table) < 4:
+        return f"holds {_rows(table)} rows of data; give a log with samples"
+    asked = options.columns.time
+    named = [name for name in table.values if name == asked or is_time_name(name)]
+    why = f" {named[0]!r} holds no stamps that increase;" if named else ""
+    return f"which column is the clock?{why} give --time NAME, or --time none --sample-rate HZ"
 
 
 def _stamps(table: Table, name: str) -> Stamps | None:
@@ -243,17 +277,9 @@ def _roles(
         reverse=True,
     )
     if not scored or scored[0][0] < FOLLOWS:
-        return (
-            options,
-            [],
-            [
-                "which columns are command and output? no output follows a command clearly: give --input "
-                "NAME and "
-                f"--output NAME, of {', '.join(map(repr, names)) or 'columns that move'}"
-            ],
-        )
-    score, is_position, u, y = scored[0]
-    rival = next((other for other in scored[1:] if other[0] > score - AMBIGUOUS), None)
+        return options, [], [_no_pair(facts, list(names))]
+    _, is_position, u, y = best = scored[0]
+    rival = next((other for other in scored[1:] if other[0] > best[0] - AMBIGUOUS), None)
     if rival is not None and rival[2:] != (u, y):
         option, one, two = ("--input", u, rival[2]) if rival[2] != u else ("--output", y, rival[3])
         if option == "--input" and is_position != rival[1]:
@@ -263,13 +289,50 @@ def _roles(
             )
             return options, [], [f"is the command velocity or position? give {one} or {two}"]
         return options, [], [f"which column? both follow alike: give {option} {one!r} or {option} {two!r}"]
-    how = "position" if is_position else "velocity"
-    word = f"command: {u!r} ({how}), output: {y!r}; agreement {min(score, 1.0):.2f} of 1 by names and numbers"
+    word = _chosen_words(names[u], names[y], rate, is_position)
     columns = replace(
         options.columns, input="u" if is_position else split_name(u)[0], output=split_name(y)[0]
     )
     chosen = replace(options, columns=columns, input_position=split_name(u)[0] if is_position else None)
     return chosen, [word], []
+
+
+def _no_pair(facts: Sequence[ColumnFacts], moving: Sequence[str]) -> str:
+    """What is asked where no two columns are command and output."""
+    still = [each for each in facts if each.name not in moving]
+    words = [f"{each.name!r} {_why_still(each)}" for each in still[:4]]
+    if len(moving) == 1:
+        words.append(f"{moving[0]!r} alone moves")
+        remedy = "where the other signal is in another file, give --join FILE and --input NAME, --output NAME"
+    elif moving:
+        words.append("no output follows a command clearly")
+        remedy = f"give --input NAME and --output NAME, of {', '.join(map(repr, moving))}"
+    else:
+        remedy = "give a log of an axis that moves"
+    return f"which columns are command and output? {'; '.join(words)}: {remedy}"
+
+
+def _why_still(facts: ColumnFacts) -> str:
+    shown = facts.values[np.isfinite(facts.values)]
+    if len(shown) == 0:
+        return "is text or empty"
+    if np.ptp(shown) == 0:
+        return f"is {shown[0]:.6g} throughout"
+    return f"has {len(shown)} numbers, too few"
+
+
+def _chosen_words(u: ColumnFacts, y: ColumnFacts, rate: float, is_position: bool) -> str:
+    """The pair taken, and how far its numbers speak for it."""
+    length = min(len(u.values), len(y.values))
+    command, angle = _filled(u.values[:length]), _filled(y.values[:length])
+    if is_position:
+        command, angle = np.diff(command) * rate, angle[:-1]
+    found = following(command, angle, rate)
+    how = "a position" if is_position else "a velocity"
+    size = 0.0 if found is None else found.correlation
+    said = f"command: {u.name!r}, {how}; output: {y.name!r}; its speed follows with correlation {size:.2f}"
+    by_name = "" if abs(size) > FOLLOWS else ", so by their names alone"
+    return said + by_name
 
 
 def _moves(facts: ColumnFacts) -> bool:
@@ -310,21 +373,27 @@ def _filled(values: FloatArray) -> FloatArray:
 
 
 def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
-    """The record read with these options, and with those that its refusals name."""
+    """The record read with these options, and with those that its refusals and findings name."""
     tried: list[str] = []
-    for _ in range(4):
+    for _ in range(5):
         try:
             records = Record.read_all(path, options)
+            found = [(record, finding) for record in records for finding in findings_of(record)]
         except InputError as error:
             message = str(error)
-            better = _mended(message, options)
+            better = mended(message, options)
             if better is None or message in tried:
-                return Inspection((*lines, message.removeprefix(f"{path}: ")), None, (), (message,), ())
+                return Inspection(tuple(lines), None, (), (message,), ())
             tried.append(message)
             lines.append(message.removeprefix(f"{path}: "))
             options = better
             continue
-        break
+        better, sentence = after_findings(found, options)
+        if better is None or sentence in tried:
+            break
+        tried.append(sentence)
+        lines.append(sentence)
+        options = better
     else:
         return Inspection(tuple(lines), None, (), (tried[-1],), ())
     for record in records:
@@ -333,53 +402,14 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
             f"{record.duration_s:.4g} s, "
             f"command in {record.units.input}, output in {record.units.output}"
         )
-        lines += [f"  {said}" for said in record.treatment]
-        lines += [f"  {'wrong' if f.severity == 'fatal' else 'look at'}: {f}" for f in record.findings()]
-    return Inspection(tuple(lines), options, arguments(options), (), tuple(records))
+        lines += [f"  {said}" for said in record.treatment if said not in lines]
+        lines += [f"  look at: {f}" for r, f in found if r is record and f.severity == "warning"]
+        lines += [f"  look at: {said}" for said in units_to_ask_for(record)]
+    fatal = next((_named(r, f, records) for r, f in found if f.severity == "fatal"), None)
+    questions = () if fatal is None else (fatal,)
+    return Inspection(tuple(lines), options, arguments(options), questions, tuple(records))
 
 
-def _mended(message: str, options: ReadingOptions) -> ReadingOptions | None:
-    """The options with the one that a refusal names."""
-    if "--unwrap " in message and options.unwrap is None:
-        turn = message.split("--unwrap ")[1].split()[0].rstrip(";,.")
-        return replace(options, unwrap=float(turn))
-    if "--gaps bridge" in message and options.gaps == "refuse":
-        return replace(options, gaps="bridge")
-    if "--gaps split" in message and options.gaps != "split":
-        return replace(options, gaps="split")
-    if "--time-unit " in message and options.time_unit is None:
-        unit = message.split("--time-unit ")[1].split()[0].rstrip(";,.")
-        return replace(options, time_unit=unit)
-    return None
-
-
-def arguments(options: ReadingOptions) -> tuple[str, ...]:
-    """The options of the command line that say the same, as far as they differ from what is taken anyway."""
-    plain = ReadingOptions()
-    columns = options.columns
-    found: list[str] = []
-    named: Mapping[str, object] = {
-        "--time": columns.time if columns.time != "t" else None,
-        "--input": columns.input if columns.input != "u" else None,
-        "--output": columns.output if columns.output != "y" else None,
-        "--input-position": options.input_position,
-        "--output-time": options.output_time,
-        "--time-unit": options.time_unit,
-        "--sample-rate": options.sample_rate_hz,
-        "--resample": options.resample_hz,
-        "--gaps": options.gaps if options.gaps != plain.gaps else None,
-        "--unwrap": options.unwrap,
-        "--input-unit": options.units.get("input"),
-        "--output-unit": options.units.get("output"),
-    }
-    for option, value in named.items():
-        if value is not None:
-            found += [option, f"{value:.15g}" if isinstance(value, float) else str(value)]
-    for name in options.known:
-        found += ["--known", name]
-    for path in options.join:
-        found += ["--join", str(path)]
-    if options.part_s is not None:
-        found += ["--part", *(f"{limit:g}" for limit in options.part_s)]
-    flags = {"--reverse": options.reverse, "--ignore-units": options.ignore_units}
-    return (*found, *(flag for flag, given in flags.items() if given))
+def _named(record: Record, finding: Finding, records: Sequence[Record]) -> str:
+    """The finding, with the name of the part that shows it where there are several."""
+    return str(finding) if len(records) == 1 else f"{record.name}: {finding}"

@@ -11,6 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.clock import StampError, Stamps, read_stamps
+from bayes_hw.clock_offset import clock_offset
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.reading_options import ReadingOptions
@@ -85,6 +86,11 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         t = stamps.seconds
     signals: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
+    offsets: dict[Path, float] = {}
+    if options.clock_offset is not None and stamps is not None:
+        for other_path, other in tables[1:]:
+            offsets[other_path], sentence = _offset(tables[0], (other_path, other), stamps, options)
+            said.append(sentence)
     _check_lengths(path, table, [name for name in wanted.values() if name in table.values], t)
     for role, name in [*((r, n) for r, n in wanted.items() if r != "time"), *((n, n) for n in options.known)]:
         source = sources[name]
@@ -94,7 +100,8 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         values = _float(other_path, other, name)
         own = _own_clock(other_path, other, name, role, options, is_first=other is table)
         if own is not None and stamps is not None:
-            values, sentence = _at(t, stamps, own, values, other_path, name)
+            behind = 0.0 if other is table else offsets.get(other_path, 0.0)
+            values, sentence = _at(t, stamps, own, values, other_path, name, behind)
             if sentence:
                 said.append(sentence)
         if len(values) != len(t):
@@ -189,17 +196,51 @@ def _own_clock(
     return _read(path, table, table.values[time], time, options.time_unit or table.units.get(time))
 
 
-def _at(
-    t: FloatArray, base: Stamps, own: Stamps, values: FloatArray, path: Path, name: str
-) -> tuple[FloatArray, str]:
-    """`values` with a clock of their own, interpolated linearly at `t`; NaN beyond it and in its gaps."""
+def _offset(
+    first: tuple[Path, Table], second: tuple[Path, Table], stamps: Stamps, options: ReadingOptions
+) -> tuple[float, str]:
+    """How far the clock of a joined file is ahead, in s, from the signal that both files log; in words."""
+    name, time = options.clock_offset or "", options.columns.time or ""
+    for path, table in (first, second):
+        if name not in table.values:
+            raise InputError(
+                f"{path}: no {table.kind} {name!r}, which --clock-offset compares: name one that both files "
+                "log"
+            )
+    (path, table), (other_path, other) = first, second
+    own = _read(other_path, other, other.values[time], time, options.time_unit or other.units.get(time))
+    a, b = _float(path, table, name), _float(other_path, other, name)
+    if len(a) != len(stamps.seconds) or len(b) != len(own.seconds):
+        raise InputError(f"{other_path}: {name!r} has not as many samples as there are time stamps")
+    try:
+        found = clock_offset(stamps.seconds, a, _seconds_of(stamps, own, other_path, name), b)
+    except InputError as error:
+        raise InputError(f"{other_path}: --clock-offset {name!r}: {error}") from None
+    low, high = found.interval
+    return found.seconds, (
+        f"clock of {other_path.name} ahead by {1000 * found.seconds:.4g} ms [{1000 * low:.4g}, "
+        f"{1000 * high:.4g}] (94 %), from {name!r} in both files; taken out"
+    )
+
+
+def _seconds_of(base: Stamps, own: Stamps, path: Path, name: str) -> FloatArray:
+    """The stamps of another clock in s on the record's."""
     if (base.origin_ns is None) != (own.origin_ns is None):
         raise InputError(
             f"{path}: the clock of {name!r} and that of the record do not count from the same time: one is "
             "absolute, the other not; give both in Unix time or both in s"
         )
-    shift = 0.0 if base.origin_ns is None or own.origin_ns is None else (own.origin_ns - base.origin_ns) / 1e9
-    when = own.seconds + shift
+    if base.origin_ns is None or own.origin_ns is None:
+        return own.seconds
+    return own.seconds + (own.origin_ns - base.origin_ns) / 1e9
+
+
+def _at(
+    t: FloatArray, base: Stamps, own: Stamps, values: FloatArray, path: Path, name: str, ahead: float = 0.0
+) -> tuple[FloatArray, str]:
+    """`values` with a clock of their own, `ahead` by so many s, interpolated linearly at `t`; NaN beyond it
+    and in its gaps."""
+    when = _seconds_of(base, own, path, name) - ahead
     keep = np.isfinite(when[: len(values)]) & np.isfinite(values[: len(when)])
     when, values = when[: len(keep)][keep], values[: len(keep)][keep]
     if len(when) == len(t) and np.array_equal(when, t):

@@ -71,7 +71,7 @@ def posed(
         elif start == "rest" and away:
             how = _how_it_begins(record, begin)
             notes.append(f"{record.name}: {how} and is taken to begin at zero, as asked")
-        if origin == "start" and not begin.is_zero:
+        if origin == "start" and (not begin.is_zero or record.level_sd > 0):
             record = counted_from(record, begin)
             notes.append(f"{record.name}: {record.treatment[-1]}")
         done.append(record)
@@ -96,6 +96,7 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
         record,
         y=record.y - level,
         origin=record.origin + level,
+        level_sd=begin.level_sd,
         treatment=(*record.treatment, sentence),
     )
 

@@ -13,7 +13,17 @@ UNITS = {"input-unit": "input", "output-unit": "output"}
 ARGUMENTS = {"sample-rate": "sample_rate_hz", "resample": "resample_hz"}
 READING = {
     name: name.replace("-", "_")
-    for name in ("time-unit", "input-position", "output-time", "join", "gaps", "unwrap", "known", "reverse")
+    for name in (
+        "time-unit",
+        "input-position",
+        "output-time",
+        "clock-offset",
+        "join",
+        "gaps",
+        "unwrap",
+        "known",
+        "reverse",
+    )
 } | {"part": "part_s"}
 """Options that are parts of `ReadingOptions`."""
 

@@ -32,9 +32,11 @@ class ReadingOptions:
     `units` by role ("input", "output"): what to convert to where the file states a unit, else what it is in;
     `time_unit` stands for the unit of the stamps. `input_position` names a column whose forward difference is
     the command. `output_time` is the clock of the output where that has one of its own. `join` are files with
-    clocks of their own. `gaps` says what becomes of missing samples, `unwrap` the turn at which the angle
-    wraps, `known` further columns; `part_s` the stretch to read, in s after the first sample; `reverse` turns
-    the output's sign; with `ignore_units` what the file states as units is wrong and `units` say it.
+    clocks of their own; `clock_offset` names a signal that they log as well, from which the offset of their
+    clocks is estimated and taken out. `gaps` says what becomes of missing samples, `unwrap` the turn at
+    which the angle wraps, `known` further columns; `part_s` the stretch to read, in s after the first sample;
+    `reverse` turns the output's sign; with `ignore_units` what the file states as units is wrong and `units`
+    say it.
 
     Without `needs_output`, a file that lacks the output's column is a command alone.
 
@@ -49,6 +51,7 @@ class ReadingOptions:
     input_position: str | None = None
     output_time: str | None = None
     join: tuple[Path, ...] = ()
+    clock_offset: str | None = None
     gaps: Literal["refuse", "split", "bridge"] = "refuse"
     unwrap: float | None = None
     known: tuple[str, ...] = ()

@@ -44,7 +44,8 @@ class Record:
     `t`, `u`, `y` have shape (samples,), in `units`. `treatment` lists in words what was done to
     the data since the file was read; `sha256` is the digest of the file. `t` keeps the stamps of
     the source, so it may start at any value and carry their rounding; the step to compute with is
-    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`; see `bayes_hw.posing`.
+    1 / `sample_rate_hz`. The angle that was measured is `y` + `origin`, which is known to `level_sd`, zero
+    where the angles count from a zero of their own; see `bayes_hw.posing`.
 
     `measured`, shape (samples,), is False where y was not measured; y then lies between its measured
     neighbours, whatever was given there, zero where there are none. It is None where every sample was
@@ -69,6 +70,7 @@ class Record:
     known_units: Mapping[str, str] = field(default_factory=dict)
     stated_units: frozenset[str] = frozenset()
     origin: float = 0.0
+    level_sd: float = 0.0
 
     def __post_init__(self) -> None:
         for column in ("t", "u"):
@@ -260,6 +262,7 @@ class Record:
             known=content.known,
             known_units=content.known_units,
             stated_units=frozenset(content.units),
+            level_sd=content.level_sd,
         )
 
     @classmethod
@@ -298,6 +301,7 @@ class Record:
             u=self.u * factors["input"],
             y=self.y * factors["output"],
             origin=self.origin * factors["output"],
+            level_sd=self.level_sd * abs(factors["output"]),
         )
 
     def findings(self) -> tuple[Finding, ...]:
@@ -332,6 +336,11 @@ class Record:
             measured=measured,
             known={name: np.interp(t, self.t, values) for name, values in self.known.items()},
         )
+
+    @property
+    def has_free_level(self) -> bool:
+        """Whether the angles count from a level that was estimated, by the record's own beginning."""
+        return self.has_output and self.level_sd > 0
 
     @property
     def duration_s(self) -> float:

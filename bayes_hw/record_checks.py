@@ -39,6 +39,9 @@ POSITION_SLOPES = (0.1, 3.0)
 """Output speed over the speed of a command that is a position; an output that is itself a speed shows
 others."""
 
+POSITION_FOLLOWS = 0.8
+"""Correlation of an output with a command before it that is a position."""
+
 LONGEST_LAG_S = 1.5
 
 CLEAR = 0.6
@@ -46,16 +49,31 @@ CLEAR = 0.6
 
 CERTAIN = 0.9
 
-RADIAN = "the angle or the command is in radians where the other is in degrees"
 SCALES: tuple[tuple[float, float, str], ...] = (
-    (25.0, 75.0, f"{RADIAN}, or the clock counts in minutes"),
-    (1 / 120, 1 / 40, f"{RADIAN}, or the command is in minutes of arc"),
+    (
+        25.0,
+        75.0,
+        "the command is in radians where the angle is in degrees (--input-unit 'rad/s'), or the clock counts "
+        "in minutes (--time-unit min)",
+    ),
+    (
+        1 / 120,
+        1 / 40,
+        "the angle is in radians where the command is in degrees (--output-unit 'rad'), or the command is in "
+        "minutes of arc (--input-unit 'arcmin/s')",
+    ),
     (
         600.0,
         5000.0,
-        "the angle is in thousandths or in seconds of arc, or the clock counts in thousands of s",
+        "the angle is in seconds of arc (--output-unit 'arcsec') or in thousandths (--output-unit 'mdeg'), "
+        "or the clock counts in thousands of s",
     ),
-    (1 / 6000, 1 / 700, "the command is in thousandths or in seconds of arc, or the clock counts in ms"),
+    (
+        1 / 6000,
+        1 / 700,
+        "the command is in seconds of arc (--input-unit 'arcsec/s') or in thousandths (--input-unit "
+        "'mdeg/s'), or the clock counts in ms (--time-unit ms)",
+    ),
 )
 """Bands of output speed over command, in one unit, that another unit explains, and which. Axes that lag, slip
 or saturate show 0.2 to 1.3."""
@@ -65,6 +83,11 @@ STUCK_SECONDS = 2.0
 STUCK_REPEATS = 0.05
 STUCK_COMMAND = 0.1
 CLIPPED_RUN = 5
+
+UNRELATED = 0.25
+"""Correlation at the best of all stretches and lags below which nothing is seen to follow."""
+
+FEWEST_TO_TELL = 1000
 
 HOUR_S = 3600.0
 
@@ -174,13 +197,14 @@ def swapped(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
 
 
 def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """A command whose speed the output's speed follows, not the command itself."""
+    """A command that the output itself follows, and whose speed the output's speed follows."""
     forward = following(u, y, rate_hz)
     of_speed = following(np.diff(u) * rate_hz, y[:-1], rate_hz)
     if forward is None or of_speed is None:
         return None
     near_one = POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
-    if near_one and of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3:
+    clearer = of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3
+    if near_one and clearer and _best_lagged(u, y, rate_hz) > POSITION_FOLLOWS:
         return Finding(
             "position",
             f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not "
@@ -189,6 +213,20 @@ def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | 
             "give --input-position NAME instead of --input NAME",
         )
     return None
+
+
+def _best_lagged(u: FloatArray, y: FloatArray, rate_hz: float) -> float:
+    """Largest correlation of the output, no speed, with the command up to `LONGEST_LAG_S` before."""
+    width = max(round(min(SPEED_SECONDS) * rate_hz / 4), 1)
+    slow_u, slow_y = u[::width], y[::width]
+    lags = min(int(LONGEST_LAG_S * rate_hz / width), len(slow_u) // 4) + 1
+    return max(_correlation(slow_u[: len(slow_u) - lag], slow_y[lag:]) for lag in range(lags))
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    a, b = a - a.mean(), b - b.mean()
+    size = float(a @ a) * float(b @ b)
+    return float(a @ b) / math.sqrt(size) if size > 0 else 0.0
 
 
 def inverted(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
@@ -219,8 +257,7 @@ def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -
             return Finding(
                 "scale",
                 f"the output moves {ratio:.3g} times as fast as the command says: {said}",
-                "say what it is with --output-unit, --input-unit or --time-unit, and --ignore-units where "
-                "the file states a wrong unit",
+                "give the option that is so, and --ignore-units with it where the file states a wrong unit",
             )
     return None
 
@@ -245,13 +282,15 @@ def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) 
     jump = abs(float(y[stop] - y[stop - 1])) if stop < len(y) else 0.0
     if not (moves and always_moving) and not jump > 3 * float(np.abs(elsewhere).max()) > 0:
         return None
-    travel = abs(float(u[first:stop].sum())) / rate_hz * expected
+    travel = float(np.abs(u[first:stop]).sum()) / rate_hz * expected
+    after = f", then jumps by {jump:.3g}" if stop < len(y) else ", the end of the record"
+    start_s, stop_s, end_s = first / rate_hz, stop / rate_hz, len(y) / rate_hz
+    part = (0.0, start_s) if start_s > end_s - stop_s else (stop_s, end_s)
     return Finding(
         "stuck",
-        f"the output stays at {y[first]:.6g} for {(stop - first) / rate_hz:.3g} s from "
-        f"{first / rate_hz:.4g} s on, then jumps by {jump:.3g}, while the command goes on (by {travel:.3g} "
-        "in sum): the encoder is stuck",
-        "take the parts without it with --part START STOP (s after the first sample)",
+        f"the output stays at {y[first]:.6g} for {stop_s - start_s:.3g} s from {start_s:.4g} s on{after}, "
+        f"while the command goes on (to and fro by {travel:.3g} in all): the encoder is stuck",
+        f"take a part without it, such as --part {part[0]:g} {part[1]:g} (s after the first sample)",
         first=first,
         stop=stop,
     )
@@ -271,14 +310,18 @@ def saturated_output(y: FloatArray) -> Finding | None:
             count = int((stops - starts)[runs].sum())
             return Finding(
                 "clipped",
-                f"{count} samples read exactly {limit:.6g}, the {word}, {int(runs.sum())} times in a row of "
-                f"{CLIPPED_RUN} or more: the converter or the sensor is at its end",
+                f"{count} samples read exactly {limit:.6g}, the {word} of all, in {_times(int(runs.sum()))} "
+                f"of {CLIPPED_RUN} samples or more: the converter or the sensor is at its end",
                 "leave those stretches out with --part START STOP (s), or record with a wider range",
                 "warning",
                 first=first,
                 stop=int(stops[inner][0]),
             )
     return None
+
+
+def _times(count: int) -> str:
+    return "one stretch" if count == 1 else f"{count} stretches"
 
 
 def _is_cut(y: FloatArray, starts: IntArray, stops: IntArray, limit: float) -> bool:
@@ -299,6 +342,22 @@ def _longest_run(y: FloatArray) -> tuple[int, int]:
     lengths = np.diff(edges)
     at = int(lengths.argmax())
     return int(edges[at]), int(edges[at + 1])
+
+
+def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
+    """An output that moves, and whose speed has nothing of the command at any stretch and lag."""
+    forward = following(u, y, rate_hz)
+    if forward is None or len(u) < FEWEST_TO_TELL or abs(forward.correlation) > UNRELATED:
+        return None
+    if abs(_correlation(u, y)) > UNRELATED:
+        return None
+    return Finding(
+        "unrelated",
+        f"the output does not follow the command (correlation of speed and command "
+        f"{forward.correlation:.2f} at best)",
+        "are --input and --output the columns that they should be, and was the drive on?",
+        "warning",
+    )
 
 
 def clock_change(t: FloatArray) -> Finding | None:
@@ -342,5 +401,6 @@ def check_signals(
         stuck_output(u, y, rate_hz, expected or 1.0),
         inverted(u, y, rate_hz),
         saturated_output(y),
+        unrelated(u, y, rate_hz),
     )
     return tuple(finding for finding in found if finding is not None)

@@ -19,6 +19,7 @@ from bayes_hw.quantities import conversion, spelt, with_step
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
 from bayes_hw.record_parts import Part, cut_into_parts
+from bayes_hw.record_start import reading_noise
 from bayes_hw.resample import MOST_SAMPLES
 
 __all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
@@ -48,6 +49,7 @@ class FileContent(NamedTuple):
     treatment: tuple[str, ...]
     units: Mapping[str, str]
     known_units: Mapping[str, str]
+    level_sd: float = 0.0
 
 
 def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
@@ -78,12 +80,14 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
         clocks = [name for name in (columns.time, options.output_time) if name is not None]
         if options.output_time is not None:
             names.append(options.output_time)
-        tables.append((path, _present(path, names, clocks, options)))
+        same = [options.clock_offset] if options.clock_offset is not None and options.join else []
+        own = list(dict.fromkeys([*names, *same]))
+        tables.append((path, _present(path, own, clocks, options)))
     for other in options.join:
         absent = [name for name in names if name not in tables[0][1].values or name in clocks]
         with _os_errors(other):
             _digest(other)
-            tables.append((other, _present(other, absent, clocks, options)))
+            tables.append((other, _present(other, list(dict.fromkeys([*absent, *same])), clocks, options)))
     return _of_tables(path, tables, options, digest)
 
 
@@ -105,6 +109,8 @@ def _of_tables(
     _check_values(path, log, options)
     parts = cut_into_parts(path, log, options)
     contents = [_content(path, part, log, options, digest) for part in parts]
+    if options.unwrap is not None:
+        contents = [content._replace(level_sd=reading_noise(content.y)) for content in contents]
     return _those_that_move(path, contents, log, options)
 
 

@@ -31,6 +31,7 @@ RATE_TOLERANCE = 0.01
 SAME_RATE = 1e-3
 """Parts of one log whose rates differ by less have the rate of the longest."""
 
+SPLIT = "give --gaps split to begin a new record there"
 SPLIT_OR_BRIDGE = (
     "give --gaps bridge to keep single ones as unmeasured, or --gaps split to begin a new record there"
 )
@@ -185,12 +186,13 @@ def _refuse_missing(path: Path, log: LogColumns, grids: Sequence[Grid]) -> None:
     step = float(log.t[at] - log.t[at - 1])
     missing = sum(grid.missing for grid in grids)
     gaps = len(grids) - 1
-    counts = [f"{missing} single samples"] if missing else []
-    counts += [f"{gaps} longer gaps"] if gaps else []
+    counts = [f"{missing} {'single sample' if missing == 1 else 'single samples'}"] if missing else []
+    counts += [f"{gaps} longer {'gap' if gaps == 1 else 'gaps'}"] if gaps else []
+    remedy = SPLIT_OR_BRIDGE if missing else SPLIT
     raise InputError(
         f"{path}: {log.place_of(at)}: time step changes from {median:.4g} s to {step:.4g} s: samples are "
         "missing "
-        f"({', '.join(counts)} in all); {SPLIT_OR_BRIDGE}, or --resample RATE (in Hz)"
+        f"({', '.join(counts)} in all); {remedy}, or --resample RATE (in Hz)"
     )
 
 

@@ -20,6 +20,9 @@ MOST_BRIDGED = 3
 FIRST_STAMPS = 16
 STARTS = (0.0, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
 LAWSON_ROUNDS = 30
+MOST_NEAREST = 4096
+"""Stamps up to which the nearest line is followed: over more of them least squares is as near."""
+
 SCANNED_STAMPS = 256
 RHYTHM_RANGE, RHYTHM_POINTS = 0.15, 8
 """Of the median step: how far the period may be from it; points of the scan a cycle over all stamps."""
@@ -63,8 +66,9 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
 
     Where rounding explains all, or stamps lie within 1 % of even steps, the rows follow each other. Otherwise
     a line is followed along the stamps, over a quarter more of them at each step, and every stamp belongs
-    to the place nearest to it, from which it may be off by `LARGEST_JITTER`. Where no line from the first few
-    stamps holds, the rhythm of some hundred is sought.
+    to the place nearest to it, from which it may be off by `LARGEST_JITTER`. Where no least-squares line from
+    the first few stamps holds, that whose farthest stamp is nearest is followed, and last the rhythm of some
+    hundred is sought.
     """
     rows = len(t)
     if rows < 2:
@@ -73,7 +77,10 @@ def fit_grid(t: FloatArray, first: int = 0) -> Grid | None:
         return Grid(first, first + rows, np.arange(rows), float(t[0]), time_stamps.mean_rate(t), 0.0)
     in_a_row = _fitted(t, np.arange(rows, dtype=np.float64))
     found = [in_a_row] if in_a_row is not None else []
-    found = found or [line for begin in _beginnings(t) if (line := _follow(t, *begin)) is not None]
+    for nearest in (False, True):
+        found = found or [
+            line for begin in _beginnings(t) if (line := _follow(t, *begin, nearest=nearest)) is not None
+        ]
     if not found and (line := _follow(t, *_rhythm(t[:SCANNED_STAMPS]), SCANNED_STAMPS)) is not None:
         found = [line]
     if not found:
@@ -101,14 +108,19 @@ def _rhythm(t: FloatArray) -> tuple[float, float]:
 
 
 def _follow(
-    t: FloatArray, period: float, offset: float, known: int = FIRST_STAMPS
+    t: FloatArray, period: float, offset: float, known: int = FIRST_STAMPS, *, nearest: bool = False
 ) -> tuple[IntArray, float, float, float] | None:
-    """The grid that a line from a period and the time of a place grows into, over `known` stamps at first."""
+    """The grid that a line from a period and the time of a place grows into, over `known` stamps at first.
+
+    The line is that of least squares, or the nearest to the farthest stamp, which jitter with sharp bounds
+    tells sooner.
+    """
     known = min(known, len(t))
     while True:
         places = np.rint((t[:known] - offset) / period)
         if places[-1] > places[0]:
-            period, offset = _line(t[:known], places)
+            line = _nearest_line if nearest and known <= MOST_NEAREST else _line
+            period, offset = line(t[:known], places)
         if not period > 0:
             return None
         if known == len(t):

@@ -32,10 +32,12 @@ def measured(
     *,
     correlation: float = 0.5,
     initial_position: float = 0.0,
+    rest: int = 0,
 ) -> Record:
-    """A record of `model` with AR(1) noise of its own sigma."""
+    """A record of `model` with AR(1) noise of its own sigma, no command in its first `rest` samples."""
     rng = np.random.default_rng(seed)
     u = command(samples, rng)
+    u[:rest] = 0.0
     y = model.simulate(u, initial_position).y + coloured_noise(samples, model.noise_sigma, correlation, rng)
     t = np.arange(samples) / model.sample_rate_hz
     return Record(f"simulated_{seed}", t, u, y, model.sample_rate_hz, Units())

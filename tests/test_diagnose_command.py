@@ -97,10 +97,10 @@ def verdict(folder: Path, name: str, *arguments: str) -> dict[str, object]:
 def test_a_case_folder_or_its_files_give_one_verdict(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An axis without a gap: no structural gap is said, on stdout too; --quiet says no more than that."""
+    """An axis without a gap: it is said that nothing is missing, on stdout too; --quiet says no more."""
     content = verdict(folder, "case_out", ".")
     printed = capsys.readouterr()
-    assert printed.out.startswith("No structural gap")
+    assert printed.out.startswith("Nothing is missing")
     assert len(printed.err.splitlines()) > 3
     assert content["schema"] == "bayes-hw/verdict/1" and content["answer"] == []
     assert set(content["probability"]) == {"none", "other", "command_bias", "sensor_drift"}  # type: ignore[call-overload]
@@ -109,7 +109,7 @@ def test_a_case_folder_or_its_files_give_one_verdict(
     assert header[:5] == ["t", "before", "after", "lo", "hi"] and len(rows) == 400
     assert verdict(folder, "files_out", *MODEL, *TRAIN, *HOLDOUT, "--quiet") == content
     quiet = capsys.readouterr()
-    assert quiet.err == "" and quiet.out.startswith("No structural gap")
+    assert quiet.err == "" and quiet.out.startswith("Nothing is missing")
     assert printed.out.splitlines()[-1].startswith("next: bayes-hw diagnose . --")
 
 

@@ -79,3 +79,46 @@ def test_the_step_of_readings(step: float) -> None:
     readings = step * np.round(np.random.default_rng(2).normal(0, 50, 3000))
     assert quantisation_step(readings) == pytest.approx(step, rel=1e-4)
     assert quantisation_step(np.random.default_rng(3).normal(size=3000)) is None
+
+
+@pytest.mark.parametrize(("columns", "option"), [
+    ((T, Y, U), "--input y --output u"),
+    ((T, U, -Y), "--reverse"),
+    ((T, U, np.where(np.arange(1200) < 900, Y + 0.01, Y[900] + 0.01)), "--part 0 45"),
+    ((T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y), "--input-position u"),
+])  # fmt: skip
+def test_what_one_option_mends_is_mended_in_the_command(
+    tmp_path: Path, columns: tuple[np.ndarray, ...], option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not the command that would be refused."""
+    path = write(tmp_path / "log.csv", "t,u,y", *columns)
+    assert main(["inspect", str(path)]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert option in shlex.join(convert)
+    assert main([*convert[:-1], str(tmp_path / "out.csv"), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(("columns", "asked"), [
+    ((T, U, np.radians(Y)), "--output-unit 'rad'"),
+    ((T / 60, U, Y), "--time-unit min"),
+    ((10 * T, U, Y), "--sample-rate 20"),
+    ((T, U, 12 + 0 * Y), "'y' is 12 throughout"),
+    ((T[:1], U[:1], Y[:1]), "1 rows of data"),
+])  # fmt: skip
+def test_what_would_be_refused_is_asked_about(
+    tmp_path: Path, columns: tuple[np.ndarray, ...], asked: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "log.csv", "t,u,y", *columns)
+    assert main(["inspect", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert asked in line
+
+
+def test_a_file_with_a_clock_of_its_own_is_joined(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write(tmp_path / "log.csv", "t,demand", T, U)
+    other = write(tmp_path / "other.csv", "t,angle", T + 0.013, Y)
+    assert main(["inspect", str(log), "--join", str(other)]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert convert[-2:][0] == "--out"
+    assert "--output angle" in shlex.join(convert)
+    assert "--join" in convert

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 from simulated_records import measured
 
 from bayes_hw import record_checks
@@ -86,3 +87,22 @@ def test_units_that_say_how_fast_the_axis_moves_are_no_fault() -> None:
 
 def test_short_records_are_not_judged() -> None:
     assert kinds(U[:40], Y[:40]) == []
+
+
+def test_a_sweep_through_a_resonance_is_no_position_command() -> None:
+    """There the axis's speed lags by a quarter of a turn, as it would behind a position."""
+    rate = 100.0
+    t = np.arange(3000) / rate
+    u = 0.8 * signal.chirp(np.maximum(t - 2, 0), 0.05, 60, 6.0)
+    pole, zeta = 2 * np.pi * 2.3, 0.1
+    mode = signal.cont2discrete(([pole**2], [1, 2 * zeta * pole, pole**2]), 1 / rate)
+    drive = signal.lfilter([0.22], [1, -0.78], u)
+    speed = signal.lfilter(np.squeeze(mode[0]), mode[1], drive)
+    y = np.cumsum(speed) / rate + 8e-4 * np.random.default_rng(3).standard_normal(len(t))
+    assert kinds(u, y, rate) == []
+
+
+def test_an_output_without_the_command_is_said() -> None:
+    rng = np.random.default_rng(6)
+    assert kinds(U, rng.standard_normal(len(U))) == ["unrelated"]
+    assert kinds(U, np.cumsum(rng.standard_normal(len(U)))) == ["unrelated"]

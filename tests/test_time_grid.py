@@ -28,3 +28,14 @@ def test_every_stamp_finds_its_place(seed: int) -> None:
 def test_stamps_off_every_grid_have_none() -> None:
     t = np.cumsum(np.random.default_rng(1).exponential(1.0, 80))
     assert fit_grid(t) is None
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stamps_that_are_early_or_late_by_the_whole_jitter(seed: int) -> None:
+    """Each by 0.3 of a step, one way or the other, some rows missing: every row finds its place."""
+    rng = np.random.default_rng(seed)
+    places = np.flatnonzero(rng.random(600) > 0.05)
+    t = (places + 0.3 * rng.choice([-1, 1], len(places))) / 20
+    grid = fit_grid(t)
+    assert grid is not None
+    np.testing.assert_array_equal(grid.places, places - places[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,8 +12,12 @@ ALONE = ("simulate", "predict")
 """Commands that take a command without any output."""
 
 
+POSTERIORS = ("posterior.nc", "corrected.json", "verdict.json")
+"""One of these is in a folder that --posterior may name."""
+
+
 def refuse_early(parsed: argparse.Namespace) -> None:
-    """Raise InputError where a record or model that `parsed` names cannot be used.
+    """Raise InputError where a model, posterior, case or record that `parsed` names cannot be used.
 
     Records are kept in `parsed.read_already`, so that the command does not read them again. Those of a
     simulator of the user's are left to the command: in which units they are it alone says.
@@ -27,12 +30,18 @@ def refuse_early(parsed: argparse.Namespace) -> None:
         from bayes_hw.model.model_file import load_model_json
 
         content = load_model_json(Path(model))
-    if "time" not in parsed:
+    posterior = getattr(parsed, "posterior", None)
+    if isinstance(posterior, str) and not any((Path(posterior) / name).is_file() for name in POSTERIORS):
+        raise InputError(
+            f"{Path(posterior) / POSTERIORS[0]}: missing; give the --out folder of `bayes-hw sample`"
+        )
+    if "time" not in parsed or parsed.command == "convert":
         return
-    paths = _records(parsed)
-    if not paths:
+    fitted, held_out = _paths(parsed)
+    if not fitted and not held_out:
         return
-    from bayes_hw.commands.inputs import in_units, read_once, reading_options, refuse_faults
+    from bayes_hw.commands.inputs import in_units, is_compared, read_once, reading_options, refuse_faults
+    from bayes_hw.entrance import check_repeats
     from bayes_hw.record import Units
 
     options = reading_options(parsed, needs_output=parsed.command not in ALONE)
@@ -41,26 +50,28 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     units = None
     with suppress(InputError):  # which reading the model will say
         units = Units.from_dict(stated) if isinstance(stated, dict) else None
-    for path in paths:
-        for record in read_once(parsed, path, options):
-            refuse_faults(record if units is None else in_units(record, units), parsed.accept)
+    groups = []
+    for paths in (fitted, held_out):
+        records = [record for path in paths for record in read_once(parsed, path, options)]
+        records = records if units is None else [in_units(record, units) for record in records]
+        for record in records:
+            refuse_faults(record, parsed.accept, alone=not is_compared(parsed))
+        groups.append(records)
+    if parsed.command != "look":
+        check_repeats(*groups)
 
 
-def _records(parsed: argparse.Namespace) -> list[str]:
-    if parsed.command == "convert":
-        return []
-    named = [getattr(parsed, "record", None), *getattr(parsed, "records", []), *getattr(parsed, "train", [])]
-    named += getattr(parsed, "holdout", [])
-    paths = [path for path in named if isinstance(path, str)]
-    case = getattr(parsed, "case", None)
-    return paths + (_records_of_case(Path(case)) if isinstance(case, str) else [])
+def _paths(parsed: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """The records that are fitted to, and those held out."""
+    from bayes_hw.commands.inputs import case_folder
 
+    folder = case_folder(parsed)
+    if folder is not None:
+        from bayes_hw.gap.case.case_file import read_case_file
 
-def _records_of_case(folder: Path) -> list[str]:
-    """The records that a case.json names; none where it cannot be read, which the command says."""
-    try:
-        data = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-        names = [*data["train"], *data["holdout"]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return []
-    return [str(folder / name) for name in names if isinstance(name, str)]
+        named = read_case_file(Path(folder))
+        return [str(path) for path in named.train], [str(path) for path in named.holdout]
+    roles = ("record", "records", "train", "case")
+    given = [getattr(parsed, role, None) or [] for role in roles]
+    fitted = [path for each in given for path in ([each] if isinstance(each, str) else each)]
+    return fitted, list(getattr(parsed, "holdout", None) or [])

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bayes_hw.commands.speech import warn
+from bayes_hw.entrance import scale_finding
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.record import Columns, ReadingOptions, Record, Units
 
@@ -35,6 +36,7 @@ def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) ->
         input_position=parsed.input_position,
         output_time=parsed.output_time,
         join=tuple(map(Path, parsed.join)),
+        clock_offset=parsed.clock_offset,
         gaps=parsed.gaps,
         unwrap=parsed.unwrap,
         known=tuple(parsed.known),
@@ -73,7 +75,7 @@ def read_records(
             target = units or (records[0].units if records else None)
             if target is not None:
                 record = in_units(record, target)
-            refuse_faults(record, parsed.accept)
+            refuse_faults(record, parsed.accept, alone=not is_compared(parsed))
             for finding in record.findings():
                 warn(f"{record.source or record.name}: {finding}")
             records.append(record)
@@ -112,9 +114,27 @@ def in_units(record: Record, target: Units) -> Record:
     return replace(record, units=held).converted(target)
 
 
-def refuse_faults(record: Record, accepted: Sequence[str]) -> None:
-    """Raise InputError at what would be fitted to nonsense, unless it is accepted."""
-    for finding in record.findings():
+def is_compared(parsed: argparse.Namespace) -> bool:
+    """Whether the command has a model, a simulator, a posterior or a case beside its records."""
+    named = ("model", "simulator", "posterior")
+    is_named = any(getattr(parsed, name, None) is not None for name in named)
+    return is_named or case_folder(parsed) is not None
+
+
+def case_folder(parsed: argparse.Namespace) -> str | None:
+    """The case folder of a command that takes one; None where its place holds records."""
+    given = getattr(parsed, "case", None) or []
+    named = given if isinstance(given, list) else [given]
+    return named[0] if len(named) == 1 and not getattr(parsed, "holdout", None) else None
+
+
+def refuse_faults(record: Record, accepted: Sequence[str], *, alone: bool = True) -> None:
+    """Raise InputError at what would be fitted to nonsense, unless it is accepted.
+
+    Where the record is not `alone`, a model or simulator tells how fast it should move, and is asked later.
+    """
+    scale = scale_finding(record) if alone else None
+    for finding in (*record.findings(), *([] if scale is None else [scale])):
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(
                 f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"

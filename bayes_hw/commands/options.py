@@ -68,6 +68,12 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="further columns, from a file with its own clock",
     )
+    group.add_argument(
+        "--clock-offset",
+        metavar="NAME",
+        help="a column that the files of --join log as well: the offset of their clocks is estimated from it,"
+        " said with its interval, and taken out",
+    )
     group.add_argument("--output-time", metavar="NAME", help="the clock of the output, where it has its own")
     group.add_argument(
         "--time-unit", metavar="UNIT", help="unit of the time column: s, ms, us, ns, min, h, d"

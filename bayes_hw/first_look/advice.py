@@ -84,7 +84,10 @@ def advice(look: Look) -> Advice:
             following.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
     if delay is not None:
         if delay.high - delay.low <= 2.1 * delay.step_s:
-            shows.append(f"The delay, {delay.low:.3g} to {delay.high:.3g} s.")
+            shows.append(
+                f"The delay, dead time and a slow start together: the axis is first seen to move "
+                f"{delay.low:.3g} to {delay.high:.3g} s after its command."
+            )
         else:
             cannot.append(f"The delay closer than {delay.low:.3g} to {delay.high:.3g} s.")
             following.append("Steps of the command, each held until the axis has settled, for the delay.")

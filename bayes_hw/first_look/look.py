@@ -30,6 +30,7 @@ from bayes_hw.first_look.response import MeasuredResponse, measured_response
 from bayes_hw.first_look.statics import Statics, statics
 from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
+from bayes_hw.threads import one_blas_thread
 
 SCHEMA = "bayes-hw/look/1"
 TURNS = {
@@ -155,6 +156,11 @@ def look(records: Sequence[Record]) -> Look:
     short.
     """
     _check(records)
+    with one_blas_thread():
+        return _seen(records)
+
+
+def _seen(records: Sequence[Record]) -> Look:
     first = records[0]
     rate = first.sample_rate_hz
     commands = [record.u for record in records]

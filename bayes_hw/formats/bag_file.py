@@ -11,10 +11,18 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.errors import InputError
+from bayes_hw.formats.bag_probe import is_sound_bag
 from bayes_hw.formats.table import Column, Table
 
+AGAIN = "write it again, with the topics of the record alone"
 DEEPEST = 6
 MOST_NAMES = 200
+
+MOST_MESSAGE_BYTES = 2**20
+"""Of one message: those of a signal are some hundred bytes, images and clouds are more."""
+
+MOST_BYTES = 2**30
+"""Of all messages of the topics that are read."""
 
 
 def rosbags_reader(path: Path) -> ModuleType:
@@ -38,6 +46,8 @@ def read_bag(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     on what is no sound bag, or a field that is no number.
     """
     highlevel = rosbags_reader(path)
+    if not is_sound_bag(path):
+        raise InputError(f"{path}: is not a sound bag or MCAP file, or inflates beyond all measure; {AGAIN}")
     try:
         with highlevel.AnyReader([path]) as reader:
             return _table(path, reader, wanted, most_rows)
@@ -45,7 +55,7 @@ def read_bag(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
         raise
     except Exception:
         # rosbags raises errors of its own, of sqlite and of compression on damaged files.
-        raise InputError(f"{path}: is not a sound bag or MCAP file; write it again") from None
+        raise InputError(f"{path}: is not a sound bag or MCAP file; {AGAIN}") from None
 
 
 def _table(path: Path, reader: Any, wanted: Sequence[str], most_rows: int) -> Table:
@@ -61,9 +71,12 @@ def _table(path: Path, reader: Any, wanted: Sequence[str], most_rows: int) -> Ta
         each for each in reader.connections if not asked or each.topic in {t for t, _ in asked.values()}
     ]
     seen: set[str] = set()
+    total = 0
     for connection, stamp, raw in reader.messages(connections=chosen):
         if not asked and connection.topic in seen:
             continue
+        total += len(raw)
+        _check_size(path, connection.topic, len(raw), total)
         message = reader.deserialize(raw, connection.msgtype)
         if connection.topic not in seen:
             seen.add(connection.topic)
@@ -86,6 +99,20 @@ def _table(path: Path, reader: Any, wanted: Sequence[str], most_rows: int) -> Ta
     units = dict.fromkeys(clocks, "ns")
     shown = tuple(names) or tuple(sorted(topics))
     return Table(values, missing, shown, "channel", lambda i: f"message {i + 1}", {}, clocks, units)
+
+
+def _check_size(path: Path, topic: str, size: int, total: int) -> None:
+    """Raise InputError where a message, or all so far, are more than is read."""
+    if size > MOST_MESSAGE_BYTES:
+        raise InputError(
+            f"{path}: a message of {topic!r} has {size / 2**20:.1f} MB, more than the "
+            f"{MOST_MESSAGE_BYTES // 2**20} MB of a signal; name a topic of numbers"
+        )
+    if total > MOST_BYTES:
+        raise InputError(
+            f"{path}: the messages of the topics asked for take more than {MOST_BYTES // 2**20} MB; "
+            "record a shorter bag, or the signal's topic alone"
+        )
 
 
 def _begins(name: str, topic: str) -> bool:

@@ -135,6 +135,7 @@ def fit_output_error(
 ) -> OutputErrorFit:
     """Minimise sum ((y - y_simulated) whitened by `autoregression` / sigma)^2 from the values `start`.
 
+    The level of a record that does not count from zero is estimated with the rest: the residuals are less it.
     With `prior`, each coordinate is also drawn towards its prior (its median and half the width of its
     central 68 %): then `sigma` must be the standard deviation of the innovations, output units.
     """
@@ -143,14 +144,15 @@ def fit_output_error(
     centre = as_coordinates(parameters, start)
     calls = 0
     prior_mean, prior_sd = prior_scale(axis)
+    levels = [_level(axis, record, coefficients) for record in records]
 
     def weighted(coordinates: FloatArray) -> FloatArray:
         nonlocal calls
         calls += coordinates.shape[1] * len(records)
         outputs = simulated_outputs(axis, as_values(parameters, coordinates), records)
         parts = [
-            whitened(record.y - output, coefficients, record.measured) / sigma
-            for record, output in zip(records, outputs, strict=True)
+            _without_level(whitened(record.y - output, coefficients, record.measured) / sigma, level)
+            for record, output, level in zip(records, outputs, levels, strict=True)
         ]
         if prior:
             parts.append(((coordinates - prior_mean[:, None]) / prior_sd[:, None]).T)
@@ -181,12 +183,43 @@ def fit_output_error(
     values = as_values(parameters, coordinates)
     outputs = simulated_outputs(axis, values[:, None], records)
     residuals = np.concatenate(
-        [with_holes(r.y - o[0], r.measured) for r, o in zip(records, outputs, strict=True)]
+        [
+            with_holes(levelled(axis, record, record.y - output[0], coefficients), record.measured)
+            for record, output in zip(records, outputs, strict=True)
+        ]
     )
     samples = residuals.size
     slopes = np.asarray(solution.jac)[:samples]
     weights = np.asarray(solution.fun)[:samples]
     return OutputErrorFit(values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights), calls)
+
+
+def levelled(
+    axis: AxisParameters, record: Record, residual: FloatArray, autoregression: FloatArray
+) -> FloatArray:
+    """The residual (samples,) less its level by generalised least squares, where the record's is free.
+
+    Where the initial states are free they hold it.
+    """
+    level = _level(axis, record, autoregression)
+    if level is None:
+        return residual
+    white = whitened(residual[None], autoregression, record.measured)[0]
+    return residual - float(white @ level) / float(level @ level)
+
+
+def _level(axis: AxisParameters, record: Record, autoregression: FloatArray) -> FloatArray | None:
+    """What a level of one is after whitening (samples,); None where the record's is not free."""
+    if not record.has_free_level or axis.start_positions is not None:
+        return None
+    return whitened(np.ones((1, len(record))), autoregression, record.measured)[0]
+
+
+def _without_level(rows: FloatArray, level: FloatArray | None) -> FloatArray:
+    """Rows (walkers, samples) less what of them a level explains."""
+    if level is None:
+        return rows
+    return rows - np.outer(rows @ level / (level @ level), level)
 
 
 def prior_scale(axis: AxisParameters) -> tuple[FloatArray, FloatArray]:

@@ -21,7 +21,6 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.noise import log_likelihood
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import LaggedSums, lagged_residual_sums
 from bayes_hw.model.parameters import ParameterVector, as_values
@@ -50,7 +49,6 @@ class Expansion:
         factor = np.linalg.cholesky(covariance[:n_axis, :n_axis])
         self._to_standard = np.linalg.inv(factor)
         self._vector = ParameterVector(target.parameters)
-        self._samples = [len(record) for record in target.records]
         partial = target.values(centre[None])[0, n_axis + 1 : n_axis + 1 + target.order]
         points, differences = _stencil(n_axis)
         rows = whitened_products(
@@ -94,9 +92,9 @@ class Expansion:
     def _at_centre(self, sigma: FloatArray, partial: FloatArray) -> FloatArray:
         """Exact log-likelihood (walkers,) of the residuals at the centre."""
         total = np.zeros(len(sigma))
-        for sums, samples in zip(self._sums, self._samples, strict=True):
+        for number, sums in enumerate(self._sums):
             same = LaggedSums(*(np.repeat(part, len(sigma), axis=1) for part in sums))
-            total += log_likelihood(same, samples, sigma, partial)
+            total += self.target.of_sums(same, number, sigma, partial)
         return total
 
 
@@ -104,22 +102,27 @@ def whitened_products(
     axis: AxisParameters, records: Sequence[Record], coordinates: FloatArray, whitener: Whitener
 ) -> FloatArray:
     """Products (points, points), over all samples, of the whitened residual at the first column of
-    `coordinates` (axis parameters, points) and what the residuals of the others differ from it by."""
+    `coordinates` (axis parameters, points) and what the residuals of the others differ from it by; without
+    what a level of a record explains, where that is free."""
     points, order = coordinates.shape[1], whitener.order
     values = as_values(axis.parameters, coordinates)
     products = np.zeros((points, points))
     for number, record in enumerate(records):
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
-        kept = np.empty((points, 0))
+        kept = np.empty((points + 1, 0))
+        own = np.zeros((points + 1, points + 1))
         for begin, y in simulated_blocks(form, record.u, axis.model.linear.delay_samples, before):
-            rows = np.empty((points, kept.shape[1] + y.shape[1]))
+            rows = np.ones((points + 1, kept.shape[1] + y.shape[1]))
             rows[:, : kept.shape[1]] = kept
             rows[0, kept.shape[1] :] = record.y[begin : begin + y.shape[1]] - y[0]
-            np.subtract(y[0], y[1:], out=rows[1:, kept.shape[1] :])
+            np.subtract(y[0], y[1:], out=rows[1:-1, kept.shape[1] :])
             innovations = whitener.apply(rows, kept.shape[1])
-            products += innovations @ innovations.T
+            own += innovations @ innovations.T
             kept = rows[:, rows.shape[1] - order :].copy()
+        if record.has_free_level and axis.start_positions is None:
+            own -= np.outer(own[-1], own[-1]) / own[-1, -1]
+        products += own[:-1, :-1]
     return products
 
 

@@ -18,7 +18,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
-from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.identify.output_error import levelled, simulated_outputs
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
@@ -212,7 +212,8 @@ def _tested(axis: AxisParameters, origin: StartingPoint, records: Sequence[Recor
 def _data_digest(record: Record) -> str:
     """SHA-256 of what the likelihood sees of a record."""
     holes = b"" if record.measured is None else record.measured.tobytes()
-    return hashlib.sha256(record.u.tobytes() + record.y.tobytes() + holes).hexdigest()
+    level = b"free level" if record.has_free_level else b""
+    return hashlib.sha256(record.u.tobytes() + record.y.tobytes() + holes + level).hexdigest()
 
 
 def residual_report(posterior: Posterior, records: Sequence[Record]) -> ResidualReport:
@@ -229,9 +230,9 @@ def _residuals_at(
     """Residuals at `values` (parameters,), whitened by a noise of that order and tested."""
     n_axis = len(axis.parameters)
     outputs = simulated_outputs(axis, values[:n_axis, None], records)
+    autoregression = autoregression_from_partial(values[n_axis + 1 : n_axis + 1 + order, None])[:, 0]
     residuals: list[FloatArray] = [
-        with_holes(record.y - output[0], record.measured)
+        with_holes(levelled(axis, record, record.y - output[0], autoregression), record.measured)
         for record, output in zip(records, outputs, strict=True)
     ]
-    autoregression = autoregression_from_partial(values[n_axis + 1 : n_axis + 1 + order, None])[:, 0]
     return examine_residuals(records, residuals, autoregression)

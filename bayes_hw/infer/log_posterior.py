@@ -10,6 +10,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import known_signals, with_known
+from bayes_hw.infer.level import integrated
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -19,7 +20,7 @@ from bayes_hw.infer.noise import (
 )
 from bayes_hw.infer.residual_sums import lagged_sums, robust_sums
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.kernel import NONE, lagged_residual_sums, simulate_batch
+from bayes_hw.model.kernel import NONE, LaggedSums, lagged_residual_sums, simulate_batch
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
 from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
@@ -30,8 +31,9 @@ class LogPosterior:
 
     Generative model: y = n(G f(u)) + e with e a stationary AR(p) process of normal or Student-t innovations,
     independent between records (see `bayes_hw.infer.noise`), and independent priors on the parameters'
-    values. Samples that were not measured are not part of it. The density is that of the unbounded
-    coordinates, Jacobian included.
+    values. Samples that were not measured are not part of it. Under normal innovations the level of a record
+    that does not count from zero is integrated out (see `bayes_hw.infer.level`). The density is that of the
+    unbounded coordinates, Jacobian included.
 
     `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial
     autocorrelations and, for Student-t innovations, their degrees of freedom. `non_finite` counts the
@@ -131,5 +133,15 @@ class LogPosterior:
                 sums = lagged_sums(residuals, self.order, near)
             else:
                 sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near)
-            total += log_likelihood(sums, len(record), sigma, partial, holes)
+            total += self.of_sums(sums, number, sigma, partial)
         return self.power * total
+
+    def of_sums(self, sums: LaggedSums, number: int, sigma: FloatArray, partial: FloatArray) -> FloatArray:
+        """Log-likelihood (walkers,) of one record under normal innovations."""
+        record, holes = self.records[number], self._holes[number]
+        samples = len(record)
+        if not (record.has_free_level and self.axis.start_positions is None):
+            return log_likelihood(sums, samples, sigma, partial, holes)
+        return integrated(
+            lambda shifted: log_likelihood(shifted, samples, sigma, partial, holes), sums, samples, sigma
+        )

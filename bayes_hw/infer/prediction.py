@@ -93,14 +93,15 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
     """Bands of y for `record` under the posterior.
 
     The record starts at rest, or, where the posterior was sampled with free initial conditions, in the state
-    that least squares finds for each draw from its first quarter; a command alone starts at rest.
+    that least squares finds for each draw from its first quarter; a command alone starts at rest. What is not
+    known of the level that its angles count from widens the band beside the noise.
 
     Raises InputError when the sample rates differ.
     """
     check_rates(posterior.axis.model, [record])
     draws = posterior.draws(DRAWS, rng)
     n_axis = len(posterior.axis.parameters)
-    sigma = draws[:, n_axis]
+    sigma = np.hypot(draws[:, n_axis], record.level_sd)
     tail = (1 - INTERVAL_PROBABILITY) / 2
     bands = {name: np.empty(len(record)) for name in BANDS}
     measured = record.y_or_nan

@@ -17,7 +17,11 @@ def lagged_sums(residuals: FloatArray, order: int, near: NDArray[np.int64] = NON
         np.einsum("wk,wk->w", residuals[:, lag:], residuals[:, : samples - lag]) for lag in range(order + 1)
     ]
     return LaggedSums(
-        np.array(lagged), residuals[:, :order].T, residuals[:, samples - order :].T, residuals[:, near].T
+        np.array(lagged),
+        residuals[:, :order].T,
+        residuals[:, samples - order :].T,
+        residuals[:, near].T,
+        residuals.sum(axis=1)[None],
     )
 
 

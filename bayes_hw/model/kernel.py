@@ -58,13 +58,15 @@ class LaggedSums(NamedTuple):
     A walker with a coefficient that is NaN has NaN here, and no other walker has.
 
     `lagged` has shape (p + 1, walkers): sum over k of e(k) e(k - lag). `head` and `tail` have shape
-    (p, walkers): the first and the last p residuals, in order of time; `near` (n, walkers) those asked for.
+    (p, walkers): the first and the last p residuals, in order of time; `near` (n, walkers) those asked for;
+    `whole` (1, walkers) the sum of all.
     """
 
     lagged: FloatArray
     head: FloatArray
     tail: FloatArray
     near: FloatArray = np.zeros((0, 0))
+    whole: FloatArray = np.zeros((0, 0))
 
 
 class SimulatedSignals(NamedTuple):
@@ -92,7 +94,7 @@ def lagged_residual_sums(
     residuals of the samples `near` (n,), in order of time, are kept as they are.
     """
     walkers, whole = form.walkers, 3 * order + 1
-    sums = np.zeros((whole + len(near), padded_to_lanes(walkers)))
+    sums = np.zeros((whole + len(near) + 1, padded_to_lanes(walkers)))
     _lagged_residual_sums(
         *_filled_up(form),
         _delayed(u, delay_samples, before),
@@ -106,7 +108,11 @@ def lagged_residual_sums(
     if np.any(undefined):
         sums[:, undefined] = np.nan
     return LaggedSums(
-        sums[: order + 1], sums[order + 1 : 2 * order + 1], sums[2 * order + 1 : whole], sums[whole:]
+        sums[: order + 1],
+        sums[order + 1 : 2 * order + 1],
+        sums[2 * order + 1 : whole],
+        sums[whole:-1],
+        sums[-1:],
     )
 
 
@@ -223,7 +229,7 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, near, sums):  # type: ignore[no-untyped-def]
-    """Fill sums (3 order + 1 + near, walkers): lagged products, first and last residuals, those `near`."""
+    """Fill sums (3 order + 2 + near, walkers): lagged products, first and last residuals, `near`, the sum."""
     samples, groups = len(u), static.shape[1] // LANES
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
@@ -245,14 +251,16 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
             stop = min(start + BLOCK, samples)
             count = stop - start
             _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
-            squares = load(total, 0)
+            squares, whole = load(total, 0), load(total, len(sums) - 1)
             for row in range(count):
                 position = load(w, row)
                 above, below = maximum(position - delta, zero), minimum(position + delta, zero)
                 residual = broadcast(y[start + row]) - c2 * above - c3 * below
                 store(new, row, residual)
                 squares = squares + residual * residual
+                whole = whole + residual
             store(total, 0, squares)
+            store(total, len(sums) - 1, whole)
             for lag in range(1, order + 1):
                 even, odd = load(total, lag), zero
                 for row in range(order, order + count - 1, 2):

@@ -95,7 +95,7 @@ def _parted_section(parted: Sequence[Parted]) -> Section:
 def _answer(axis: RealAxis) -> str:
     verdict = axis.diagnosis.verdict
     named = " and ".join(verdict.answer) or "no structural gap"
-    return f"{named}, {format_percent(verdict.gap_holdout.closed)} of the reducible error held out closed"
+    return f"{named}, {format_percent(verdict.gap_holdout.closed)} of the avoidable error held out closed"
 
 
 def _badge(axis: RealAxis) -> Badge:

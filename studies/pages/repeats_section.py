@@ -11,6 +11,7 @@ from bayes_hw.report.page.document import Badge, Paragraph, Report, Section, Tab
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.rounding import format_interval, format_number, format_percent
 
+MOST_BADGES = 4
 LEAST_SHARE = 0.91
 """Of all 94 % intervals together, below which the page says that they do not hold."""
 
@@ -54,9 +55,18 @@ def with_repeats(report: Report, repeats: Repeats) -> Report:
     return replace(
         report,
         verdict=report.verdict + sentence,
-        badges=(*report.badges, badge),
+        badges=_beside(report.badges, badge),
         sections=(*before, _section(repeats), last),
     )
+
+
+def _beside(badges: tuple[Badge, ...], last: Badge) -> tuple[Badge, ...]:
+    """At most four, of which `last` is one: what is good and said last makes room first."""
+    kept = list(badges)
+    while len(kept) >= MOST_BADGES:
+        good = [place for place, badge in enumerate(kept) if badge.state == "good"]
+        del kept[good[-1] if good else -1]
+    return (*kept, last)
 
 
 def _section(repeats: Repeats) -> Section:

@@ -66,7 +66,7 @@ def test_nothing_is_named_where_there_is_nothing(noise_sigma: float) -> None:
     """With the noise known and unknown; base parameters come back."""
     found = diagnosed(motor(noise_sigma), motor_records(0.0, 0.0))
     assert found.verdict.answer == ()
-    assert "No structural gap" in sentence(found)
+    assert "Nothing is missing" in sentence(found)
     gain = found.verdict.base["speed_per_volt"]
     assert abs(gain.mean - 33.0) < 5 * gain.sd
 

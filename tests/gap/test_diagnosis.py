@@ -81,8 +81,8 @@ def test_starts_that_disagree_are_said_before_anything_else(
 ) -> None:
     """Only one start reached the best fit of the base model: all else rests on it."""
     found = replace(diagnosis, attribution=replace(diagnosis.attribution, base_costs=costs))
-    assert sentence(found).startswith("Starts of the base model disagree") == doubted
-    assert "The gap is" in sentence(found)
+    assert sentence(found).startswith("In doubt") == doubted
+    assert "Model and records differ by" in sentence(found)
 
 
 def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
@@ -97,7 +97,7 @@ def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
     assert size == pytest.approx(TRUE_SIZE, rel=0.15)
     period = sizes["encoder_eccentricity.period"]
     assert abs(period.mean - ECCENTRICITY[2]) < 5 * period.sd
-    assert "encoder_eccentricity" in sentence(diagnosis)
+    assert "eccentric" in sentence(diagnosis)
 
 
 def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case: Case) -> None:
@@ -112,8 +112,8 @@ def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case:
     low, high = found.verdict.base["noise.sigma"].hdi94
     assert low < SIGMA < gap.noise_floor < high
     assert max(found.verdict.where.segments) > 2
-    assert "The gap is 0 times" not in sentence(found)
-    assert "It enters at the sensor" in sentence(found)
+    assert "differ by 0 times" not in sentence(found)
+    assert "It acts in the encoder" in sentence(found)
 
 
 def test_base_parameters_are_estimated_beside_it(diagnosis: Diagnosis) -> None:

@@ -250,7 +250,7 @@ def test_the_effect_of_the_how_to_is_registered_and_found(
     estimate = found.verdict.parameters["hot_drive.time"]
     assert estimate.hdi94[0] < time < estimate.hdi94[1] and estimate.sd < 0.2 * time
     assert found.verdict.gap_holdout.closed > 0.95
-    assert "hot_drive in the block input" in sentence(found)
+    assert "hot drive on the command" in sentence(found)
 
 
 @pytest.mark.parametrize(

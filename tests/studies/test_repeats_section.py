@@ -6,7 +6,7 @@ import pytest
 from pages.repeats_section import Repeats, with_repeats
 from rank_statistics import IntervalCoverage
 
-from bayes_hw.report.page.document import Figure, Paragraph, Report, Section
+from bayes_hw.report.page.document import Badge, Figure, Paragraph, Report, Section
 
 FIGURE = Figure("<svg xmlns='http://www.w3.org/2000/svg'/>", "caption", "alt")
 
@@ -33,3 +33,11 @@ def test_the_first_page_says_how_often_the_intervals_held(delta: int, state: str
         "How often the intervals hold",
         "Provenance",
     ]
+
+
+def test_four_cards_at_most_and_what_is_good_makes_room() -> None:
+    held = {"saturation.upper": IntervalCoverage(0.94, 29, 30)}
+    cards = tuple(Badge(name, "bad" if name == "d" else "good", "") for name in "abcd")
+    before = Report("twin", "", "Good.", cards, FIGURE, (Section("A", ()), Section("Provenance", ())))
+    after = with_repeats(before, Repeats(30, 28, held, {"saturation.upper": 1.04}))
+    assert [badge.label for badge in after.badges] == ["a", "b", "d", "intervals over 30 seeds"]

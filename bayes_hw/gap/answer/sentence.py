@@ -10,11 +10,15 @@ from bayes_hw.gap.answer.notes import starts_disagree
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.effects.catalogue import block_of
+from bayes_hw.gap.effects.words import BLOCK_WORDS, UNSAID, label_words, parameter_words
 from bayes_hw.gap.search.attribute import Attribution
 
+MOST_AMOUNTS = 2
+"""Parameters of one effect that the sentence tells."""
+
 DOUBT = (
-    "Starts of the base model disagree: only one reached its best fit, another may lie elsewhere, and all "
-    "that follows rests on it. "
+    "In doubt: of several starts of the fit only one reached its best place, a better one may lie elsewhere, "
+    "and all that follows rests on it. "
 )
 
 
@@ -44,37 +48,51 @@ def _of_the_gap(diagnosis: Answered) -> str:
     if not verdict.answer:
         sure = verdict.probability["none"]
         return (
-            "No structural gap: the re-estimated model and coloured noise explain the records "
-            f"({_percent(sure)} sure)."
+            "Nothing is missing from the model that these records show: with its numbers estimated again, "
+            f"what is left is noise ({_percent(sure)} sure)."
         )
+    differ = f"Model and records differ by {size:.2g} times the noise"
     if verdict.answer == ("other",):
         left = diagnosis.decision.leftovers[0]
-        best = diagnosis.decision.explanation.name
+        best = " and ".join(map(label_words, diagnosis.decision.explanation.labels))
+        beside = f"beside the best of them ({best})" if best else "without any of them"
         return (
-            f"The gap is {size:.2g} times the noise and no entry of the catalogue explains it "
-            f"({_percent(verdict.probability['other'])} sure): what stays beside the best of them ({best}) "
+            f"{differ} and none of the known effects explains it "
+            f"({_percent(verdict.probability['other'])} sure): what stays {beside} "
             f"is {left.size:.2g} times the noise ({left.kind}). {_entrance(diagnosis)}"
         )
     explanation = diagnosis.decision.explanation
     effects = explanation.fit.hypothesis.effects
     parts = []
     for label in verdict.answer:
-        certain = _percent(verdict.probability[label])
-        parts.append(f"{certain} sure it is {label} in the block {block_of(label, effects)}")
-    found = ", ".join(f"{name} {_amount(e)}" for name, e in verdict.parameters.items())
+        where = BLOCK_WORDS[block_of(label, effects)]
+        parts.append(f"{label_words(label)} {where} ({_percent(verdict.probability[label])} sure)")
     named = "it" if len(verdict.answer) == 1 else "them"
     gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
-    return f"The gap is {size:.2g} times the noise; {' and '.join(parts)} ({found}); " + consequence(
-        gap, gain, named, bool(effects)
-    )
+    said = f"{differ}; what the model lacks is {' and '.join(parts)}"
+    return f"{said}{_amounts(verdict)}. {consequence(gap, gain, named, bool(effects))}"
+
+
+def _amounts(verdict: Verdict) -> str:
+    """The first parameters of each label, in words."""
+    said: list[str] = []
+    for label in verdict.answer:
+        own = [
+            (name, estimate)
+            for name, estimate in verdict.parameters.items()
+            if name.partition(".")[0] == label and name.partition(".")[2] not in UNSAID
+        ]
+        said += [f"{parameter_words(name)} {_amount(estimate)}" for name, estimate in own[:MOST_AMOUNTS]]
+    return f": {'; '.join(said)}" if said else ""
 
 
 def _entrance(diagnosis: Answered) -> str:
     """Where a cause without a name enters."""
     block, best = diagnosis.verdict.where.block, diagnosis.decision.explanation
-    found = f"It enters at the {block} ({_percent(diagnosis.verdict.where.share[block])} sure)"
+    found = f"It acts {BLOCK_WORDS[block]} ({_percent(diagnosis.verdict.where.share[block])} sure)"
     named = {block_of(label, best.fit.hypothesis.effects) for label in best.labels}
-    return f"{found}, where {best.name} does not." if named and block not in named else f"{found}."
+    others = " and ".join(map(label_words, best.labels))
+    return f"{found}, where {others} does not." if named and block not in named else f"{found}."
 
 
 def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:
@@ -85,13 +103,13 @@ def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:
     low, high = gap.closed_hdi94
     if tracked:
         return (
-            f"adding {named} removes {_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the reducible "
-            "error on the record held out."
+            f"With {named} in the model, {_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the "
+            "avoidable error on the record held out is gone."
         )
     return (
-        f"no simulator tracks {named}: knowing of {named} makes the training records {gain:.0f} nats "
-        f"likelier, and of the reducible error on the record held out {_share(gap.closed)} % "
-        f"[{_share(low)}, {_share(high)}] go with the base parameters."
+        f"No simulation follows {named}: knowing of {named} makes the training records {gain:.0f} nats "
+        f"likelier, and of the avoidable error on the record held out {_share(gap.closed)} % "
+        f"[{_share(low)}, {_share(high)}] go with the model's own numbers."
     )
 
 

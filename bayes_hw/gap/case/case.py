@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import Protocol
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import read_small_text
+from bayes_hw.gap.case.case_file import read_case_file
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units
 
 RATE_TOLERANCE = 1e-6
-EXAMPLE = '{"model": "model.json", "train": ["train_1.csv"], "holdout": ["holdout.csv"]}'
 
 SHORTEST = 200
 """Samples that a record must have."""
@@ -39,27 +37,8 @@ class Case:
     @classmethod
     def read(cls, folder: Path, read_record: ReadRecord = Record.read) -> Case:
         """Read case.json and what it names, relative to `folder`. Raises InputError on anything wrong."""
-        path = folder / "case.json"
-        try:
-            data = json.loads(read_small_text(path))
-        except InputError:
-            raise
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror}); give a case folder") from None
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: is not JSON ({error})") from None
-        if not isinstance(data, dict) or not isinstance(data.get("model"), str):
-            raise InputError(f'{path}: needs "model", "train" and "holdout", such as {EXAMPLE}')
-        for key in ("train", "holdout"):
-            if not isinstance(data.get(key), list) or not all(isinstance(item, str) for item in data[key]):
-                raise InputError(f"{path}: {key}: must be a list of file names")
-        return cls.of_files(
-            folder.resolve().name,
-            folder / data["model"],
-            [folder / item for item in data["train"]],
-            [folder / item for item in data["holdout"]],
-            read_record,
-        )
+        named = read_case_file(folder)
+        return cls.of_files(folder.resolve().name, named.model, named.train, named.holdout, read_record)
 
     @classmethod
     def of_files(

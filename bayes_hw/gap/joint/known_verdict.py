@@ -111,11 +111,10 @@ def _followed(
     calibration = JointCalibration.built_in()
     probability = calibration.sure(one.nats, calibration.floor)
     low, high = closures[1].closed_hdi94
+    follows = f"The gap follows {one.column} ({100 * probability:.3g} % sure): it acts {WAYS[one.way]}"
     gone = f"{100 * closures[1].closed:.3g} % ({100 * low:.3g} to {100 * high:.3g} %)"
-    sentence = (
-        f"The gap follows {one.column} ({100 * probability:.3g} % sure): it acts {WAYS[one.way]}, and with "
-        f"it {gone} of the reducible error of what was held out is gone."
-    )
+    helps = f", and with it {gone} of the avoidable error of what was held out is gone."
+    sentence = follows + (helps if high > 0 else "; what was held out is not predicted better with it.")
     return {
         "follows": True,
         "probability": probability,

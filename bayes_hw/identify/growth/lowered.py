@@ -38,6 +38,7 @@ def lowered(record: Record, factor: int) -> Record:
         measured=None if record.measured is None else record.measured[:whole:factor],
         known={name: values[:whole:factor] for name, values in record.known.items()},
         origin=record.origin,
+        level_sd=record.level_sd,
         within=within,
     )
 

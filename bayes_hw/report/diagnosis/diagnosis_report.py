@@ -7,6 +7,7 @@ import numpy as np
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.effects.words import BLOCK_WORDS, label_words
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis.diagnosis_sections import (
     NO_NUMBER,
@@ -70,7 +71,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
     parts = [typeset(sentence(diagnosis))]
     if verdict.confusable:
-        rivals = ", ".join(other for _, other in verdict.confusable)
+        rivals = ", ".join(label_words(other) for _, other in verdict.confusable)
         parts.append(f"These records cannot rule out {rivals} instead.")
     return " ".join([*parts, *(f"Note: {typeset(note)}." for note in verdict.notes)])
 
@@ -87,17 +88,17 @@ def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
 def _answer_badge(diagnosis: Diagnosis) -> Badge:
     verdict = diagnosis.verdict
     if not verdict.answer:
-        return Badge("no structural gap", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
+        return Badge("nothing is missing", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
     sure = min(verdict.probability[label] for label in verdict.answer)
     if verdict.answer == OTHER:
         return Badge(
-            "gap not explained", "bad", f"no entry of the catalogue fits, {format_percent(sure, 1)} sure"
+            "not explained", "bad", f"none of the known effects fits, {format_percent(sure, 1)} sure"
         )
     block = verdict.where.block
     return Badge(
-        " and ".join(verdict.answer),
+        " and ".join(map(label_words, verdict.answer)),
         "good" if sure >= SURE else "warn",
-        f"{format_percent(sure, 1)} sure, block {block}",
+        f"{format_percent(sure, 1)} sure, acts {BLOCK_WORDS[block]}",
     )
 
 
@@ -124,13 +125,13 @@ def _rival_badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
     if not answer:
         return ()
     if confusable:
-        pairs = "; ".join(f"{one} or {other}" for one, other in confusable)
+        pairs = "; ".join(f"{label_words(one)} or {label_words(other)}" for one, other in confusable)
         return (Badge("not told apart", "warn", pairs),)
     if answer == OTHER:
         return (Badge("cause open", "warn", "see what is left, and the next experiment"),)
     if len(answer) > 1:
         return (Badge("rivals not sought", "warn", "of a pair; see the ranking"),)
-    return (Badge("no rival", "good", "no other single effect has evidence near that of the answer"),)
+    return (Badge("no rival", "good", "no other single effect explains these records nearly as well"),)
 
 
 def _band_badge(diagnosis: Diagnosis) -> Badge:
@@ -183,7 +184,7 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         "Cause: the records show which description fits, not what brings it about. An effect that acts on "
         "the output as another does carries the other's name.",
         f"Gaps below {SMALLEST_GAP:g} of the noise: how often those are named right is not established, and "
-        "“no structural gap” does not deny them.",
+        "“nothing is missing” does not deny them.",
         f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it "
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",

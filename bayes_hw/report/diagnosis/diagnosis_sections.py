@@ -193,7 +193,7 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
         "plain residuals only, and not among the best. “Left-out blocks”, of the first few that have "
         "one: log predictive density of every twelfth of a record given the rest, less that of the best, ± "
         "its standard error; “weight”: in the mixture of predictions that is best at it (stacking). "
-        "“Would close”: share of the reducible squared error that it removes; a stochastic effect alone "
+        "“Would close”: share of the avoidable squared error that it removes; a stochastic effect alone "
         f"leaves it ({NO_NUMBER}). ▸ the explanation chosen. The "
         "probabilities above are less sure than these evidences alone would make them; how far they can be "
         "relied on is what a blind check measures.",
@@ -244,7 +244,7 @@ def closure_table(diagnosis: Diagnosis) -> Table:
             _closure_row("training", verdict.gap_train, unit),
             _closure_row("held out", verdict.gap_holdout, unit),
         ),
-        "Root mean square errors, and the share of the reducible squared error (beyond the noise) that "
+        "Root mean square errors, and the share of the avoidable squared error (beyond the noise) that "
         "the answer's effects remove. The interval counts the uncertainty of the parameters and the "
         "finite length of the records.",
         (1, 2, 3, 4, 5),

@@ -306,5 +306,5 @@ def error_before_and_after(train: Closure, holdout: Closure, unit: str) -> Figur
             canvas,
             "How far: root mean square error before and after the answer's effects are added, with the noise "
             "floor that no simulator can go below.",
-            f"Bars of errors before and after: {closed} reducible error is closed.",
+            f"Bars of errors before and after: {closed} avoidable error is closed.",
         )

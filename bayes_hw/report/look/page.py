@@ -120,7 +120,7 @@ def cards(look: Look) -> list[dict[str, str]]:
             "delay unknown"
             if look.delay is None
             else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
-            "94 % interval",
+            "first motion after a command, 94 % interval; a slow start counts as delay",
         ),
         _card(
             "info",

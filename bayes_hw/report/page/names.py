@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from bayes_hw.gap.effects.words import PARAMETER_WORDS
+
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 _FIXED = {
@@ -27,27 +29,6 @@ _FIXED = {
     "c3 delta-": ("negative threshold in output units", "c₃ δ₋"),
     "c3/c2": ("ratio of the slopes of the dead zone", "c₃ / c₂"),
     "delta+/delta-": ("ratio of the thresholds", "δ₊ / δ₋"),
-}
-_EFFECTS = {
-    "period": "period in position",
-    "bias": "offset of the command",
-    "change": "whole change of the gain",
-    "time": "time constant",
-    "slope": "slope over position",
-    "rate": "rate",
-    "amount": "whole drift",
-    "step": "step of the reading",
-    "size": "size",
-    "torque": "torque, as acceleration of the whole axis",
-    "displacement": "angle given way under the torque",
-    "presliding": "angle of presliding",
-    "smoothing_speed": "speed within which it turns over",
-    "static_excess": "excess of static friction",
-    "stribeck_speed": "Stribeck speed",
-    "half_gap": "half of the gap",
-    "log_ratio": "logarithm of the ratio",
-    "share_repeated": "share of repeated readings",
-    "sd": "standard deviation of the instants",
 }
 _NUMBERED = {
     r"mode(\d+)\.frequency_hz": ("frequency of mode {}", "f{}"),
@@ -84,8 +65,8 @@ def parameter_name(name: str) -> ParameterName:
             small = (number.translate(SUBSCRIPTS) for number in numbers)
             return ParameterName(words.format(*numbers), symbol.format(*small))
     label, _, own = name.partition(".")
-    if own in _EFFECTS:
-        return ParameterName(f"{label.replace('_', ' ')}: {_EFFECTS[own]}", name)
+    if own in PARAMETER_WORDS:
+        return ParameterName(f"{label.replace('_', ' ')}: {PARAMETER_WORDS[own]}", name)
     return ParameterName(name, name)
 
 

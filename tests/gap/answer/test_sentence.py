@@ -27,11 +27,11 @@ def test_amounts_are_rounded_by_their_deviation(mean: float, sd: float, text: st
 @pytest.mark.parametrize(
     ("tracked", "text"),
     [
-        (True, "adding it removes 88 % [83, 92] of the reducible error on the record held out."),
+        (True, "With it in the model, 88 % [83, 92] of the avoidable error on the record held out is gone."),
         (
             False,
-            "no simulator tracks it: knowing of it makes the training records 41 nats likelier, and of the "
-            "reducible error on the record held out 88 % [83, 92] go with the base parameters.",
+            "No simulation follows it: knowing of it makes the training records 41 nats likelier, and of the "
+            "avoidable error on the record held out 88 % [83, 92] go with the model's own numbers.",
         ),
     ],
 )

@@ -72,7 +72,7 @@ def _tables(report: Report, section: str) -> list[Table]:
 def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) -> None:
     assert diagnosis.verdict.answer == ("command_bias",)
     assert report.verdict.startswith(sentence(diagnosis).replace("+-", "±"))
-    assert report.badges[0].label == "command_bias"
+    assert report.badges[0].label == "command bias"
     assert [s.title for s in report.sections][:3] == ["Where", "Which effect", "How far it shrinks"]
     assert [s.title for s in report.sections][-2:] == ["What was not checked", "Provenance"]
 
@@ -130,8 +130,8 @@ def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None
     origin = provenance("bayes-hw diagnose", 1, diagnosis.case.train, 2.0)
     base = replace(diagnosis.decision, explanation=diagnosis.attribution.base)
     for answer, badge, decision in (
-        (("other",), "gap not explained", diagnosis.decision),
-        ((), "no structural gap", base),
+        (("other",), "not explained", diagnosis.decision),
+        ((), "nothing is missing", base),
     ):
         verdict = replace(diagnosis.verdict, answer=answer, parameters={}, confusable=[])
         shown = diagnosis_report(replace(diagnosis, verdict=verdict, decision=decision), origin)

@@ -1,0 +1,110 @@
+"""What inspection makes of a log's faults: the options that mend them, as they are typed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.entrance import scale_finding
+from bayes_hw.reading_options import ReadingOptions
+from bayes_hw.record import Record
+from bayes_hw.record_checks import Finding
+
+FAST = {"deg/s": 720.0, "rad/s": 12.0}
+"""A command beyond these, in a unit that no file states, is asked about."""
+
+
+def findings_of(record: Record) -> tuple[Finding, ...]:
+    """Every finding on a record, with that on its scale."""
+    found = record.findings()
+    scale = None if any(each.kind == "scale" for each in found) else scale_finding(record)
+    return found if scale is None else (*found, scale)
+
+
+def units_to_ask_for(record: Record) -> list[str]:
+    """A sentence where nobody stated the command's unit and its numbers speak against the usual one."""
+    largest = float(np.abs(record.u).max())
+    unit = record.units.input
+    if "input" in record.stated_units or largest <= FAST.get(unit, np.inf):
+        return []
+    return [
+        f"no unit is stated and {unit} is taken: {largest:.4g} {unit} is fast for an axis; say what it is, "
+        "such as --input-unit arcsec/s --output-unit arcsec"
+    ]
+
+
+def mended(message: str, options: ReadingOptions) -> ReadingOptions | None:
+    """The options with the one that a refusal names."""
+    if "--unwrap " in message and options.unwrap is None:
+        turn = message.split("--unwrap ")[1].split()[0].rstrip(";,.")
+        return replace(options, unwrap=float(turn))
+    if "--gaps bridge" in message and options.gaps == "refuse" and "single" in message:
+        return replace(options, gaps="bridge")
+    if "--gaps split" in message and options.gaps != "split":
+        return replace(options, gaps="split")
+    if "--time-unit " in message and options.time_unit is None:
+        unit = message.split("--time-unit ")[1].split()[0].rstrip(";,.")
+        return replace(options, time_unit=unit)
+    return None
+
+
+def after_findings(
+    found: Sequence[tuple[Record, Finding]], options: ReadingOptions
+) -> tuple[ReadingOptions | None, str]:
+    """The options with what mends the first finding that one option mends, and what is said of it."""
+    for record, finding in found:
+        better = _mending(record, finding, options)
+        if better is not None:
+            return better, f"{record.name}: {finding}"
+    return None, ""
+
+
+def _mending(record: Record, finding: Finding, options: ReadingOptions) -> ReadingOptions | None:
+    columns = options.columns
+    if finding.kind == "inverted" and not options.reverse:
+        return replace(options, reverse=True)
+    if finding.kind == "swapped" and options.input_position is None and columns.output is not None:
+        return replace(options, columns=replace(columns, input=columns.output, output=columns.input))
+    if finding.kind == "position" and options.input_position is None:
+        return replace(options, columns=replace(columns, input="u"), input_position=columns.input)
+    if finding.kind == "stuck" and options.part_s is None:
+        rate, length = record.sample_rate_hz, len(record)
+        before, after = finding.first, length - finding.stop
+        part = (0.0, finding.first / rate) if before > after else (finding.stop / rate, length / rate)
+        return replace(options, part_s=part)
+    return None
+
+
+def arguments(options: ReadingOptions) -> tuple[str, ...]:
+    """The options of the command line that say the same, as far as they differ from what is taken anyway."""
+    plain = ReadingOptions()
+    columns = options.columns
+    found: list[str] = []
+    named: Mapping[str, object] = {
+        "--time": columns.time if columns.time != "t" else None,
+        "--input": columns.input if columns.input != "u" else None,
+        "--output": columns.output if columns.output != "y" else None,
+        "--input-position": options.input_position,
+        "--output-time": options.output_time,
+        "--clock-offset": options.clock_offset,
+        "--time-unit": options.time_unit,
+        "--sample-rate": options.sample_rate_hz,
+        "--resample": options.resample_hz,
+        "--gaps": options.gaps if options.gaps != plain.gaps else None,
+        "--unwrap": options.unwrap,
+        "--input-unit": options.units.get("input"),
+        "--output-unit": options.units.get("output"),
+    }
+    for option, value in named.items():
+        if value is not None:
+            found += [option, f"{value:.15g}" if isinstance(value, float) else str(value)]
+    for name in options.known:
+        found += ["--known", name]
+    for path in options.join:
+        found += ["--join", str(path)]
+    if options.part_s is not None:
+        found += ["--part", *(f"{limit:g}" for limit in options.part_s)]
+    flags = {"--reverse": options.reverse, "--ignore-units": options.ignore_units}
+    return (*found, *(flag for flag, given in flags.items() if given))
