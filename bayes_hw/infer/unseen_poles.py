@@ -5,7 +5,8 @@ weight is nothing its time constant is anything: the posterior is a funnel that 
 reasonable time, while in the linearised response the time constant plays no part. Such a pole stays where the
 estimate has it, as a fixed function of the command whose weight is free, so that what it could take from the
 dead zone or the gain still widens their intervals. Of two poles that all but coincide one stays likewise: its
-weight is to first order the other's move.
+weight is to first order the other's move. And of several poles that have decayed within a few samples the one
+that does so within a sample stays: together their weights are the first samples of the response.
 """
 
 from __future__ import annotations
@@ -27,8 +28,20 @@ LEAST_SHARE = 0.8
 stays where it is."""
 
 
+AT_ONCE, SOON = float(np.exp(-1.0)), float(np.exp(-1 / 3))
+"""Modulus of a pole that has decayed within one sample, and within three."""
+
+
 def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> AxisParameters:
     """`axis` with the real poles held whose place `records` hardly tell, one after the other."""
+    places = {
+        name.removesuffix(".value"): abs(value)
+        for name, value in zip(axis.names, axis.nominal, strict=True)
+        if name.startswith("real_pole") and name.endswith(".value")
+    }
+    if sum(place < SOON for place in places.values()) > 1:
+        fast = [name for name, place in places.items() if place < AT_ONCE]
+        axis = _holding(axis, fast)
     while True:
         shares = {
             name: share
@@ -38,13 +51,18 @@ def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> Axi
         least = min(shares, key=lambda name: shares[name], default=None)
         if least is None or shares[least] >= LEAST_SHARE:
             return axis
-        axis = AxisParameters(
-            axis.model,
-            axis.free,
-            output_scale=axis.output_scale,
-            start_positions=axis.start_positions,
-            held_poles=(*axis.held_poles, least.removesuffix(".value")),
-        )
+        axis = _holding(axis, [least.removesuffix(".value")])
+
+
+def _holding(axis: AxisParameters, names: Sequence[str]) -> AxisParameters:
+    """`axis` with these real poles held too."""
+    return AxisParameters(
+        axis.model,
+        axis.free,
+        output_scale=axis.output_scale,
+        start_positions=axis.start_positions,
+        held_poles=(*axis.held_poles, *names),
+    )
 
 
 def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatArray:

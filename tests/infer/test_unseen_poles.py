@@ -56,6 +56,28 @@ def test_the_records_decide_which_poles_move(small_axis: HammersteinWiener, zero
     assert share["saturation.upper"] > 0.9
 
 
+def test_of_two_fast_poles_the_faster_stays(small_axis: HammersteinWiener) -> None:
+    """Whatever the records tell of its place; alone it moves."""
+    linear = small_axis.linear
+    for added, held in (([0.1, 0.6], True), ([0.1, 0.9], False)):
+        poles, zeros = np.append(linear.poles, added), np.append(linear.zeros, [-0.6])
+        gain = linear.gain * float(np.prod(1 - np.array(added))) / 1.6
+        both = LinearBlock(zeros, poles, gain, linear.delay_samples)
+        model = replace(small_axis, linear=both, noise_sigma=SIGMA)
+        quiet = [replace(record, y=model.simulate(record.u).y) for record in records_of(model)]
+        rng = np.random.default_rng(2)
+        quiet = [replace(r, y=r.y + 1e-5 * rng.standard_normal(len(r))) for r in quiet]
+        axis = AxisParameters(model, "all")
+        name = next(
+            n
+            for n, v in zip(axis.names, axis.nominal, strict=True)
+            if n.startswith("real_pole") and abs(v - 0.1) < 1e-9
+        )
+        chosen = without_unseen_poles(axis, quiet)
+        assert (name.removesuffix(".value") in chosen.held_poles) is held
+        assert name.replace(".value", ".weight") in chosen.names
+
+
 def test_an_axis_with_a_held_pole_is_the_same_axis(small_axis: HammersteinWiener) -> None:
     model = with_lag(small_axis, 0.95)
     free = AxisParameters(model, "all")
