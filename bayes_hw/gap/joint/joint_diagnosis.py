@@ -374,8 +374,8 @@ def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
     if found.tone is not None:
         said.append(
             f"a motion of {found.tone.frequency_hz:.4g} Hz in time, of amplitude {found.tone.amplitude:.2g} "
-            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, a machine "
-            "nearby may"
+            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, a "
+            "machine nearby may"
         )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
