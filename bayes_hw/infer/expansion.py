@@ -75,7 +75,7 @@ class Expansion:
             innovation = sigma**2 * np.prod(1 - partial**2, axis=0)
             monomials = _monomials(standard)
             excess = np.einsum("nk,nk->n", monomials @ self._products, monomials) - self._products[0, 0]
-            result += self._at_centre(sigma, partial) - 0.5 * excess / innovation
+            result += self.target.power * (self._at_centre(sigma, partial) - 0.5 * excess / innovation)
         result[~possible | ~np.isfinite(result)] = -np.inf
         return result
 
