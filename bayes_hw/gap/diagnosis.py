@@ -46,7 +46,8 @@ FREE_RESIDUAL = "free_residual.csv"
 class Diagnosis:
     """Everything a report needs: the case, fits, decision, predictions of the first record held out.
 
-    `left_out` compares sets of labels by how they predict blocks of the training records left out.
+    `left_out` compares sets of labels by how they predict blocks of the training records left out; `final` is
+    the explanation that predicts, `draws` (draws, parameters) are posterior draws of its coordinates.
     """
 
     case: Case | SimulatorCase
@@ -58,6 +59,8 @@ class Diagnosis:
     low: FloatArray
     high: FloatArray
     left_out: Mapping[tuple[str, ...], LeftOut]
+    final: Explanation
+    draws: FloatArray
 
 
 class FullSimulator(Protocol):
@@ -125,7 +128,19 @@ def diagnose(
         )
     held, half = measured.held, measured.half_width
     low, high = held.shown[0] - half, held.shown[0] + half
-    return Diagnosis(case, attribution, decision, verdict, held.before[0], held.after[0], low, high, left_out)
+    return Diagnosis(
+        case,
+        attribution,
+        decision,
+        verdict,
+        held.before[0],
+        held.after[0],
+        low,
+        high,
+        left_out,
+        measured.final,
+        measured.draws,
+    )
 
 
 def _search(
