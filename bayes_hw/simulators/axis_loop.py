@@ -1,4 +1,4 @@
-"""A MuJoCo axis in motion: mj_step with the forces that MuJoCo has no means for, compiled where numba is there.
+"""A MuJoCo axis in motion: mj_step with forces that MuJoCo has no means for, compiled where numba is.
 
 This module imports nothing of bayes_hw: a corrected simulator that is handed back carries its text.
 
@@ -34,7 +34,7 @@ try:
     from numba import njit
 except ImportError:  # a corrected simulator runs without it, more slowly
 
-    def njit(**_: Any) -> Any:  # type: ignore[no-redef]
+    def njit(**_: Any) -> Any:
         """The function as it is."""
         return lambda function: function
 
@@ -100,8 +100,23 @@ def law_force(law, x, free, bristle, h):  # type: ignore[no-untyped-def]
 
 @njit(nogil=True, error_model="numpy")
 def advance(  # type: ignore[no-untyped-def]
-    model, data, command, substeps, h, actuators, loop, loop_speed, loop_torque, positions, speeds, rests, laws,
-    read, views, known, y,
+    model,
+    data,
+    command,
+    substeps,
+    h,
+    actuators,
+    loop,
+    loop_speed,
+    loop_torque,
+    positions,
+    speeds,
+    rests,
+    laws,
+    read,
+    views,
+    known,
+    y,
 ):
     """Fill y (samples,) for the command (samples,), in what the actuators or the loop take.
 
@@ -145,9 +160,19 @@ def advance(  # type: ignore[no-untyped-def]
             _mj_step(model, data)
 
 
-def run(  # type: ignore[no-untyped-def]
-    model, command, substeps, actuators, loop, loop_speed, loop_torque, doors, laws, read, known=None
-):
+def run(
+    model: Any,
+    command: Any,
+    substeps: int,
+    actuators: Any,
+    loop: Any,
+    loop_speed: Any,
+    loop_torque: Any,
+    doors: Any,
+    laws: Any,
+    read: Any,
+    known: Any = None,
+) -> Any:
     """What `model` puts out (samples,) for a command (samples,), from its reference position at rest.
 
     `doors` holds positions (doors, nq), speeds (doors, nv) and rests (doors,); the rest as in `advance`.

@@ -1,7 +1,7 @@
-"""The corrected MuJoCo axis, handed back: model files with the effect in them, and a program that runs them.
+"""The corrected MuJoCo axis, handed back: model files with the effect in them, a program that runs them.
 
-The folder needs nothing of bayes_hw: `simulate.py` carries the text of `axis_loop` and of the kernels for what
-is before and behind the simulator. A model file holds numbers to six digits, as MuJoCo writes them.
+The folder needs nothing of bayes_hw: `simulate.py` carries the text of `axis_loop` and of the kernels for
+what is before and behind the simulator. A model file holds numbers to six digits, as MuJoCo writes them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NAMES = {value: name for name, value in vars(S).items() if name.isupper() and is
 
 @dataclass(frozen=True)
 class Corrected:
-    """One corrected simulator: its parameters by name, settings (COUNT,) and values of the base parameters."""
+    """One corrected simulator: parameters by name, settings (COUNT,) and values of the base parameters."""
 
     file: str
     parameters: dict[str, float]
@@ -76,9 +76,7 @@ def write_corrected(axis: MjcfAxis, diagnosis: Diagnosis, folder: Path, rng: np.
                 "model": one.file,
                 "parameters": one.parameters,
                 "around": {
-                    NAMES[i]: float(one.settings[i])
-                    for i in sorted(SIDES)
-                    if one.settings[i] != S.NEUTRAL[i]
+                    NAMES[i]: float(one.settings[i]) for i in sorted(SIDES) if one.settings[i] != S.NEUTRAL[i]
                 },
                 "laws": forces.laws.tolist(),
             }
@@ -141,14 +139,13 @@ def _closure(diagnosis: Diagnosis, outputs: Sequence[FloatArray]) -> float:
 
 def _loop(axis: MjcfAxis) -> dict[str, object]:
     """What `simulate.py` needs beside the model."""
-    loop = axis.declaration.loop
     places = list(axis.places.values())
     return {
         "input_factor": axis.declaration.input_factor,
         "output_factor": axis.declaration.output_factor,
         "substeps": axis.substeps,
         "actuators": axis.actuators,
-        "loop": [0.0] * 4 if loop is None else [loop.proportional, loop.integral, min(loop.limit, 1e300), 1.0],
+        "loop": axis.loop_numbers,
         "loop_speed": axis.loop_speed.tolist(),
         "loop_torque": axis.loop_torque.tolist(),
         "read": list(axis.read),
@@ -160,7 +157,7 @@ def _loop(axis: MjcfAxis) -> dict[str, object]:
 
 HEAD = '''"""The corrected axis: python simulate.py RECORD.csv OUT.csv [DRAW]
 
-Simulates the command u of a record (columns t,u, more are ignored) with the posterior mean, or with draw number
+Simulates the command u of a record (columns t,u, more are ignored) with the posterior mean, or with draw
 DRAW (1 to {draws}), and writes t,u,y. Needs numpy and mujoco; with numba it is a hundred times faster.
 From Python: simulate(u, draw=0).
 

@@ -1,31 +1,31 @@
 """What a simulator's file does not say: a small TOML file beside it.
 
-    [command]
-    actuators = ["rate", "hold"]    # that take the command; of an FMU: variables = ["command"]
-    unit = "deg/s"                  # of the records
-    simulator_unit = "rad/s"
-    [measured]
-    joint = "azimuth"               # or sensor = "encoder"; of an FMU: variable = "angle"
-    unit = "deg"
-    simulator_unit = "rad"
-    [record]
-    sample_rate_hz = 50.0
-    [noise]
-    sigma = 0.002                   # in units of the record; leave out where it is not known
-    [[uncertain]]
-    parameter = "joint/motor/armature"    # of an FMU: the variable's name
-    relative_sd = 0.2
-    [forces.motor]                  # where friction and ripple may enter: motor, load, or both
-    joint = "motor"                 # of an FMU: input, position and speed, names of variables
-    ratio = 1.0                     # turns of this joint a turn of the output
-    [forces.compliance]             # where a gap or a spring that is not linear may enter
-    tendon = "gear"                 # or joint = "gear"
-    [loop]                          # where the simulator has no velocity loop of its own
-    proportional = 120.0
-    integral = 500.0
-    speed_of = "motor"              # the joint whose speed it measures
-    torque_on = "motor"             # the joint that it drives, where no actuator takes the command
-    limit = 100.0
+[command]
+actuators = ["rate", "hold"]    # that take the command; of an FMU: variables = ["command"]
+unit = "deg/s"                  # of the records
+simulator_unit = "rad/s"
+[measured]
+joint = "azimuth"               # or sensor = "encoder"; of an FMU: variable = "angle"
+unit = "deg"
+simulator_unit = "rad"
+[record]
+sample_rate_hz = 50.0
+[noise]
+sigma = 0.002                   # in units of the record; leave out where it is not known
+[[uncertain]]
+parameter = "joint/motor/armature"    # of an FMU: the variable's name
+relative_sd = 0.2
+[forces.motor]                  # where friction and ripple may enter: motor, load, or both
+joint = "motor"                 # of an FMU: input, position and speed, names of variables
+ratio = 1.0                     # turns of this joint a turn of the output
+[forces.compliance]             # where a gap or a spring that is not linear may enter
+tendon = "gear"                 # or joint = "gear"
+[loop]                          # where the simulator has no velocity loop of its own
+proportional = 120.0
+integral = 500.0
+speed_of = "motor"              # the joint whose speed it measures
+torque_on = "motor"             # the joint that it drives, where no actuator takes the command
+limit = 100.0
 """
 
 from __future__ import annotations

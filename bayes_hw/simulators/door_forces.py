@@ -1,4 +1,4 @@
-"""Effects of the catalogue in a MuJoCo model: by its own means where it has them, as laws where it has not."""
+"""Effects of the catalogue in a MuJoCo model: by its own means where it has them, else as laws."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.simulators.edits import CUBIC, FRICTION_TIME, SPRING_BAND, Edit
 from bayes_hw.simulators.axis_loop import BRISTLES, FRICTION, GAP, HARDENING, LAW_NUMBERS, RIPPLE, SOFTENING
+from bayes_hw.simulators.edits import CUBIC, FRICTION_TIME, SPRING_BAND, Edit
 from bayes_hw.simulators.linear_axis import LinearSystem
 
 LOOSE, STIFF = 0.9, 0.95
@@ -112,9 +112,8 @@ def _friction(
 def _ripple(s: FloatArray, first: int, index: int, place: DoorPlace, force: float) -> list[float]:
     """A wave of settings as a law; `force` is the model's force a unit of acceleration."""
     size, period, phase, second, second_phase, constant = s[first : first + 6].tolist()
-    return [
-        RIPPLE, index, force * size, period / place.scale, phase, force * second, second_phase, force * constant,
-    ]  # fmt: skip
+    sizes = [force * size, period / place.scale, phase, force * second, second_phase, force * constant]
+    return [RIPPLE, index, *sizes]
 
 
 def _meshed_load(s: FloatArray, load: DoorPlace, motor: DoorPlace) -> list[float]:
@@ -132,7 +131,7 @@ def _spring(
     gap, bent = float(s[S.GAP]) / place.scale, place.scale**2
     if gap > 0 and place.kind == "tendon":
         low, high = model.tendon_lengthspring[model.tendon(place.name).id].tolist()
-        edits.append(Edit("tendon", place.name, SPRING_BAND, (low - gap, high + gap)))
+        edits.append(Edit("tendon", place.name, SPRING_BAND, 0.5 * (high - low) + gap))
     elif gap > 0:
         laws.append([GAP, place.index, stiffness, gap])
     if s[S.SOFTENING] != 0:

@@ -1,4 +1,4 @@
-"""Numbers of a MuJoCo model that are set: in the compiled model, and in the description it is written from."""
+"""Numbers of a MuJoCo model that are set: in the compiled model, and in what it is written from."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ FRICTION_TIME, SPRING_BAND, CUBIC = "friction_time", "spring_band", "cubic"
 
 @dataclass(frozen=True)
 class Edit:
-    """A number, or a pair of them, of a named element: joint, tendon, actuator or body.
+    """A number of a named element: joint, tendon, actuator or body.
 
     `gain` and `mass` are factors on what the file gives: a gain's bias scales with it, a mass's inertia.
-    `friction_time` is the time constant of a joint's frictionloss, `spring_band` the lengths between which a
-    tendon's spring is slack, `cubic` the coefficient of x^3 in a spring's force.
+    `friction_time` is the time constant of a joint's frictionloss, `spring_band` half the length that a
+    tendon's spring is slack for, about the middle of what it has, `cubic` the coefficient of x^3 in a
+    spring's force.
     """
 
     kind: str
     name: str
     field: str
-    value: float | tuple[float, float]
+    value: float
 
 
 def package(option: str = "--simulator") -> ModuleType:
@@ -61,7 +62,7 @@ def identifier(mujoco: ModuleType, model: Any, kind: str, name: str, where: str)
 
 
 def value_in(mujoco: ModuleType, model: Any, kind: str, name: str, field: str, where: str) -> float:
-    """What the compiled model holds; of a gain or a mass the factor 1. Raises InputError on what is unknown."""
+    """What the compiled model holds; of a gain or a mass the factor 1. Raises InputError where unknown."""
     index = identifier(mujoco, model, kind, name, where)
     if field not in FIELDS.get(kind, ()):
         raise InputError(f"{where}: {field!r} of a {kind} is unknown; use {', '.join(FIELDS[kind])}")
@@ -94,7 +95,8 @@ def set_in_model(mujoco: ModuleType, model: Any, edits: list[Edit]) -> None:
         elif edit.field == FRICTION_TIME:
             model.dof_solref[int(model.jnt_dofadr[index])] = edit.value, 1.0
         elif edit.field == SPRING_BAND:
-            model.tendon_lengthspring[index] = edit.value
+            middle = float(model.tendon_lengthspring[index].mean())
+            model.tendon_lengthspring[index] = middle - edit.value, middle + edit.value
         elif edit.field == CUBIC:
             poly = model.tendon_stiffnesspoly if edit.kind == "tendon" else model.jnt_stiffnesspoly
             poly[index, 1] = edit.value
@@ -120,7 +122,8 @@ def set_in_description(spec: Any, model: Any, edits: list[Edit]) -> None:
         elif edit.field == FRICTION_TIME:
             element.solref_friction = [edit.value, 1.0]
         elif edit.field == SPRING_BAND:
-            element.springlength = list(edit.value)  # type: ignore[arg-type]
+            middle = float(model.tendon_lengthspring[model.tendon(edit.name).id].mean())
+            element.springlength = [middle - edit.value, middle + edit.value]
         elif edit.field == CUBIC:
             element.stiffness = [element.stiffness[0], element.stiffness[1], edit.value]
         elif edit.field in ("stiffness", "damping") and hasattr(getattr(element, edit.field), "__len__"):

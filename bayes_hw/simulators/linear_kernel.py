@@ -41,7 +41,8 @@ def _along(row, x):  # type: ignore[no-untyped-def]
 def _wave(x, s, first):  # type: ignore[no-untyped-def]
     """A torque periodic in x, whose settings begin at `first`: both harmonics and the constant."""
     angle = TAU * x / s[first + 1]
-    return s[first] * np.sin(angle + s[first + 2]) + s[first + 3] * np.sin(2 * angle + s[first + 4]) + s[first + 5]
+    second = s[first + 3] * np.sin(2 * angle + s[first + 4])
+    return s[first] * np.sin(angle + s[first + 2]) + second + s[first + 5]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -69,8 +70,23 @@ def _rubbed(free, bristle, h, level, static, slow, smoothing, stiffness, viscous
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def move_with_forces(  # type: ignore[no-untyped-def]
-    transition, entering, constant, shown, offset, command, substeps, h,
-    positions, speeds, columns, rests, reaction, own, s, known, y,
+    transition,
+    entering,
+    constant,
+    shown,
+    offset,
+    command,
+    substeps,
+    h,
+    positions,
+    speeds,
+    columns,
+    rests,
+    reaction,
+    own,
+    s,
+    known,
+    y,
 ):
     """The same, `substeps` steps of h a sample, with the forces of the settings s at the doors.
 
@@ -85,12 +101,22 @@ def move_with_forces(  # type: ignore[no-untyped-def]
     bristles = np.zeros(2)
     rub = np.zeros((2, 7))
     rub[MOTOR] = (
-        s[S.MOTOR_FRICTION], s[S.MOTOR_STATIC], s[S.MOTOR_STRIBECK_SPEED], s[S.MOTOR_SMOOTHING],
-        s[S.MOTOR_PRESLIDING], s[S.VISCOUS], s[S.MOTOR_ASYMMETRY],
+        s[S.MOTOR_FRICTION],
+        s[S.MOTOR_STATIC],
+        s[S.MOTOR_STRIBECK_SPEED],
+        s[S.MOTOR_SMOOTHING],
+        s[S.MOTOR_PRESLIDING],
+        s[S.VISCOUS],
+        s[S.MOTOR_ASYMMETRY],
     )
     rub[LOAD] = (
-        s[S.LOAD_FRICTION], s[S.LOAD_STATIC], s[S.LOAD_STRIBECK_SPEED], s[S.LOAD_SMOOTHING],
-        s[S.LOAD_PRESLIDING], 0.0, 0.0,
+        s[S.LOAD_FRICTION],
+        s[S.LOAD_STATIC],
+        s[S.LOAD_STRIBECK_SPEED],
+        s[S.LOAD_SMOOTHING],
+        s[S.LOAD_PRESLIDING],
+        0.0,
+        0.0,
     )
     gap = max(s[S.GAP], own[4])
     spring = gap > 0 or s[S.CUBIC] != 0 or s[S.SOFTENING] != 0
@@ -132,7 +158,15 @@ def move_with_forces(  # type: ignore[no-untyped-def]
                     viscous *= 1 + side * s[S.VISCOUS_ASYMMETRY]
                 smoothing = rub[door, 3] if rub[door, 0] > 0 else own[2 * door + 1]
                 force, bristles[door] = _rubbed(
-                    free, bristles[door], h, level, rub[door, 1], rub[door, 2], smoothing, rub[door, 4], viscous
+                    free,
+                    bristles[door],
+                    h,
+                    level,
+                    rub[door, 1],
+                    rub[door, 2],
+                    smoothing,
+                    rub[door, 4],
+                    viscous,
                 )
                 for i in range(count):
                     after[i] += columns[door, i] * force

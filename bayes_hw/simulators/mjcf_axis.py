@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -149,8 +150,11 @@ class MjcfAxis:
 
     def base_edits(self, values: FloatArray) -> list[Edit]:
         """What parameter values (parameters,) set in the model."""
-        named = zip(self.parameters, values.tolist(), strict=True)
-        return [Edit(*parameter.name.split("/"), value) for parameter, value in named]
+        found = []
+        for parameter, value in zip(self.parameters, values.tolist(), strict=True):
+            kind, name, field = parameter.name.split("/")
+            found.append(Edit(kind, name, field, value))
+        return found
 
     def with_edits(self, edits: list[Edit]) -> Any:
         """A compiled model of its own with `edits`."""
@@ -219,13 +223,13 @@ class MjcfAxis:
         if self.read[0]:
             shown = factor * c[self.read[1]]
         else:
-            shown[: nv] = factor * self._tangent(self.read[1])
+            shown[:nv] = factor * self._tangent(self.read[1])
         entering = b[:, self.actuators].sum(axis=1) if self.actuators else np.zeros(count)
-        a, entering, constant, shown, forces = self._with_loop(a, entering, constant, shown, forces, float(model.opt.timestep))
+        step = float(model.opt.timestep)
+        a, entering, constant, shown, forces = self._with_loop(a, entering, constant, shown, forces, step)
         size = len(entering)
         positions, speeds, columns = (np.zeros((3, size)) for _ in range(3))
         rests, own, inertia, stiffness = np.zeros(3), np.zeros(5), np.ones(2), 0.0
-        step = float(model.opt.timestep)
         for name, place in self.places.items():
             door, scale = PLACES[name], factor / place.ratio
             tangent = self._tangent_of(place.position)
@@ -298,6 +302,14 @@ class MjcfAxis:
             {name: np.append(column, 0.0) for name, column in forces.items()},
         )
 
+    @property
+    def loop_numbers(self) -> list[float]:
+        """Gains and limit of the declared loop, and whether there is one."""
+        loop = self.declaration.loop
+        if loop is None:
+            return [0.0] * 4
+        return [loop.proportional, loop.integral, min(loop.limit, sys.float_info.max), 1.0]
+
     @cached_property
     def loop_speed(self) -> FloatArray:
         """The speed that the declared loop measures, along it; zero without one."""
@@ -366,12 +378,12 @@ class MjcfAxis:
         }
         return doors_forces(self.model, settings, places, system, hasattr(self.model, "tendon_stiffnesspoly"))
 
-    def motion(self, model: Any, command: FloatArray, laws: FloatArray, known: FloatArray | None = None) -> FloatArray:
+    def motion(
+        self, model: Any, command: FloatArray, laws: FloatArray, known: FloatArray | None = None
+    ) -> FloatArray:
         """Output (samples,) of a compiled `model` for a command (samples,), both in the record's units."""
         from bayes_hw.simulators.axis_loop import run
 
-        loop = self.declaration.loop
-        numbers = [0.0] * 4 if loop is None else [loop.proportional, loop.integral, loop.limit, 1.0]
         places = list(self.places.values())
         doors = (
             np.array([place.position for place in places]).reshape(len(places), self.model.nq),
@@ -383,7 +395,7 @@ class MjcfAxis:
             command * self.declaration.input_factor,
             self.substeps,
             self.actuators,
-            numbers,
+            self.loop_numbers,
             self.loop_speed,
             self.loop_torque,
             doors,

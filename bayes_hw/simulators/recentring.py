@@ -26,7 +26,7 @@ from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder
 ROUNDS = 5
 ITERATIONS = 12
 SETTLED = 0.05
-"""Cost, in units of log-likelihood, by which a round may still move the fit when it is taken to have settled."""
+"""Log-likelihood that a round may still gain when the fit is taken to have settled."""
 
 SETS_REFINED = 6
 """Sets of labels whose best explanation is fitted on the full simulator, the base model besides."""
@@ -102,17 +102,18 @@ class Recentring:
 
     def refined(self, asked: Question, attribution: Attribution) -> Attribution:
         """The base model and the best explanation of the likeliest sets of labels, fitted on the full
-        simulator; explanations of other sets stand behind them as they are."""
+        simulator; the others stay as they are, none with more evidence than the best of its labels."""
+        base = attribution.base
         best = best_of_each(attribution.explanations, lambda e: e.labels)
-        chosen = [e for e in list(best.values())[:SETS_REFINED] if e is not attribution.base]
-        work = [attribution.base, *chosen]
+        work = [base, *(e for e in list(best.values())[:SETS_REFINED] if e is not base)]
         found = self.each(lambda e: self._fitted(e, asked.measured), work)
-        moved = {id(old): new for old, new in zip(work, found, strict=True)}
-        new = [moved[id(e)] for e in work]
-        rest = [e for e in attribution.explanations if id(e) not in moved and e.labels not in best]
-        alike = [e for e in attribution.explanations if id(e) not in moved and e.labels in best]
-        kept = [e for e in alike if best[e.labels] not in work]
-        everything = sorted([*new, *rest, *kept], key=lambda e: -e.log_evidence)
+        least = {e.labels: e.log_evidence for e in found}
+        others = [
+            replace(e, log_evidence=min(e.log_evidence, least.get(e.labels, np.inf)))
+            for e in attribution.explanations
+            if not any(e is done for done in work)
+        ]
+        everything = sorted([*found, *others], key=lambda e: -e.log_evidence)
         return replace(attribution, base=found[0], explanations=tuple(everything))
 
     def _fitted(self, explanation: Explanation, measured: Sequence[FloatArray]) -> Explanation:

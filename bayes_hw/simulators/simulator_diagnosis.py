@@ -1,27 +1,28 @@
-"""From a simulator's file to its diagnosis: the file opened, searched on its linear axis, answered on itself."""
+"""From a simulator's file to its diagnosis: searched on its linear axis, answered on itself."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayes_hw.entrance import enter
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator_case import SimulatorCase
-from bayes_hw.gap.diagnosis import Diagnosis, diagnose
+from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate.parallel import Each
-from bayes_hw.progress import Progress
+from bayes_hw.posing import Origin, Start, from_rest
 from bayes_hw.record import Record
 from bayes_hw.simulators.declaration import Declaration
 from bayes_hw.simulators.edits import package
 from bayes_hw.simulators.recentring import Recentring
-
-if TYPE_CHECKING:
-    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+from bayes_hw.simulators.simulator_file import SimulatorFile
 
 MODELS = (".xml", ".mjcf", ".urdf")
+CORRECTED = "corrected"
+"""The folder of the corrected simulator within that of the results."""
+
 KINDS = (*MODELS, ".fmu")
 
 
@@ -30,7 +31,7 @@ def is_simulator_file(name: str) -> bool:
     return Path(name).suffix.lower() in KINDS
 
 
-def open_simulator(path: Path, declaration: Path | None = None, jobs: int = 1) -> MjcfAxis:
+def open_simulator(path: Path, declaration: Path | None = None, jobs: int = 1) -> SimulatorFile:
     """The axis in a file, with the declaration beside it (PATH.toml) where none is given.
 
     Raises InputError on a missing file or extra, and on what does not fit the declaration.
@@ -48,21 +49,46 @@ def open_simulator(path: Path, declaration: Path | None = None, jobs: int = 1) -
 
 
 def simulator_case(
-    axis: MjcfAxis, train: Sequence[Record], holdout: Sequence[Record]
-) -> SimulatorCase:
-    """The records beside the axis' linear stand-in, angles counted from where each record begins."""
-    return SimulatorCase.of_records(axis.linear, train, holdout)
-
-
-def diagnose_simulator(
-    axis: MjcfAxis,
-    case: SimulatorCase,
-    rng: np.random.Generator,
+    axis: SimulatorFile,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
     *,
-    jobs: int = 1,
-    without: frozenset[str] = frozenset(),
-    progress: Progress | None = None,
-) -> Diagnosis:
-    """What the simulator lacks on the records of `case`, answered and measured on the simulator itself."""
-    full = Recentring(axis, Each(jobs))
-    return diagnose(case, rng, jobs=jobs, without=without, progress=progress, full=full)
+    origin: Origin = "start",
+    start: Start = "auto",
+    accepted: Collection[str] = (),
+) -> tuple[SimulatorCase, tuple[str, ...]]:
+    """The records beside the axis' linear stand-in, and in words what was done to them.
+
+    Angles count from where a record begins; one that begins in motion is cut to where it first rests, unless
+    `start` is "rest". Raises InputError on records that do not fit.
+    """
+    notes: list[str] = []
+    given = (*train, *holdout)
+    rested = given if start == "rest" else tuple(from_rest(record) for record in given)
+    notes += [
+        f"{after.name}: {after.treatment[-1]}"
+        for before, after in zip(given, rested, strict=True)
+        if after is not before
+    ]
+    count = len(train)
+    SimulatorCase.of_records(axis.linear, rested[:count], rested[count:])
+    found = enter(
+        rested[:count], rested[count:], origin=origin, start="rest", accepted=accepted, looked_at=True
+    )
+    return SimulatorCase.of_records(axis.linear, found.records, found.holdout), (*notes, *found.notes)
+
+
+def full_simulator(axis: SimulatorFile, jobs: int = 1) -> Recentring:
+    """The simulator itself, behind its linear stand-in, as `bayes_hw.gap.diagnosis.diagnose` takes it."""
+    return Recentring(axis, Each(jobs))
+
+
+def write_corrected_simulator(
+    axis: SimulatorFile, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator
+) -> None:
+    """The simulator with the answer's effects, to a folder of its own; see `corrected_mjcf`."""
+    from bayes_hw.simulators.corrected_mjcf import write_corrected
+    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+
+    if isinstance(axis, MjcfAxis):
+        write_corrected(axis, diagnosis, folder, rng)

@@ -192,7 +192,7 @@ STOCHASTIC_ON_OUTPUT = ("encoder_quantization", "sensor_drift", "timing_jitter",
 def effects_for(
     scale: AxisScale, inner: frozenset[int], without: frozenset[str] = frozenset()
 ) -> tuple[Effect, ...]:
-    """The effects, built in or registered, that enter a simulator before it, behind it or as forces within it.
+    """The effects, built in or registered, that enter a simulator before it, behind it or within it.
 
     An effect finds its door by what it writes into the settings, of which the simulator takes `inner` within
     it; one that needs what is in no simulator (a resonator, limits that depend on position) finds none.
