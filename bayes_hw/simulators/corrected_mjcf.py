@@ -12,6 +12,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate import signal_kernel
 from bayes_hw.record import Record
-from bayes_hw.simulators import axis_loop
+from bayes_hw.simulators import axis_loop, laws
 from bayes_hw.simulators.edits import set_in_description
 from bayes_hw.simulators.mjcf_axis import MjcfAxis
 
@@ -202,17 +203,22 @@ if __name__ == "__main__":
 
 def program() -> str:
     """The text of `simulate.py`."""
-    loop = inspect.getsource(axis_loop)
-    loop = loop[loop.index("from __future__") :]
-    imports = "import csv\nimport json\nimport sys\n"
-    loop = loop.replace("import ctypes\n", f"import ctypes\n{imports}", 1)
+    own = [_text(module) for module in (laws, axis_loop)]
+    imports = "import csv\nimport json\nimport sys"
     kernels = "\n\n".join(_source(name) for name in ("behind_dead_zone", "command_side", "output_side"))
     constants = "\n".join(f"{NAMES[i]} = {i}" for i in sorted(SIDES))
     neutral = ", ".join(f'float("{x!r}")' if np.isinf(x) else repr(x) for x in S.NEUTRAL.tolist())
     numbers = ", ".join(f'"{NAMES[i]}": {i}' for i in sorted(SIDES))
     table = f"NEUTRAL = np.array([{neutral}])\nNUMBER = {{{numbers}}}"
-    parts = [HEAD.format(draws=DRAWS), loop, f"TAU = TURN\n{constants}\n{table}", kernels, TAIL]
+    parts = [HEAD.format(draws=DRAWS), imports, *own, f"TAU = TURN\n{constants}\n{table}", kernels, TAIL]
     return "\n\n".join(parts)
+
+
+def _text(module: ModuleType) -> str:
+    """A module's text without its docstring and without what it imports of bayes_hw."""
+    text = inspect.getsource(module)
+    lines = text[text.index("from __future__") :].splitlines()[1:]
+    return "\n".join(line for line in lines if not line.startswith("from bayes_hw")).strip()
 
 
 def _source(name: str) -> str:

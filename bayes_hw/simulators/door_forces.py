@@ -10,8 +10,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.simulators.axis_loop import BRISTLES, FRICTION, GAP, HARDENING, LAW_NUMBERS, RIPPLE, SOFTENING
 from bayes_hw.simulators.edits import CUBIC, FRICTION_TIME, SPRING_BAND, Edit
+from bayes_hw.simulators.laws import BRISTLES, FRICTION, GAP, HARDENING, LAW_NUMBERS, RIPPLE, SOFTENING
 from bayes_hw.simulators.linear_axis import LinearSystem
 
 LOOSE, STIFF = 0.9, 0.95

@@ -29,7 +29,9 @@ SETTLED = 0.05
 """Log-likelihood that a round may still gain when the fit is taken to have settled."""
 
 SETS_REFINED = 6
-"""Sets of labels whose best explanation is fitted on the full simulator, the base model besides."""
+NEAR, NEAR_SHARE = 50.0, 0.1
+"""Sets of labels whose best explanation is fitted on the full simulator, besides the base model: so many, and
+none farther behind the best than NEAR, or than NEAR_SHARE of what the best is ahead of the base model."""
 
 SHRINK = 0.5
 TRIES = 4
@@ -105,7 +107,10 @@ class Recentring:
         simulator; the others stay as they are, none with more evidence than the best of its labels."""
         base = attribution.base
         best = best_of_each(attribution.explanations, lambda e: e.labels)
-        work = [base, *(e for e in list(best.values())[:SETS_REFINED] if e is not base)]
+        first = next(iter(best.values())).log_evidence
+        least_of_all = first - max(NEAR, NEAR_SHARE * (first - base.log_evidence))
+        likely = [e for e in list(best.values())[:SETS_REFINED] if e.log_evidence >= least_of_all]
+        work = [base, *(e for e in likely if e is not base)]
         found = self.each(lambda e: self._fitted(e, asked.measured), work)
         least = {e.labels: e.log_evidence for e in found}
         others = [
