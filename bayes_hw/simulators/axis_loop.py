@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bayes_hw.simulators.laws import COMPILED, LAW_NUMBERS, law_force, njit
+from bayes_hw.simulators.laws import COMPILED, LAW_NUMBERS, compiled, law_force
 
 
 def _library() -> Any:
@@ -31,7 +31,7 @@ else:
     _mj_step, _mj_forward = mujoco.mj_step, mujoco.mj_forward
 
 
-@njit(nogil=True, error_model="numpy")
+@compiled
 def advance(  # type: ignore[no-untyped-def]
     model,
     data,

@@ -224,7 +224,7 @@ def _text(module: ModuleType) -> str:
 def _source(name: str) -> str:
     """A compiled kernel's text, its settings under their bare names and nothing kept on disk."""
     text = inspect.getsource(getattr(signal_kernel, name).py_func)
-    return re.sub(r"\bS\.([A-Z_]+)", r"\1", text).replace("cache=True, ", "")
+    return re.sub(r"@njit\(.*\)", "@compiled", re.sub(r"\bS\.([A-Z_]+)", r"\1", text))
 
 
 __all__ = ["Corrected", "corrected_ones", "program", "write_corrected"]

@@ -90,6 +90,7 @@ class Declaration:
     measured: Mapping[str, str]
     measured_unit: str
     sample_rate_hz: float
+    step_s: float
     noise_sigma: float
     uncertain: tuple[Uncertain, ...]
     doors: tuple[Door, ...]
@@ -118,6 +119,8 @@ class Declaration:
         where = {key: _text(measured, key, path, "measured.") for key in measured if "unit" not in key}
         if len(where) != 1:
             raise InputError(f"{path}: measured: give one of joint, sensor and variable")
+        record = _table(data, "record", path)
+        _only(record, ("sample_rate_hz", "step_s"), path, "record.")
         units = Units(
             input=_text(command, "unit", path, "command.", "deg/s"),
             output=_text(measured, "unit", path, "measured.", "deg"),
@@ -130,7 +133,8 @@ class Declaration:
             _text(command, "simulator_unit", path, "command.", units.input),
             where,
             _text(measured, "simulator_unit", path, "measured.", units.output),
-            _number(_table(data, "record", path), "sample_rate_hz", path, "record."),
+            _number(record, "sample_rate_hz", path, "record."),
+            _number(record, "step_s", path, "record.") if "step_s" in record else 0.0,
             _number(data["noise"], "sigma", path, "noise.") if "noise" in data else float("nan"),
             tuple(_uncertain(item, path) for item in data.get("uncertain", ())),
             _doors(data.get("forces", {}), path),

@@ -18,6 +18,10 @@ LOOSE, STIFF = 0.9, 0.95
 """Of MuJoCo's default solimp: impedance where a friction constraint stands, and its largest."""
 
 
+FIRSTS = (("motor", S.MOTOR_FRICTION, S.RIPPLE), ("load", S.LOAD_FRICTION, S.LOAD_RIPPLE))
+"""Doors, with the first of their settings of friction and of ripple."""
+
+
 @dataclass(frozen=True)
 class DoorPlace:
     """A door's element, its number among the doors, output units a unit of the model, the force in the
@@ -55,33 +59,63 @@ def doors_forces(
     """The forces of settings (COUNT,) at `places` of a model whose linear system is `system`."""
     edits: list[Edit] = []
     laws: list[list[float]] = []
-    firsts = (("motor", S.MOTOR_FRICTION, S.RIPPLE), ("load", S.LOAD_FRICTION, S.LOAD_RIPPLE))
-    for name, friction, wave in firsts:
+    for name, friction, wave in FIRSTS:
         if name not in places:
             continue
         own_edits, own_laws = _friction(model, settings, places[name], friction, system.step_s)
         edits += own_edits
         laws += own_laws
-        if settings[wave] != 0 or settings[wave + 5] != 0:
-            laws.append(_ripple(settings, wave, places[name].index, places[name], places[name].inertia))
-    if settings[S.MESH_RIPPLE] != 0 or settings[S.MESH_RIPPLE_START] != 0:
-        motor, load = places["motor"], places["load"]
-        laws.append(_ripple(settings, S.MESH_RIPPLE, motor.index, motor, -motor.inertia * system.reaction))
-        laws.append(_meshed_load(settings, load, motor))
+        laws += _waves(settings, wave, places[name])
+    laws += _meshed(settings, places, system)
     if "compliance" in places:
         own_edits, own_laws = _spring(model, settings, places["compliance"], system.stiffness, has_cubic)
         edits += own_edits
         laws += own_laws
+    return DoorForces(edits, _rows(laws))
+
+
+def door_laws(settings: FloatArray, places: Mapping[str, DoorPlace], system: LinearSystem) -> FloatArray:
+    """The forces of settings (COUNT,) at motor and load as laws (laws, LAW_NUMBERS), without means of a
+    model's own."""
+    laws: list[list[float]] = []
+    for name, friction, wave in FIRSTS:
+        if name in places:
+            laws += _friction(None, settings, places[name], friction, system.step_s)[1]
+            laws += _waves(settings, wave, places[name])
+    laws += _meshed(settings, places, system)
+    return _rows(laws)
+
+
+def _rows(laws: list[list[float]]) -> FloatArray:
     rows = np.zeros((len(laws), LAW_NUMBERS))
     for row, law in zip(rows, laws, strict=True):
         row[: len(law)] = law
-    return DoorForces(edits, rows)
+    return rows
+
+
+def _waves(settings: FloatArray, first: int, place: DoorPlace) -> list[list[float]]:
+    """Ripple at a door, where there is any."""
+    if settings[first] == 0 and settings[first + 5] == 0:
+        return []
+    return [_ripple(settings, first, place.index, place, place.inertia)]
+
+
+def _meshed(settings: FloatArray, places: Mapping[str, DoorPlace], system: LinearSystem) -> list[list[float]]:
+    """Ripple of the gear mesh at the motor, and its reaction, where there is any."""
+    if settings[S.MESH_RIPPLE] == 0 and settings[S.MESH_RIPPLE_START] == 0:
+        return []
+    motor, load = places["motor"], places["load"]
+    return [
+        _ripple(settings, S.MESH_RIPPLE, motor.index, motor, -motor.inertia * system.reaction),
+        _meshed_load(settings, load, motor),
+    ]
 
 
 def _friction(
     model: Any, s: FloatArray, place: DoorPlace, first: int, step_s: float
 ) -> tuple[list[Edit], list[list[float]]]:
-    """Dry friction by frictionloss where it neither falls with speed, bends nor depends on the direction."""
+    """Dry friction by frictionloss where there is a `model` of MuJoCo, and where it neither falls with speed,
+    bends nor depends on the direction."""
     level, static, slow, smoothing, presliding = s[first : first + 5].tolist()
     at_motor = first == S.MOTOR_FRICTION
     viscous, viscous_asymmetry, asymmetry = (
@@ -96,8 +130,8 @@ def _friction(
     if presliding > 0:
         law = [BRISTLES, place.index, force, static, slow / place.scale]
         return [], [[*law, presliding * place.inertia * place.scale, 0.0, 0.0, 0.0, response]]
-    joint = model.joint(place.name)
-    if static == 0 and asymmetry == 0 and viscous_asymmetry == 0:
+    if model is not None and static == 0 and asymmetry == 0 and viscous_asymmetry == 0:
+        joint = model.joint(place.name)
         edits = [Edit("joint", place.name, "frictionloss", float(joint.frictionloss[0]) + force)]
         if level > 0:
             time = max(smoothing / friction_time_at(level, 1.0), 2 * step_s)

@@ -30,21 +30,22 @@ import numpy as np
 try:
     from numba import njit
 except ImportError:  # a corrected simulator runs without it, more slowly
-
-    def njit(**_: Any) -> Any:
-        """The function as it is."""
-        return lambda function: function
-
     COMPILED = False
 else:
     COMPILED = True
+
+
+def compiled(function: Any) -> Any:
+    """The function, compiled where numba is there."""
+    return njit(nogil=True, error_model="numpy")(function) if COMPILED else function
+
 
 FRICTION, BRISTLES, RIPPLE, HARDENING, SOFTENING, GAP = range(6)
 LAW_NUMBERS = 11
 TURN = 2 * np.pi
 
 
-@njit(nogil=True, error_model="numpy")
+@compiled
 def law_force(law, x, free, bristle, h):  # type: ignore[no-untyped-def]
     """The force of one law at position x in a step h that would end at speed `free` without it, and its
     bristles' deflection at the end of the step."""

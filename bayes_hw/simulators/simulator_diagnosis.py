@@ -42,6 +42,10 @@ def open_simulator(path: Path, declaration: Path | None = None, jobs: int = 1) -
     if declaration is None and not beside.is_file():
         raise InputError(f"{path}: needs a declaration; write {beside.name} beside it, or give --declaration")
     declared = Declaration.read(declaration or beside)
+    if path.suffix.lower() == ".fmu":
+        from bayes_hw.simulators.fmu_axis import FmuAxis
+
+        return FmuAxis(path, declared)
     package()
     from bayes_hw.simulators.mjcf_axis import MjcfAxis
 
