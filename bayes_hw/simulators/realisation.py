@@ -55,7 +55,7 @@ class Realisation:
         transition = np.linalg.solve(middle, self.left.T @ second @ self.right)
         entering = np.linalg.solve(middle, self.left.T @ first[:, :inputs]) / self.input_scales
         shown = (first[:outputs] @ self.right) / self.output_scales[:, None]
-        return transition, entering, shown
+        return np.asarray(transition, np.float64), np.asarray(entering, np.float64), np.asarray(shown)
 
 
 def _hankel(responses: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from bayes_hw.simulators.declaration import Declaration
 from bayes_hw.simulators.edits import package
 from bayes_hw.simulators.recentring import Recentring
 from bayes_hw.simulators.simulator_file import SimulatorFile
+
+if TYPE_CHECKING:
+    from bayes_hw.simulators.mjcf_axis import MjcfAxis
 
 MODELS = (".xml", ".mjcf", ".urdf")
 CORRECTED = "corrected"
@@ -90,9 +94,15 @@ def full_simulator(axis: SimulatorFile, jobs: int = 1) -> Recentring:
 def write_corrected_simulator(
     axis: SimulatorFile, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator
 ) -> None:
-    """The simulator with the answer's effects, to a folder of its own; see `corrected_mjcf`."""
-    from bayes_hw.simulators.corrected_mjcf import write_corrected
-    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+    """The simulator with the answer's effects, to a folder of its own; see `corrected_mjcf` and
+    `corrected_fmu`."""
+    from bayes_hw.simulators.fmu_axis import FmuAxis
 
-    if isinstance(axis, MjcfAxis):
-        write_corrected(axis, diagnosis, folder, rng)
+    if isinstance(axis, FmuAxis):
+        from bayes_hw.simulators import corrected_fmu
+
+        corrected_fmu.write_corrected(axis, diagnosis, folder, rng)
+    else:
+        from bayes_hw.simulators import corrected_mjcf
+
+        corrected_mjcf.write_corrected(cast("MjcfAxis", axis), diagnosis, folder, rng)

@@ -50,15 +50,21 @@ class Unit:
         self.used = True
         if self.second:
             self.slave.setupExperiment(startTime=0.0)
-        self._set(list(values), list(values.values()))
+        self.put(list(values), list(values.values()))
         self.slave.enterInitializationMode()
-        self._set(list(values), list(values.values()))
+        self.put(list(values), list(values.values()))
         self.slave.exitInitializationMode()
 
-    def _set(self, names: list[str], values: list[float]) -> None:
+    def put(self, names: list[str], values: list[float]) -> None:
+        """Set variables."""
         references = [self.references[name] for name in names]
         if references:
             (self.slave.setReal if self.second else self.slave.setFloat64)(references, values)
+
+    def get(self, names: list[str]) -> list[float]:
+        """Values of variables."""
+        references = [self.references[name] for name in names]
+        return list((self.slave.getReal if self.second else self.slave.getFloat64)(references))
 
     def run(
         self,
@@ -69,47 +75,65 @@ class Unit:
         step_s: float,
         doors: list[tuple[str, str, str]] | None = None,
         laws: Any = None,
-        every_step: bool = False,
     ) -> Any:
         """Outputs (samples, outputs) for inputs (samples,) by name, each held for `substeps` of `step_s`.
 
-        `doors` are names of force input, position and speed; `laws` (laws, LAW_NUMBERS) act there, positions
-        counted from the start. With `every_step` the outputs are those of every step.
+        `doors` are names of force input, position and speed; `laws` (laws, LAW_NUMBERS) act there.
         """
-        self.begin(values)
-        names, doors = list(inputs), doors or []
-        rows = np.zeros((0, 1)) if laws is None else np.asarray(laws, np.float64)
-        given = [self.references[name] for name in (*names, *(door[0] for door in doors))]
-        count, watched = len(outputs), list(outputs)
-        if len(rows):
-            watched += [name for door in doors for name in door[1:]]
-        asked = [self.references[name] for name in watched]
-        get = self.slave.getReal if self.second else self.slave.getFloat64
-        put = self.slave.setReal if self.second else self.slave.setFloat64
-        signals = np.column_stack([inputs[name] for name in names]) if names else np.zeros((0, 0))
-        found, forces = [], np.zeros(len(doors))
-        bristles, before = np.zeros(len(rows)), np.zeros(len(rows))
-        start, last = None, None
-        own = [i for i, door in enumerate(doors) if door[0] not in names]
-        references = given[: len(names)] + [given[len(names) + i] for i in own]
-        for k in range(len(signals)):
-            for j in range(substeps):
-                seen = get(asked)
-                if j == 0 or every_step:
-                    found.append(seen[:count])
-                if len(rows):
-                    moved = np.array(seen[count:]).reshape(len(doors), 2)
-                    start = moved[:, 0].copy() if start is None else start
-                    last = moved[:, 1] if last is None else last
-                    forces[:] = 0.0
-                    for i, law in enumerate(rows):
-                        door = int(law[1])
-                        at = int(law[10]) - 1 if law[10] > 0 else door
-                        free = 2 * moved[door, 1] - last[door] - step_s * law[9] * before[i]
-                        x = moved[at, 0] - start[at]
-                        before[i], bristles[i] = law_force(law, x, free, bristles[i], step_s)
-                        forces[door] += before[i]
-                    last = moved[:, 1]
-                put(references, [*signals[k].tolist(), *(float(forces[i]) for i in own)])
-                self.slave.doStep((k * substeps + j) * step_s, step_s)
-        return np.array(found, np.float64).reshape(-1, count)
+        motion = UnitMotion(self, values, list(inputs), outputs, step_s, doors or [], laws)
+        signals = np.column_stack(list(inputs.values())).tolist()
+        found = []
+        for row in signals:
+            found.append(motion.outputs())
+            for _ in range(substeps):
+                motion.step(row)
+        return np.array(found, np.float64).reshape(-1, len(outputs))
+
+
+class UnitMotion:
+    """A unit from its start with these parameters, step by step, with the forces of `laws` at its doors."""
+
+    def __init__(
+        self,
+        unit: Unit,
+        values: dict[str, float],
+        inputs: list[str],
+        outputs: list[str],
+        step_s: float,
+        doors: list[tuple[str, str, str]],
+        laws: Any = None,
+    ) -> None:
+        self.unit, self.step_s, self.time = unit, step_s, 0.0
+        self.laws = np.zeros((0, 1)) if laws is None else np.asarray(laws, np.float64)
+        self.bristles, self.before = np.zeros(len(self.laws)), np.zeros(len(self.laws))
+        self.forces = np.zeros(len(doors))
+        self.own = [i for i, door in enumerate(doors) if door[0] not in inputs]
+        self.entering = [*inputs, *(doors[i][0] for i in self.own)]
+        self.shown, self.moving = outputs, [name for door in doors for name in door[1:]]
+        unit.begin(values)
+        self.start = self.last = self._motion()
+
+    def outputs(self) -> list[float]:
+        """Those of now."""
+        return self.unit.get(self.shown)
+
+    def _motion(self) -> Any:
+        """Position and speed (doors, 2) of every door."""
+        return np.array(self.unit.get(self.moving)).reshape(-1, 2) if len(self.laws) else np.zeros((0, 2))
+
+    def step(self, inputs: list[float]) -> None:
+        """One step with these inputs."""
+        if len(self.laws):
+            now, h = self._motion(), self.step_s
+            self.forces[:] = 0.0
+            for i, law in enumerate(self.laws):
+                door = int(law[1])
+                at = int(law[10]) - 1 if law[10] > 0 else door
+                free = 2 * now[door, 1] - self.last[door, 1] - h * law[9] * self.before[i]
+                x = now[at, 0] - self.start[at, 0]
+                self.before[i], self.bristles[i] = law_force(law, x, free, self.bristles[i], h)
+                self.forces[door] += self.before[i]
+            self.last = now
+        self.unit.put(self.entering, [*inputs, *(float(self.forces[i]) for i in self.own)])
+        self.unit.slave.doStep(self.time, self.step_s)
+        self.time += self.step_s
