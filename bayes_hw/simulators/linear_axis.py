@@ -90,7 +90,7 @@ class LinearAxis:
     doors: frozenset[str]
     limits: tuple[float, float]
     linearised: Callable[[FloatArray], LinearSystem]
-    known: LruCache[bytes, LinearSystem] = field(default_factory=lambda: LruCache(256))
+    known: LruCache[bytes, LinearSystem] = field(default_factory=lambda: LruCache(KEPT))
 
     @property
     def force_door(self) -> bool:
@@ -180,6 +180,9 @@ class LinearAxis:
             )
         return outputs
 
+
+KEPT = 2048
+"""Linear systems kept: a search asks again for many."""
 
 RESPONSE_S = 5.0
 """Time within which the response to a constant force is greatest."""

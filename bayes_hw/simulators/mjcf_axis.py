@@ -226,7 +226,7 @@ class MjcfAxis:
             shown[:nv] = factor * self._tangent(self.read[1])
         entering = b[:, self.actuators].sum(axis=1) if self.actuators else np.zeros(count)
         step = float(model.opt.timestep)
-        a, entering, constant, shown, forces = self._with_loop(a, entering, constant, shown, forces, step)
+        a, entering, constant, shown, forces = self._with_loop(model, a, entering, constant, shown, forces)
         size = len(entering)
         positions, speeds, columns = (np.zeros((3, size)) for _ in range(3))
         rests, own, inertia, stiffness = np.zeros(3), np.zeros(5), np.ones(2), 0.0
@@ -273,21 +273,21 @@ class MjcfAxis:
 
     def _with_loop(
         self,
+        model: Any,
         a: FloatArray,
         entering: FloatArray,
         constant: FloatArray,
         shown: FloatArray,
         forces: dict[str, FloatArray],
-        step: float,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, dict[str, FloatArray]]:
-        """The system closed by the declared loop, whose integral is a state more; its limit is left out."""
+        """The system of `model` closed by the declared loop, whose integral is a state more; no limit."""
         loop = self.declaration.loop
         if loop is None:
             return a, entering, constant, shown, forces
         count, nv = len(entering), int(self.model.nv)
         if not self.actuators:
-            entering = self._pushed(self.model, self.loop_torque, count)
-        measured = np.zeros(count)
+            entering = self._pushed(model, self.loop_torque, count)
+        measured, step = np.zeros(count), float(model.opt.timestep)
         measured[nv : 2 * nv] = self.loop_speed
         closed = np.zeros((count + 1, count + 1))
         closed[:count, :count] = a - loop.proportional * np.outer(entering, measured)
