@@ -81,12 +81,17 @@ def write_numbers(
 
 
 def closure(diagnosis: Diagnosis, outputs: Sequence[FloatArray]) -> float:
-    """1 - reducible squared error of `outputs` over that before, on the records held out."""
+    """The share of the reducible error on the records held out that `outputs` remove.
+
+    That of the verdict, less what their squared error is above that of its prediction, as a share of the
+    reducible error that the verdict's own two errors and its closure make.
+    """
     said = diagnosis.verdict.gap_holdout
     errors = np.concatenate([r.y - y for r, y in zip(diagnosis.case.holdout, outputs, strict=True)])
-    before = said.rmse_before**2 - said.noise_floor**2
-    after = float(np.mean(errors**2)) - said.noise_floor**2
-    return 1 - after / before if before > 0 else 0.0
+    removed = said.rmse_before**2 - said.rmse_after**2
+    if not (removed > 0 and said.closed > 0):
+        return 0.0
+    return said.closed * (1 - (float(np.mean(errors**2)) - said.rmse_after**2) / removed)
 
 
 def program(head: ModuleType, parts: Sequence[ModuleType]) -> str:

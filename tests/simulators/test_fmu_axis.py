@@ -48,15 +48,23 @@ speed = "speed"
 """
 
 
-@pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def built(folder: Path, builder: str = "pythonfmu", replaced: tuple[tuple[str, str], ...] = ()) -> Path:
     """The FMU with its declaration beside it."""
-    folder = tmp_path_factory.mktemp("unit")
-    script = shutil.copy(Path(__file__).with_name("azimuth_unit.py"), folder)
-    build = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
+    text = Path(__file__).with_name("azimuth_unit.py").read_text()
+    for old, new in replaced:
+        text = text.replace(old, new)
+    script = folder / f"azimuth_of_{builder}.py"
+    script.write_text(text)
+    build = [sys.executable, "-m", builder, "build", "-f", str(script), "-d", str(folder)]
     subprocess.run(build, check=True, capture_output=True)
     (folder / "Azimuth.toml").write_text(UNIT_DECLARED + DOORS)
     return folder / "Azimuth.fmu"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMU (FMI 2) with its declaration beside it."""
+    return built(tmp_path_factory.mktemp("unit"))
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +90,15 @@ def test_the_linear_axis_is_the_unit_where_that_is_linear(axis: FmuAxis) -> None
     full = axis.simulate(AT, U)
     assert np.ptp(full) > 0.5
     np.testing.assert_allclose(axis.linear.simulate(AT, U), full, atol=1e-8)
+
+
+def test_a_unit_of_fmi_3_is_the_same_axis(axis: FmuAxis, tmp_path: Path) -> None:
+    pytest.importorskip("pythonfmu3")
+    replaced = (("pythonfmu import", "pythonfmu3 import"), ("Fmi2", "Fmi3"), ("Real", "Float64"))
+    third = open_simulator(built(tmp_path, "pythonfmu3", replaced))
+    force = law(LOAD_FRICTION=20.0, LOAD_SMOOTHING=0.02)
+    np.testing.assert_allclose(third.simulate(AT, U, force), axis.simulate(AT, U, force), atol=1e-9)
+    np.testing.assert_allclose(third.linear.simulate(AT, U), third.simulate(AT, U), atol=1e-8)
 
 
 @pytest.mark.parametrize(
