@@ -17,6 +17,8 @@ from bayes_hw.gap.case.simulator import Simulator
 from bayes_hw.gap.fit.explanation import Explanation, best_of_each
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.whitener import Plain, Whitener
 from bayes_hw.gap.search.attribute import Attribution
 from bayes_hw.gap.search.question import Question
 from bayes_hw.gap.simulate.lru_cache import LruCache
@@ -33,6 +35,11 @@ NEAR, NEAR_SHARE = 50.0, 0.1
 """Sets of labels whose best explanation is fitted on the full simulator, besides the base model: so many, and
 none farther behind the best than NEAR, or than NEAR_SHARE of what the best is ahead of the base model."""
 
+NOTICED = 0.3
+"""Of the noise: what the fast simulator may be off by without a second look."""
+
+FULL_ITERATIONS = 8
+NOISE_ROUNDS = 2
 SHRINK = 0.5
 TRIES = 4
 
@@ -94,13 +101,12 @@ class Recentring:
     each: Each
 
     def posed(self, asked: Question) -> Question:
-        """The question about the base model moved by what the fast one lacks at its nominal parameters."""
+        """The question about the base model moved by what the fast one lacks where the full one fits best."""
         base = asked.base
-        nominal = base.to_values(base.prior_means)
-        moved = RecentredHypothesis(
-            base.builder, base.scale, base.inputs, unread=base.unread, full=self.full, centre=nominal
-        )
-        return replace(asked, base=moved)
+        start = _centred(base, self.full, base.prior_means)
+        plain = Plain(base.scale.sigma, masked=base.unread or ())
+        found = self._settled(fit(start, asked.measured, base.prior_means, plain, 0), asked.measured)
+        return replace(asked, base=_centred(base, self.full, found.coordinates))
 
     def refined(self, asked: Question, attribution: Attribution) -> Attribution:
         """The base model and the best explanation of the likeliest sets of labels, fitted on the full
@@ -122,36 +128,76 @@ class Recentring:
         return replace(attribution, base=found[0], explanations=tuple(everything))
 
     def _fitted(self, explanation: Explanation, measured: Sequence[FloatArray]) -> Explanation:
-        """An explanation at the best parameters of the full simulator, under its own noise."""
+        """An explanation at the best parameters of the full simulator.
+
+        Under its own noise; and, where that of the fast one left much, under plain noise first, since the
+        noise of a misfit follows what the simulator itself would explain.
+        """
         before = explanation.fit
         if explanation.followed is not None or explanation.display is not None:
             return explanation
-        current = self._centred(before, before.values, before.coordinates, measured, 0)
+        begun = self._at(before, before.coordinates, measured, before.whitener)
+        found = self._settled(begun, measured)
+        more = found.log_evidence() - before.log_evidence()
+        own = replace(explanation, fit=found, log_evidence=explanation.log_evidence + more)
+        sigma = before.hypothesis.scale.sigma
+        moved = np.concatenate([a - b for a, b in zip(begun.simulated, before.simulated, strict=True)])
+        if explanation.stochastic is not None or np.std(moved) < NOTICED * sigma:
+            return own
+        plain = Plain(sigma, masked=before.hypothesis.unread or ())
+        found = self._settled(self._at(before, before.coordinates, measured, plain), measured)
+        for _ in range(NOISE_ROUNDS):
+            found = self._settled(replace(found, whitener=autoregression(found)), measured)
+        found = replace(found, whitener=autoregression(found))
+        anew = Explanation(found, None, found.log_evidence())
+        return max(own, anew, key=lambda e: e.log_evidence)
+
+    def _settled(self, begun: Fit, measured: Sequence[FloatArray]) -> Fit:
+        """Rounds of fits about where the last ended, from a fit on the full simulator, under its noise."""
+        current = self._at(begun, begun.coordinates, measured, begun.whitener)
         for _ in range(ROUNDS):
-            ahead = fit(current.hypothesis, measured, current.coordinates, before.whitener, ITERATIONS)
-            step, found = ahead.coordinates - current.coordinates, None
+            ahead = fit(current.hypothesis, measured, current.coordinates, begun.whitener, ITERATIONS)
+            step, better = ahead.coordinates - current.coordinates, None
             for tried in range(TRIES):
-                at = current.coordinates + step * SHRINK**tried
-                values = current.hypothesis.to_values(at)
-                there = self._centred(before, values, at, measured, 0)
+                there = self._at(begun, current.coordinates + step * SHRINK**tried, measured, begun.whitener)
                 if there.cost < current.cost:
-                    found = there
+                    better = there
                     break
-            if found is None:
+            if better is None:
                 break
-            gained = current.cost - found.cost
-            current = found
+            gained = current.cost - better.cost
+            current = better
             if gained < SETTLED:
                 break
-        more = current.log_evidence() - before.log_evidence()
-        return replace(explanation, fit=current, log_evidence=explanation.log_evidence + more)
+        return self._finished(current, measured)
 
-    def _centred(
-        self, before: Fit, values: FloatArray, at: FloatArray, measured: Sequence[FloatArray], iterations: int
-    ) -> Fit:
-        """A fit of the hypothesis centred at `values`, from coordinates `at`."""
-        own = before.hypothesis
-        centred = RecentredHypothesis(
-            own.builder, own.scale, own.inputs, own.effects, unread=own.unread, full=self.full, centre=values
-        )
-        return fit(centred, measured, at, before.whitener, iterations)
+    def _finished(self, settled: Fit, measured: Sequence[FloatArray]) -> Fit:
+        """Where the fast simulator's derivatives may not be those of the full one, fitted on by its own."""
+        hypothesis = settled.hypothesis
+        assert isinstance(hypothesis, RecentredHypothesis)
+        alone = hypothesis.plain().simulate(settled.values)
+        moved = np.concatenate([a - b for a, b in zip(settled.simulated, alone, strict=True)])
+        if np.std(moved) < NOTICED * hypothesis.scale.sigma:
+            return settled
+        real = hypothesis.on_full(self.full)
+        found = fit(real, measured, settled.coordinates, settled.whitener, FULL_ITERATIONS)
+        if found.cost > settled.cost - SETTLED:
+            return settled
+        return self._at(settled, found.coordinates, measured, settled.whitener)
+
+    def _at(self, like: Fit, at: FloatArray, measured: Sequence[FloatArray], noise: Whitener) -> Fit:
+        """The hypothesis of a fit at coordinates `at`, centred there."""
+        return fit(_centred(like.hypothesis, self.full, at), measured, at, noise, 0)
+
+
+def _centred(like: Hypothesis, full: Simulator, at: FloatArray) -> RecentredHypothesis:
+    """A hypothesis moved by what the full simulator has more at coordinates `at`."""
+    return RecentredHypothesis(
+        like.builder,
+        like.scale,
+        like.inputs,
+        like.effects,
+        unread=like.unread,
+        full=full,
+        centre=like.to_values(at),
+    )
