@@ -202,6 +202,19 @@ def _second_harmonic() -> Form:
     )  # fmt: skip
 
 
+def _oval() -> Form:
+    """Of a disc off its axis that is not round."""
+    return Form(
+        "encoder_eccentricity", "two harmonics", "output",
+        lambda s: (
+            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), _period_wavenumber(s, K.WAVENUMBER),
+            Slot(K.SINE2, "second_sine"), Slot(K.COSINE2, "second_cosine"),
+        ),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.0, 0.0) for p in _turning_or_long(s)],
+        further=True,
+    )  # fmt: skip
+
+
 def _any_period(scale: JointScale) -> list[float]:
     return [*coarse_periods(scale), *_bending(scale)]
 
@@ -256,6 +269,7 @@ FORMS: tuple[Form, ...] = (
     _ripple("torque_ripple", "", _turning, _period_wavenumber),
     _second_harmonic(),
     _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, _period_wavenumber),
+    _oval(),
     Form(
         "gain_asymmetry", "", "output",
         lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),

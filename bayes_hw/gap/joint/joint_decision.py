@@ -39,7 +39,8 @@ NEARLY_FOUND = 0.3
 """Doubt of no gap where an effect would have been found at no nats more; it falls by e with ten."""
 
 NEAR = 0.7
-"""Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out."""
+"""Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out; and
+one with a name, beside an answer without."""
 
 
 PART_OF_G = ("transport_delay", "unmodelled_mode")
@@ -131,6 +132,10 @@ def _probabilities(
     if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
         p_other = max(p_other, 0.3)
         certain = {label: 0.7 * p if label in found.nats else p for label, p in certain.items()}
+    if answer == (OTHER,) and OTHER in found.labels and found.rivals:
+        named = max(found.rivals, key=lambda label: found.rivals[label] * (label != OTHER))
+        if found.rivals[named] > NEAR * own:
+            certain[named], p_other = 0.25 * p_other, 0.75 * p_other
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(certain)
     if answer == (OTHER,):

@@ -371,6 +371,12 @@ def _notes(found: JointAnswer, decision: JointDecision) -> list[str]:
             f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
             "a longer delay or a further mode is part of such a G and cannot be a gap",
         ]
+    if found.tone is not None:
+        said.append(
+            f"a motion of {found.tone.frequency_hz:.4g} Hz in time, of amplitude {found.tone.amplitude:.2g} "
+            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, a machine "
+            "nearby may"
+        )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
         f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"

@@ -30,10 +30,12 @@ FULL_STEPS = 40
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """A structure of G with effects, fitted together with the noise."""
+    """A structure of G with effects, fitted together with the noise; `taken` counts the parameters of what
+    was taken out of the records before."""
 
     response: JointResponse
     point: Point
+    taken: int = 0
 
     @classmethod
     def of_grown(
@@ -83,7 +85,7 @@ class JointFit:
     @property
     def score(self) -> float:
         """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
-        size = self.response.size + self.point.whitener.order + 1
+        size = self.response.size + self.point.whitener.order + 1 + self.taken
         price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(
             self.response.template
         )

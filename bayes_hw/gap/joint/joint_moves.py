@@ -75,9 +75,10 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
     """Signal ports of the torques present, and other forms of the effects present."""
     found = []
     for i, effect in enumerate(fit.values.effects):
-        if effect.ports is None or effect.form.column:
+        if effect.form.column:
             continue
-        if not effect.ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
+        ports = effect.ports
+        if ports is not None and not ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
             found.append(fit.with_signal(i))
         found += [fit.with_form(i, form, start) for form, start in other_forms(effect, fit.response.scale)]
     return found

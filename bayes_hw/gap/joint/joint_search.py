@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.joint_moves import (
 from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.readings import Readings, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
+from bayes_hw.gap.joint.tone import Tone, tone_in
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.record import Record
 
@@ -42,7 +43,10 @@ which it is pruned first."""
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
-UNNAMED_NATS = 20.0
+UNNAMED_NATS, UNNAMED_SHARE = 20.0, 0.1
+"""What a law without a name must be better by than one that has one: in nats, and as a share of what it
+gains, since laws within G's ports are approximate."""
+
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
@@ -50,7 +54,8 @@ MOST_EFFECTS, MOST_STEPS = 3, 10
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
     label, the best score over the base's that every label reached alone, faults of the readings, and what is
-    left. `known` says of every known input what was found; those accepted are part of `base`."""
+    left. `known` says of every known input what was found; those accepted are part of `base`. `tone` is a
+    motion of one frequency in time that was taken out of the records of both."""
 
     fit: JointFit
     base: JointFit
@@ -59,6 +64,7 @@ class JointAnswer:
     readings: Readings
     remainder: Remainder
     known: tuple[KnownInput, ...] = ()
+    tone: Tone | None = None
 
     @property
     def bare(self) -> JointFit:
@@ -77,6 +83,18 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
         readings = read_faults(base)
         if readings.nats:
             base = weighted(base, readings.weights)
+    found = _explained(base, readings, told)
+    tone = tone_in(base)
+    if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
+        told(f"a line at {tone.frequency_hz:.3g} Hz: {tone.without.score - base.score:.0f} nats")
+        without, found = found, _explained(tone.without, readings, told)
+        nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
+        found = replace(found, nats=nats, tone=tone)
+    return replace(found, known=known)
+
+
+def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
+    """Effects found over a cascade without any, pruned and verified."""
     begun = base.score
     fit, base, readings, alone = _grown(base, readings, told)
     if fit.labels:
@@ -86,7 +104,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
     fit, nats = verified(fit, [base, *alone.values()], asked, told)
     rivals = {label: one.score - begun for label, one in alone.items()}
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), known)
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
 
 
 def described(fit: JointFit) -> str:
@@ -158,9 +176,10 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
     return found
 
 
-def _with_handicap(fit: JointFit) -> float:
+def _with_handicap(fit: JointFit, begun: float) -> float:
     """Score, less what a law without a name must be better by than one that has one."""
-    return fit.score - UNNAMED_NATS * (OTHER in fit.labels)
+    gained = max(fit.score - begun, 0.0)
+    return fit.score - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in fit.labels)
 
 
 def _grown(
@@ -176,7 +195,7 @@ def _grown(
             settled = _settled(fit, trials)
             if step == 0:
                 alone = {t.labels[-1]: t for t in (*trials, *settled)}
-            best = max([best, *settled], key=_with_handicap)
+            best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")

@@ -17,6 +17,9 @@ Shape: TypeAlias = Callable[[FloatArray], FloatArray]
 """Spectrum of parameters."""
 
 LEAST_NATS = 60.0
+FLOORS = (0.1, 0.8)
+"""Starts of the colour of the encoder's own noise: inverse hyperbolic tangents."""
+
 LONGEST_MEMORY = 0.65
 """A held reading follows the one before by the share that is held; slow error by nearly one."""
 
@@ -68,12 +71,16 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
         key=lambda r: r.fun,
     )  # fmt: skip
     flat = 0.5 * samples * (np.log(total) + 1)
-    product = np.concatenate(
-        [np.sign(s[1:] * s[:-1]) * e[1:] * e[:-1] for s, e in zip(steps, residuals, strict=True)]
-    )
-    power = np.concatenate([e[1:] ** 2 for e in residuals])
-    fast = np.concatenate([s[1:] ** 2 for s in steps]) > np.quantile(d, 0.6) * unit
-    memory = float(np.sum(product[fast]) / max(float(np.sum(power[fast])), 1e-300))
+    # Of differences: what is slow, whatever its cause, drops out; of a part of memory m their neighbours
+    # correlate by -(1 - m) / 2.
+    turned = [np.sign(s[1:]) * np.diff(e) for s, e in zip(steps, residuals, strict=True)]
+    product = np.concatenate([h[1:] * h[:-1] for h in turned])
+    power = np.concatenate([(h[1:] ** 2 + h[:-1] ** 2) / 2 for h in turned])
+    speed = np.concatenate([s[2:] ** 2 for s in steps])
+    fast, at_rest = speed > np.quantile(speed, 0.6), speed <= np.quantile(speed, 0.3)
+    grown = float(np.mean(power[fast]) - np.mean(power[at_rest]))
+    followed = float(np.mean(product[fast]) - np.mean(product[at_rest]))
+    memory = 1.0 + 2.0 * followed / max(grown, 1e-300)
     return SpeedNoise(
         float(flat - found.fun - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory
     )
@@ -82,7 +89,7 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
 @dataclass(frozen=True)
 class NoiseSpectrum:
     """Whittle log-likelihoods in nats, less half a logarithm of the ordinates a parameter: white noise, an
-    autoregression as fitted, white noise with a random walk, and with a slow torque through G."""
+    autoregression as fitted, noise of the first order with a random walk, or with a slow torque through G."""
 
     white: float
     autoregression: float
@@ -144,28 +151,32 @@ def noise_spectrum(
         top = min(found, key=lambda r: float(r.fun))
         return -float(top.fun), np.asarray(top.x)
 
-    def walking(x: FloatArray) -> FloatArray:
-        return 1 + np.exp(np.clip(x[0], -40, 40)) / differenced
-
     def first(x: FloatArray) -> FloatArray:
         return autoregressive(np.array([np.tanh(x[0])]))
+
+    def floor(x: FloatArray) -> FloatArray:
+        """Of the encoder alone: of the first order, at one where its own noise is white."""
+        return first(x) * (1 - np.tanh(x[0])) ** 2
+
+    def walking(x: FloatArray) -> FloatArray:
+        return floor(x[1:]) + np.exp(np.clip(x[0], -40, 40)) / differenced
 
     def blown(power: float, bent: bool) -> Shape:
         def shape(x: FloatArray) -> FloatArray:
             slow = np.exp(np.clip(x[0], -40, 40)) / (1 + (f / np.exp(x[1])) ** 2) ** power
-            return 1 + slow * (resonance if bent else 1.0)
+            return floor(x[2:]) + slow * (resonance if bent else 1.0)
 
         return shape
 
-    walk, _ = best(walking, [np.array([a]) for a in (-8.0, -4.0, 0.0)])
+    walk, _ = best(walking, [np.array([a, c]) for a in (-8.0, -4.0, 0.0) for c in FLOORS])
     one, _ = best(first, [np.array([a]) for a in (0.3, 1.5)])
     torques = []
-    corners = [np.array([a, np.log(c)]) for a in (2.0, 6.0) for c in (0.05, 0.3)]
+    corners = [np.array([a, np.log(c), b]) for a, c in ((2.0, 0.3), (6.0, 0.05)) for b in FLOORS]
     for power in (1.0, 1.5, 2.2):
         for bent in (True, False):
             got, x = best(blown(power, bent), corners)
-            torques.append((got - 3 * price, float(np.exp(x[1]))))
+            torques.append((got - 4 * price, float(np.exp(x[1]))))
     torque, corner = max(torques)
     return NoiseSpectrum(
-        value(flat), value(fitted) - order * price, one - price, walk - price, torque, corner
+        value(flat), value(fitted) - order * price, one - price, walk - 2 * price, torque, corner
     )

@@ -14,9 +14,11 @@ LATTICE_TOLERANCE = 1e-3
 """Of the step: readings this far from multiples of it are not rounded to it."""
 
 REPEAT_SHARE = 0.004
-"""Of the samples that repeat the one before while the angle moves by several noise levels."""
+"""Of the samples that repeat the one before beyond what chance has."""
 
-MOVING = 4.0
+SURPRISE, UNLIKELY = 5.0, 1e-4
+"""Standard deviations of a count beyond chance; chance of one repeat below which it is no chance."""
+
 GLITCH_LEVELS = 6.0
 FEWEST_GLITCHES = 6
 ISOLATED_SHARE = 0.6
@@ -41,11 +43,20 @@ def rounding_step(records: Sequence[Record]) -> float | None:
 
 
 def repeats(y: FloatArray, speed: FloatArray, noise: float) -> BoolArray:
-    """Samples (samples,) that show the reading before although the angle moves by MOVING times the noise or
-    not at all like it; `speed` is the simulated step of every sample."""
-    same = np.concatenate([[False], np.diff(y) == 0])
-    moving = np.abs(speed) > MOVING * noise
-    return same & (moving | (np.mean(same & moving) > REPEAT_SHARE))
+    """Samples (samples,) that show the reading before although chance would hardly have it: the angle moves
+    by `speed` (simulated step of every sample), the noise changes it, and the file tells such a change.
+
+    Where the chance is r / (s sqrt(2 pi)) exp(-speed^2 / 2 s^2), with r the smallest step in the file and
+    s = sqrt(2) noise, counts many more than it says, all repeats are of readings that were held.
+    """
+    steps = np.abs(np.diff(y))
+    same = np.concatenate([[False], steps == 0])
+    told = float(np.min(steps[steps > 0], initial=np.inf))
+    spread = np.sqrt(2) * max(noise, float(np.finfo(float).tiny))
+    chance = np.minimum(told / (spread * np.sqrt(2 * np.pi)), 1.0) * np.exp(-0.5 * (speed / spread) ** 2)
+    expected = float(np.sum(chance))
+    many = np.sum(same) > expected + SURPRISE * np.sqrt(expected) + REPEAT_SHARE * len(y)
+    return same & (many | (chance < UNLIKELY))
 
 
 @dataclass(frozen=True, eq=False)

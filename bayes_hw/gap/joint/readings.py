@@ -86,4 +86,5 @@ def innovation_sigma(fit: JointFit) -> float:
 def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
     """The same explanation under other weights, descended and its G grown on."""
     response = replace(fit.response, weights=weights)
-    return regrown(pruned(JointFit(response, evaluate(response, fit.point.coordinates)).descended()), 3)
+    point = evaluate(response, fit.point.coordinates)
+    return regrown(pruned(replace(fit, response=response, point=point).descended()), 3)

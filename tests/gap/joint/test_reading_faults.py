@@ -26,6 +26,20 @@ def test_repeats_of_a_moving_axis() -> None:
     assert not repeats(y, np.ones(500), 0.1).any()
 
 
+def test_repeats_that_chance_allows_are_none() -> None:
+    """Of readings rounded more finely than their noise, at rest and slowly moving; held ones among them
+    are."""
+    rng = np.random.default_rng(7)
+    step = np.where(np.arange(4000) < 2000, 0.0, 0.5)
+    y = 0.5 * np.round((np.cumsum(step) + rng.standard_normal(4000)) / 0.5)
+    assert np.mean(np.diff(y) == 0) > 0.1
+    assert not repeats(y, step, 1.0).any()
+    held = rng.random(4000) < 0.3
+    held[0] = False
+    shown = y[np.maximum.accumulate(np.where(held, 0, np.arange(4000)))]
+    assert repeats(shown, step, 1.0)[held].all()
+
+
 def test_glitches_are_counted_and_noise_is_not() -> None:
     rng = np.random.default_rng(4)
     e = rng.standard_normal(3000)
