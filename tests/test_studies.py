@@ -30,6 +30,7 @@ SLOW = {
     "17_interval_width.py",
     "18_two_axes.py",
     "19_decision_constants.py",
+    "21_mujoco_sysid.py",
 }
 """Studies whose quick form takes more than five seconds, but that of the first hour."""
 

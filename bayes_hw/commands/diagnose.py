@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 NAME = "diagnose"
 SUMMARY = "why a simulator and records differ: where, which unmodelled effect, how far the gap shrinks"
-EXAMPLE = "bayes-hw diagnose case/ --out diagnosis/"
+EXAMPLE = (
+    "bayes-hw diagnose case/ --out diagnosis/\n"
+    "  bayes-hw diagnose --simulator axis.xml --train a.csv b.csv --holdout c.csv --out diagnosis/"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,9 +36,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
     parser.add_argument(
         "--simulator",
-        metavar="MODULE:FUNCTION",
-        help="a simulator of your own instead: a function that returns a "
-        "bayes_hw.gap.case.simulator.Simulator",
+        metavar="FILE|MODULE:FUNCTION",
+        help="a simulator of your own instead: a MuJoCo model (axis.xml, MJCF or URDF) or an FMU (axis.fmu), "
+        "which come back corrected; or a function that returns a bayes_hw.gap.case.simulator.Simulator",
+    )
+    parser.add_argument(
+        "--declaration",
+        metavar="FILE.toml",
+        help="what a simulator's file does not say: which actuator takes the command, which joint is "
+        "measured, units, uncertain parameters, where forces may enter (default: beside the simulator, its "
+        "name with .toml)",
     )
     parser.add_argument("--train", nargs="+", default=[], metavar="RECORD", help="records to diagnose")
     parser.add_argument(
@@ -81,6 +91,14 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.progress import Progress
     from bayes_hw.record import Units
     from bayes_hw.report.page.render import remove_pages, render
+    from bayes_hw.simulators.simulator_diagnosis import (
+        CORRECTED,
+        full_simulator,
+        is_simulator_file,
+        open_simulator,
+        simulator_case,
+        write_corrected_simulator,
+    )
 
     begin = parsed.begin
     out = Path(parsed.out)
@@ -108,15 +126,32 @@ def run(parsed: argparse.Namespace) -> None:
         return inputs.read_record(parsed, str(path), units)
 
     case: Case | SimulatorCase
-    if folder is not None:
+    axis = None
+    from_file = parsed.simulator is not None and is_simulator_file(parsed.simulator)
+    if parsed.declaration is not None and not from_file:
+        raise InputError("--declaration goes with --simulator FILE, a MuJoCo model or an FMU")
+    if from_file:
+        declaration = None if parsed.declaration is None else Path(parsed.declaration)
+        axis = open_simulator(Path(parsed.simulator), declaration, parsed.jobs)
+        records = [read_record(path, units=axis.units) for path in (*train, *holdout)]
+        case, notes = simulator_case(
+            axis,
+            records[: len(train)],
+            records[len(train) :],
+            origin=parsed.origin,
+            start=parsed.start,
+            accepted=parsed.accept,
+        )
+    elif folder is not None:
         case = Case.read(Path(folder), read_record)
     elif parsed.simulator is not None:
         case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
-    case, notes = posed_case(
-        case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
-    )
+    if axis is None:
+        case, notes = posed_case(
+            case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
+        )
     for done in notes:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
@@ -131,14 +166,18 @@ def run(parsed: argparse.Namespace) -> None:
         _joint(parsed, out, begin, case.train, case.holdout, case.name, (), case.model)
         return
     progress = Progress(parsed.quiet)
+    rng = np.random.default_rng(parsed.seed)
     diagnosis = diagnose(
         case,
-        np.random.default_rng(parsed.seed),
+        rng,
         jobs=parsed.jobs,
         without=frozenset(parsed.without),
         progress=progress,
+        full=None if axis is None else full_simulator(axis, parsed.jobs),
     )
     write_results(diagnosis, out)
+    if axis is not None:
+        write_corrected_simulator(axis, diagnosis, out / CORRECTED, rng)
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
@@ -154,6 +193,8 @@ def run(parsed: argparse.Namespace) -> None:
         say(f"verdict: {out / 'verdict.json'}")
     else:
         say_page(page, written)
+    if axis is not None:
+        say(f"corrected simulator: {out / CORRECTED / 'simulate.py'}")
     say_next(parsed, *_next(parsed, out, diagnosis.verdict.answer))
 
 
@@ -172,6 +213,7 @@ def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[
         given = [*parsed.case]
     else:
         source = ["--model", parsed.model] if parsed.model is not None else ["--simulator", parsed.simulator]
+        source += ["--declaration", parsed.declaration] if parsed.declaration is not None else []
         given = [*source, "--train", *parsed.train, "--holdout", *parsed.holdout]
     named = [label for label in answer if label != "other"]
     without = (
@@ -188,7 +230,8 @@ def default_out(parsed: argparse.Namespace) -> str:
         first = Path(parsed.case[0]).resolve()
         name = first.name if first.is_dir() else first.stem
     else:
-        name = Path(parsed.model).stem if parsed.model else (parsed.simulator or "").partition(":")[0]
+        named = (parsed.simulator or "").partition(":")[0]
+        name = Path(parsed.model or named).stem if parsed.model or named else ""
     return f"{name}_diagnosis" if name else "diagnosis"
 
 

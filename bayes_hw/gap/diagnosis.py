@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -45,7 +46,8 @@ FREE_RESIDUAL = "free_residual.csv"
 class Diagnosis:
     """Everything a report needs: the case, fits, decision, predictions of the first record held out.
 
-    `left_out` compares sets of labels by how they predict blocks of the training records left out.
+    `left_out` compares sets of labels by how they predict blocks of the training records left out; `final` is
+    the explanation that predicts, `draws` (draws, parameters) are posterior draws of its coordinates.
     """
 
     case: Case | SimulatorCase
@@ -57,6 +59,20 @@ class Diagnosis:
     low: FloatArray
     high: FloatArray
     left_out: Mapping[tuple[str, ...], LeftOut]
+    final: Explanation
+    draws: FloatArray
+
+
+class FullSimulator(Protocol):
+    """The real simulator behind a fast one: sets a question up about it, and fits explanations on it."""
+
+    def posed(self, asked: Question) -> Question:
+        """The question with the base model moved by what the fast simulator lacks."""
+        ...
+
+    def refined(self, asked: Question, attribution: Attribution) -> Attribution:
+        """The attribution with what may be answered fitted to the full simulator."""
+        ...
 
 
 def diagnose(
@@ -67,17 +83,24 @@ def diagnose(
     without: frozenset[str] = frozenset(),
     calibration: Calibration | None = None,
     progress: Progress | None = None,
+    full: FullSimulator | None = None,
 ) -> Diagnosis:
     """Diagnose one case; labels in `without` are left out of the catalogue.
 
-    The outputs of the records held out are used to score the finished prediction only.
+    The outputs of the records held out are used to score the finished prediction only. Where the case's
+    simulator is a fast stand-in, `full` moves it to where the real one is.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
     calibration = calibration or Calibration.built_in()
     with one_blas_thread(), np.errstate(all="ignore"):
         asked = question(case, without)
+        if full is not None:
+            asked = full.posed(asked)
         attribution = _search(asked, calibration, rng, jobs, progress)
+        if full is not None:
+            progress.say("the full simulator")
+            attribution = full.refined(asked, attribution)
         best, scores = choose(attribution, asked.nominal_sigma, calibration)
         progress.say("what is left")
         remains = _criticism(asked, attribution, best)
@@ -105,7 +128,19 @@ def diagnose(
         )
     held, half = measured.held, measured.half_width
     low, high = held.shown[0] - half, held.shown[0] + half
-    return Diagnosis(case, attribution, decision, verdict, held.before[0], held.after[0], low, high, left_out)
+    return Diagnosis(
+        case,
+        attribution,
+        decision,
+        verdict,
+        held.before[0],
+        held.after[0],
+        low,
+        high,
+        left_out,
+        measured.final,
+        measured.draws,
+    )
 
 
 def _search(

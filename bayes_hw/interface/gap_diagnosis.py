@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -27,13 +28,23 @@ from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_canvas
 from bayes_hw.report.page.drawing import on_paper
+from bayes_hw.simulators.simulator_diagnosis import (
+    CORRECTED,
+    full_simulator,
+    open_simulator,
+    simulator_case,
+    write_corrected_simulator,
+)
+from bayes_hw.simulators.simulator_file import SimulatorFile
 
 
 @dataclass(frozen=True, eq=False)
 class GapDiagnosis:
-    """What is missing from a simulator; `diagnosis` holds fits, decision and prediction."""
+    """What is missing from a simulator; `diagnosis` holds fits, decision and prediction, `simulator` the one
+    in a file, where there is one."""
 
     diagnosis: diagnosis.Diagnosis | JointDiagnosis
+    simulator: SimulatorFile | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -77,15 +88,23 @@ class GapDiagnosis:
         return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
-        """verdict.json, holdout_prediction.csv and, of records without a model, corrected.json."""
+        """verdict.json, holdout_prediction.csv; of records without a model corrected.json, of a simulator's
+        file the folder corrected/ with that simulator and the effect in it."""
         if isinstance(self.diagnosis, JointDiagnosis):
             joint_diagnosis.write_results(self.diagnosis, Path(folder))
-        else:
-            diagnosis.write_results(self.diagnosis, Path(folder))
+            return
+        diagnosis.write_results(self.diagnosis, Path(folder))
+        if self.simulator is not None:
+            rng = np.random.default_rng(CORRECTED_SEED)
+            write_corrected_simulator(self.simulator, self.diagnosis, Path(folder) / CORRECTED, rng)
+
+
+CORRECTED_SEED = 1
+"""Of the choice of draws that a corrected simulator comes with."""
 
 
 def diagnose(
-    model: HammersteinWiener | Record | Sequence[Record],
+    model: HammersteinWiener | Path | str | Record | Sequence[Record],
     train: Record | Sequence[Record],
     holdout: Record | Sequence[Record] | None = None,
     *,
@@ -94,10 +113,13 @@ def diagnose(
     without: str | Sequence[str] = (),
     start: Start = "auto",
     origin: Origin = "start",
+    declaration: Path | str | None = None,
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
-    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together.
+    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together. A
+    `model` may be the path of a MuJoCo model or an FMU, with the path of its `declaration` (beside it, with
+    .toml, where not given); `write` then gives the simulator back with the effect in it.
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
@@ -107,6 +129,12 @@ def diagnose(
     """
     with in_python():
         rng = generator(seed)
+        if isinstance(model, Path | str):
+            return _of_file(
+                Path(model), declaration, train, holdout, rng, jobs, struck(without), origin, start
+            )
+        if declaration is not None:
+            raise InputError("declaration: goes with the path of a simulator's file")
         if holdout is None and not isinstance(model, HammersteinWiener):
             entered_records = entered(
                 records_given(model), records_given(train, "holdout"), origin=origin, start=start
@@ -125,3 +153,29 @@ def diagnose(
         if isinstance(case, Case) and not labels and needs_ports(case.model):
             return GapDiagnosis(diagnose_by_ports(case, rng))
         return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))
+
+
+def _of_file(
+    path: Path,
+    declaration: Path | str | None,
+    train: Record | Sequence[Record],
+    holdout: Record | Sequence[Record] | None,
+    rng: np.random.Generator,
+    jobs: int | None,
+    labels: frozenset[str],
+    origin: Origin,
+    start: Start,
+) -> GapDiagnosis:
+    """The diagnosis of a simulator in a file."""
+    if holdout is None:
+        raise InputError("holdout: is missing; give records held out, which are never fitted")
+    records, held_out, number = (
+        records_given(train, "train"),
+        records_given(holdout, "holdout"),
+        threads(jobs),
+    )
+    axis = open_simulator(path, None if declaration is None else Path(declaration), number)
+    case, notes = simulator_case(axis, records, held_out, origin=origin, start=start)
+    warn_of(notes)
+    full = full_simulator(axis, number)
+    return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, full=full), axis)

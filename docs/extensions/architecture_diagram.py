@@ -23,6 +23,7 @@ WORDS = {
     "file_schemas": "JSON Schemas of the files",
     "analysis": "the whole path for one axis",
     "gap": "simulator against records",
+    "simulators": "MuJoCo models and FMUs, corrected",
     "control": "margins, loops, tuning",
     "identifiability": "what records cannot tell",
     "infer": "likelihood, sampler, posterior, prediction",

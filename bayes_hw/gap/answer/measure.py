@@ -51,7 +51,8 @@ class Predictions:
 class Measured:
     """How far the gap shrinks on the records trained on and held out; parameters of the effects and of the
     base model; the encoder's noise `sigma` (output units); the records held out as predicted, with half the
-    width (samples,) of the 94 % band of the first."""
+    width (samples,) of the 94 % band of the first; posterior draws (draws, parameters) of the coordinates of
+    the hypothesis that they are predicted by, `final`."""
 
     gap_train: Closure
     gap_holdout: Closure
@@ -60,6 +61,8 @@ class Measured:
     sigma: float
     held: Predictions
     half_width: FloatArray
+    final: Explanation
+    draws: FloatArray
 
 
 def measure(
@@ -100,7 +103,8 @@ def measure(
     if drawn_sigma is None:
         drawn_sigma = sigma + error * rng.standard_normal(len(draws))
     base = _base_estimates(case, attribution, decision, final, draws, drawn_sigma, calibration, rng)
-    return Measured(gaps[0], gaps[1], _estimates(final, draws), base, sigma, held, half)
+    estimates = _estimates(final, draws)
+    return Measured(gaps[0], gaps[1], estimates, base, sigma, held, half, final, posterior.coordinates)
 
 
 def _error_of_noise(final: Explanation, sigma: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,6 +48,22 @@ class Simulator(Protocol):
         `force` is None unless `force_door`; its accelerations are to be added to those of the simulator.
         """
         ...
+
+
+@runtime_checkable
+class SimulatorWithDoors(Simulator, Protocol):
+    """A simulator with a drive train: it takes the settings `obeyed` (numbers of
+    `bayes_hw.gap.simulate.settings`) of the force that it is given, at motor, load and compliance.
+
+    `stiffness` holds the accelerations at the motor, a quarter of it, and at the load that move the output by
+    one unit at most.
+    """
+
+    @property
+    def obeyed(self) -> frozenset[int]: ...
+
+    @property
+    def stiffness(self) -> tuple[float, float]: ...
 
 
 Respond = Callable[..., FloatArray]

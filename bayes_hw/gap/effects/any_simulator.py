@@ -190,14 +190,14 @@ STOCHASTIC_ON_OUTPUT = ("encoder_quantization", "sensor_drift", "timing_jitter",
 
 
 def effects_for(
-    scale: AxisScale, force_door: bool, without: frozenset[str] = frozenset()
+    scale: AxisScale, inner: frozenset[int], without: frozenset[str] = frozenset()
 ) -> tuple[Effect, ...]:
-    """The effects, built in or registered, that enter a simulator before it, behind it or by its force door.
+    """The effects, built in or registered, that enter a simulator before it, behind it or within it.
 
-    An effect finds its door by what it writes into the settings; one that needs the inside of a drive train
-    (a compliance, a load, a resonator, limits that depend on position) finds none.
+    An effect finds its door by what it writes into the settings, of which the simulator takes `inner` within
+    it; one that needs what is in no simulator (a resonator, limits that depend on position) finds none.
     """
-    doors = S.COMMAND_SIDE | S.OUTPUT_SIDE | (S.FORCE_SIDE if force_door else frozenset())
+    doors = S.COMMAND_SIDE | S.OUTPUT_SIDE | inner
     own = [kind() for kind in FOR_ANY_SIMULATOR]
     return tuple(
         effect

@@ -18,7 +18,7 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.plain_fit import first_sigma
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain import ChainBuilder
-from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, inner_settings, simulator_scale
 from bayes_hw.identify.holes import masks_of
 
 UNKNOWN_NOISE_SHARE = 1e-3
@@ -63,7 +63,7 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
             rough = Hypothesis(builder, scale, inputs, unread=unread)
             sigma = floor if np.isfinite(floor) else first_sigma(rough, measured)
             scale = simulator_scale(case.model, case.train, sigma)
-        effects, known = effects_for(scale, case.model.force_door, without), set(STOCHASTIC_ON_OUTPUT)
+        effects, known = effects_for(scale, inner_settings(case.model), without), set(STOCHASTIC_ON_OUTPUT)
     known |= {effect.label for effect in effects}
     labels = [label for label in LABEL_BLOCKS if label in known - without]
     labels += sorted(known - without - set(labels))

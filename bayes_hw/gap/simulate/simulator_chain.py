@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.case.simulator import Simulator
+from bayes_hw.gap.case.simulator import Simulator, SimulatorWithDoors
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Signals
 from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
@@ -26,7 +26,14 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal
 from bayes_hw.record import Record
 
-COMMANDS, FORCES = sorted(S.COMMAND_SIDE), sorted(S.FORCE_SIDE)
+COMMANDS = sorted(S.COMMAND_SIDE)
+
+
+def inner_settings(simulator: Simulator) -> frozenset[int]:
+    """Settings of the forces that a simulator takes within it."""
+    if isinstance(simulator, SimulatorWithDoors):
+        return simulator.obeyed
+    return S.FORCE_SIDE if simulator.force_door else frozenset()
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,8 @@ def simulate_simulators(
     The chains are of one simulator; those that the settings give the same command are simulated together.
     """
     simulator, values = chains[0].simulator, np.array([chain.values for chain in chains])
-    rubbing = bool(np.any(settings[:, FORCES] != S.NEUTRAL[FORCES]))
+    forces = sorted(inner_settings(simulator))
+    rubbing = bool(np.any(settings[:, forces] != S.NEUTRAL[forces]))
     groups: dict[bytes, list[int]] = {}
     for row, ahead in enumerate(settings[:, COMMANDS]):
         groups.setdefault(ahead.tobytes(), []).append(row)
@@ -190,6 +198,9 @@ def simulator_scale(simulator: Simulator, records: Sequence[Record], sigma: floa
             "records that move"
         )
     usual = USUAL_FORCE_SHARE * speed**2 / deviation
+    stiffness = (usual / (4 * sigma), usual / sigma)
+    if isinstance(simulator, SimulatorWithDoors):
+        stiffness = simulator.stiffness
     return AxisScale(
         rate=simulator.sample_rate_hz,
         duration=max(record.duration_s for record in records),
@@ -197,7 +208,7 @@ def simulator_scale(simulator: Simulator, records: Sequence[Record], sigma: floa
         speed=commanded,
         sigma=sigma,
         first_mode_hz=simulator.sample_rate_hz / 10,
-        stiffness=(usual / (4 * sigma), usual / sigma),
+        stiffness=stiffness,
         velocity_gain=1.4 * speed / commanded,
         units=simulator.units,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.case.simulator import SimulatorWithDoors
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.words import BLOCK_WORDS, label_words
@@ -202,6 +203,12 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
 
 
 def _structure(diagnosis: Diagnosis) -> str:
+    if isinstance(diagnosis.case, SimulatorCase) and isinstance(diagnosis.case.model, SimulatorWithDoors):
+        return (
+            "The simulator's structure was taken as given; only the parameters declared uncertain were "
+            "estimated again. Effects were sought on the simulator linearised about its rest, before it, "
+            "behind it and where forces may enter; what was found was fitted to the simulator itself."
+        )
     if isinstance(diagnosis.case, SimulatorCase):
         return (
             "The simulator's structure was taken as given; only its parameters were estimated again. Effects "

@@ -1,0 +1,246 @@
+"""An axis in a functional mock-up unit (FMI 2 or 3, co-simulation): linear system by pulses, and motion."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap.case.force import Force
+from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.model.parameters import Parameter
+from bayes_hw.model.priors import Logarithm, LogNormal
+from bayes_hw.simulators.declaration import Declaration
+from bayes_hw.simulators.door_forces import DoorPlace, door_laws
+from bayes_hw.simulators.linear_axis import LinearAxis, LinearSystem
+from bayes_hw.simulators.linear_kernel import LOAD, MOTOR
+from bayes_hw.simulators.realisation import Realisation
+
+PULSE_S = 5.0
+"""Time over which the responses to pulses are taken."""
+
+PLACES = {"motor": MOTOR, "load": LOAD}
+
+
+class FmuAxis:
+    """A `SimulatorFile` that is an FMU; commands, outputs and forces in the record's units.
+
+    One instance is simulated at a time. Raises InputError where FMPy is not installed or cannot read the
+    file, and where the declaration names a variable that is not there.
+    """
+
+    force_door = True
+
+    def __init__(self, path: Path, declaration: Declaration) -> None:
+        try:
+            from bayes_hw.simulators.unit_loop import Unit
+        except ImportError:
+            raise InputError(f"{path}: FMPy is not installed; pip install bayes-hw[fmu]") from None
+        self.path, self.declaration = path, declaration
+        try:
+            self.unit = Unit(path)
+        except Exception as error:
+            said = " ".join(str(error).split())
+            raise InputError(f"{path}: FMPy cannot open it ({said}); give a co-simulation FMU") from None
+        self.name, self.units = declaration.name, declaration.units
+        self.sample_rate_hz, self.noise_sigma = declaration.sample_rate_hz, declaration.noise_sigma
+        self._one_at_a_time = Lock()
+        self.step_s, self.substeps = self._steps()
+        (kind, self.output), *_ = declaration.measured.items()
+        if kind != "variable":
+            raise InputError(f"{declaration.path}: measured.{kind} is for MuJoCo; give variable")
+        for name in (*declaration.actuators, self.output):
+            self._check(name, "command.variables" if name != self.output else "measured.variable")
+        if declaration.loop is not None:
+            raise InputError(f"{declaration.path}: loop: is for MuJoCo; give an FMU that has its own")
+        self.doors_of: dict[str, tuple[str, str, str]] = {}
+        self.ratios: dict[str, float] = {}
+        for door in declaration.doors:
+            where = f"forces.{door.name}"
+            if door.name == "compliance" or not (door.input and door.position and door.speed):
+                raise InputError(
+                    f"{declaration.path}: {where}: of an FMU give motor or load, with input, position and "
+                    "speed"
+                )
+            for name in (door.input, door.position, door.speed):
+                self._check(name, where)
+            self.doors_of[door.name] = (door.input, door.position, door.speed)
+            self.ratios[door.name] = door.ratio
+        self.parameters: tuple[Parameter, ...] = tuple(self._parameters())
+
+    def _steps(self) -> tuple[float, int]:
+        """Communication step, s, and how many there are in a sample."""
+        experiment = self.unit.description.defaultExperiment
+        wanted = self.declaration.step_s
+        if not wanted > 0:
+            given = getattr(experiment, "stepSize", None) if experiment is not None else None
+            wanted = float(given) if given else 1 / self.sample_rate_hz
+        steps = max(1, round(1 / (wanted * self.sample_rate_hz)))
+        if abs(1 / (wanted * self.sample_rate_hz * steps) - 1) > 1e-6:
+            raise InputError(
+                f"{self.declaration.path}: record.step_s: {wanted:g} s is no whole part of a sample at "
+                f"{self.sample_rate_hz:g} Hz"
+            )
+        return wanted, steps
+
+    def _check(self, name: str, where: str) -> None:
+        if name not in self.unit.references:
+            known = ", ".join(list(self.unit.references)[:30])
+            raise InputError(
+                f"{self.declaration.path}: {where}: no variable {name!r} in the FMU; it has: {known}"
+            )
+
+    def _parameters(self) -> list[Parameter]:
+        found = []
+        starts = {v.name: v.start for v in self.unit.description.modelVariables}
+        for uncertain in self.declaration.uncertain:
+            self._check(uncertain.parameter, "uncertain.parameter")
+            try:
+                nominal = float(starts[uncertain.parameter])
+            except (TypeError, ValueError):
+                nominal = float("nan")
+            if not nominal > 0:
+                raise InputError(
+                    f"{self.declaration.path}: uncertain.parameter {uncertain.parameter!r}: has no positive "
+                    "start value in the FMU, about which relative_sd can spread; give it one"
+                )
+            prior = LogNormal(nominal, uncertain.relative_sd)
+            found.append(Parameter(uncertain.parameter, "", nominal, prior, Logarithm()))
+        return found
+
+    @property
+    def doors(self) -> frozenset[str]:
+        """Those that it has."""
+        return frozenset(self.doors_of)
+
+    @property
+    def obeyed(self) -> frozenset[int]:
+        """Settings of forces within the axis that it takes."""
+        return self.linear.obeyed
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        """As that of the linear axis."""
+        return self.linear.stiffness
+
+    @cached_property
+    def linear(self) -> LinearAxis:
+        """The axis linearised about its start."""
+        return LinearAxis(
+            self.name,
+            self.parameters,
+            self.sample_rate_hz,
+            self.units,
+            self.noise_sigma,
+            self.substeps,
+            self.doors,
+            (-np.inf, np.inf),
+            self.linearised,
+        )
+
+    def named(self, values: FloatArray) -> dict[str, float]:
+        """Parameter values (parameters,) by the names of variables."""
+        return dict(zip((p.name for p in self.parameters), values.tolist(), strict=True))
+
+    def _responses(self, values: FloatArray) -> FloatArray:
+        """Responses (steps, outputs, inputs) to unit pulses a step long of the command and of every force, of
+        the output and of every position and speed, less the motion with none."""
+        outputs = [self.output, *(name for door in self.doors_of.values() for name in door[1:])]
+        inputs = [self.declaration.actuators, *((door[0],) for door in self.doors_of.values())]
+        steps = max(round(PULSE_S / self.step_s), 100)
+        everything = [name for group in inputs for name in group]
+        runs = []
+        for group in (*inputs, ()):
+            signals = {name: np.zeros(steps) for name in everything}
+            for name in group:
+                signals[name][0] = 1.0
+            with self._one_at_a_time:
+                runs.append(self.unit.run(self.named(values), signals, outputs, 1, self.step_s))
+        rest = runs[-1]
+        return np.stack([run - rest for run in runs[:-1]], axis=2)
+
+    @cached_property
+    def bases(self) -> Realisation:
+        """From the responses at the nominal parameters."""
+        nominal = np.array([p.nominal for p in self.parameters])
+        return Realisation.of(self._responses(nominal))
+
+    def linearised(self, values: FloatArray) -> LinearSystem:
+        """The linear system at parameter values (parameters,), by the eigensystem realisation."""
+        transition, entering, shown = self.bases.system(self._responses(values))
+        factor, count = self.declaration.output_factor, len(transition)
+        positions, speeds, columns = (np.zeros((3, count)) for _ in range(3))
+        inertia = np.ones(2)
+        for number, name in enumerate(self.doors_of):
+            door, scale = PLACES[name], factor / self.ratios[name]
+            positions[door] = scale * shown[1 + 2 * number]
+            speeds[door] = scale * shown[2 + 2 * number]
+            column = entering[:, 1 + number]
+            inertia[door] = self.step_s / float(speeds[door] @ column)
+            columns[door] = column * inertia[door]
+        reaction = 0.0
+        if {"motor", "load"} <= self.doors:
+            reaction = float(inertia[LOAD] / inertia[MOTOR] * self.ratios["load"] / self.ratios["motor"])
+        return LinearSystem(
+            np.ascontiguousarray(transition),
+            np.ascontiguousarray(entering[:, 0]) * self.declaration.input_factor,
+            np.zeros(count),
+            np.ascontiguousarray(factor * shown[0]),
+            0.0,
+            self.step_s,
+            positions,
+            speeds,
+            columns,
+            np.zeros(3),
+            reaction,
+            np.array([0.0, 1.0, 0.0, 1.0, 0.0]),
+            inertia,
+            0.0,
+        )
+
+    def laws_of(self, values: FloatArray, settings: FloatArray) -> FloatArray:
+        """The forces of settings (COUNT,) at parameter values (parameters,) as laws."""
+        system = self.linear.system(values)
+        places = {
+            name: DoorPlace(
+                "unit",
+                name,
+                index,
+                self.declaration.output_factor / self.ratios[name],
+                float(system.inertia[PLACES[name]]),
+                0.0,
+            )
+            for index, name in enumerate(self.doors_of)
+        }
+        return door_laws(settings, places, system)
+
+    def motion(
+        self, values: FloatArray, command: FloatArray, laws: FloatArray, known: FloatArray | None = None
+    ) -> FloatArray:
+        """Output (samples,) for a command (samples,), both in the record's units, from the start at zero."""
+        scaled = np.asarray(command, np.float64) * self.declaration.input_factor
+        inputs = dict.fromkeys(self.declaration.actuators, scaled)
+        doors = list(self.doors_of.values())
+        if known is not None:
+            inputs[self.doors_of["motor"][0]] = known
+        with self._one_at_a_time:
+            (*_, y) = self.unit.run(
+                self.named(values), inputs, [self.output], self.substeps, self.step_s, doors, laws
+            ).T
+        return np.asarray((y - y[0]) * self.declaration.output_factor)
+
+    def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
+        """Outputs (batch, samples) for values (batch, parameters) and commands (samples,), record units."""
+        settings = np.tile(S.NEUTRAL, (len(values), 1)) if force is None else force.settings
+        signal = None if force is None else force.signal
+        found = []
+        for row, at in enumerate(values):
+            known = None
+            if signal is not None:
+                known = float(self.linear.system(at).inertia[MOTOR]) * signal
+            found.append(self.motion(at, inputs, self.laws_of(at, settings[row]), known))
+        return np.array(found)

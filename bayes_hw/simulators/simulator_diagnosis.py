@@ -1,0 +1,108 @@
+"""From a simulator's file to its diagnosis: searched on its linear axis, answered on itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from bayes_hw.entrance import enter
+from bayes_hw.errors import InputError
+from bayes_hw.gap.case.simulator_case import SimulatorCase
+from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.simulate.parallel import Each
+from bayes_hw.posing import Origin, Start, from_rest
+from bayes_hw.record import Record
+from bayes_hw.simulators.declaration import Declaration
+from bayes_hw.simulators.edits import package
+from bayes_hw.simulators.recentring import Recentring
+from bayes_hw.simulators.simulator_file import SimulatorFile
+
+if TYPE_CHECKING:
+    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+
+MODELS = (".xml", ".mjcf", ".urdf")
+CORRECTED = "corrected"
+"""The folder of the corrected simulator within that of the results."""
+
+KINDS = (*MODELS, ".fmu")
+
+
+def is_simulator_file(name: str) -> bool:
+    """Whether `--simulator` names a file rather than MODULE:FUNCTION."""
+    return Path(name).suffix.lower() in KINDS
+
+
+def open_simulator(path: Path, declaration: Path | None = None, jobs: int = 1) -> SimulatorFile:
+    """The axis in a file, with the declaration beside it (PATH.toml) where none is given.
+
+    Raises InputError on a missing file or extra, and on what does not fit the declaration.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: is not there; give --simulator an MJCF, URDF or FMU file")
+    beside = path.with_suffix(".toml")
+    if declaration is None and not beside.is_file():
+        raise InputError(f"{path}: needs a declaration; write {beside.name} beside it, or give --declaration")
+    declared = Declaration.read(declaration or beside)
+    if path.suffix.lower() == ".fmu":
+        from bayes_hw.simulators.fmu_axis import FmuAxis
+
+        return FmuAxis(path, declared)
+    package()
+    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+
+    return MjcfAxis(path, declared, jobs)
+
+
+def simulator_case(
+    axis: SimulatorFile,
+    train: Sequence[Record],
+    holdout: Sequence[Record],
+    *,
+    origin: Origin = "start",
+    start: Start = "auto",
+    accepted: Collection[str] = (),
+) -> tuple[SimulatorCase, tuple[str, ...]]:
+    """The records beside the axis' linear stand-in, and in words what was done to them.
+
+    Angles count from where a record begins; one that begins in motion is cut to where it first rests, unless
+    `start` is "rest". Raises InputError on records that do not fit.
+    """
+    notes: list[str] = []
+    given = (*train, *holdout)
+    rested = given if start == "rest" else tuple(from_rest(record) for record in given)
+    notes += [
+        f"{after.name}: {after.treatment[-1]}"
+        for before, after in zip(given, rested, strict=True)
+        if after is not before
+    ]
+    count = len(train)
+    SimulatorCase.of_records(axis.linear, rested[:count], rested[count:])
+    found = enter(
+        rested[:count], rested[count:], origin=origin, start="rest", accepted=accepted, looked_at=True
+    )
+    return SimulatorCase.of_records(axis.linear, found.records, found.holdout), (*notes, *found.notes)
+
+
+def full_simulator(axis: SimulatorFile, jobs: int = 1) -> Recentring:
+    """The simulator itself, behind its linear stand-in, as `bayes_hw.gap.diagnosis.diagnose` takes it."""
+    return Recentring(axis, Each(jobs))
+
+
+def write_corrected_simulator(
+    axis: SimulatorFile, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator
+) -> None:
+    """The simulator with the answer's effects, to a folder of its own; see `corrected_mjcf` and
+    `corrected_fmu`."""
+    from bayes_hw.simulators.fmu_axis import FmuAxis
+
+    if isinstance(axis, FmuAxis):
+        from bayes_hw.simulators import corrected_fmu
+
+        corrected_fmu.write_corrected(axis, diagnosis, folder, rng)
+    else:
+        from bayes_hw.simulators import corrected_mjcf
+
+        corrected_mjcf.write_corrected(cast("MjcfAxis", axis), diagnosis, folder, rng)
