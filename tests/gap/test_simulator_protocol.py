@@ -72,7 +72,9 @@ def test_a_hammerstein_wiener_model_is_itself() -> None:
     )
 
 
-@pytest.mark.parametrize("effect", effects_for(hypothesis(*KINDS[1]).scale, S.FORCE_SIDE), ids=lambda e: e.name)
+@pytest.mark.parametrize(
+    "effect", effects_for(hypothesis(*KINDS[1]).scale, S.FORCE_SIDE), ids=lambda e: e.name
+)
 def test_every_effect_moves_a_simulator_and_vanishes(effect: Effect) -> None:
     """At its first start; every start lies where its prior is finite."""
     base = hypothesis(*KINDS[1])
@@ -100,7 +102,10 @@ def test_effects_of_simulators_say_what_they_are(kind: type[Effect]) -> None:
 def test_effects_find_their_doors_by_what_they_write() -> None:
     """Friction needs the force door; what needs the inside of a drive train finds none; labels are struck."""
     scale: AxisScale = hypothesis(*KINDS[2]).scale
-    names = {door: {e.name for e in effects_for(scale, S.FORCE_SIDE if door else frozenset())} for door in (False, True)}
+    names = {
+        door: {e.name for e in effects_for(scale, S.FORCE_SIDE if door else frozenset())}
+        for door in (False, True)
+    }
     assert names[True] - names[False] == {
         "friction (Coulomb, motor)",
         "friction (Stribeck, motor)",
