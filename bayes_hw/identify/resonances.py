@@ -15,6 +15,9 @@ FORGETTING = 0.5
 """A resonance must decay by 1 / e within this part of the longest record; a slower one is not told from
 none."""
 
+HIGHEST_SHARE = 0.9
+"""Of the Nyquist frequency: a pair above it shapes the samples' alternation, not a motion that was seen."""
+
 RESONANCE_SHARE = 0.3
 """A resonance counts as dominant when its own section makes up at least this part of |G| at its frequency;
 a pair that a neighbouring zero cancels does not."""
@@ -30,7 +33,7 @@ def dominant_modes(
         if a1 * a1 / 4 - a2 >= 0:
             continue
         mode = Mode.from_pole(complex(a1 / 2, np.sqrt(a2 - a1 * a1 / 4)), sample_rate_hz)
-        if mode.damping_ratio >= LIGHT_DAMPING or mode.frequency_hz >= sample_rate_hz / 2:
+        if mode.damping_ratio >= LIGHT_DAMPING or mode.frequency_hz >= HIGHEST_SHARE * sample_rate_hz / 2:
             continue
         decay_s = 1 / (2 * np.pi * mode.frequency_hz * mode.damping_ratio)
         if decay_s > FORGETTING * longest_s:

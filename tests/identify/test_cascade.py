@@ -60,6 +60,9 @@ def test_both_modes_are_dominant_and_a_cancelled_one_is_not() -> None:
     sections = values.sections.copy()
     sections[2:, 0] *= 1e-3
     assert len(dominant_modes(structure, replace(values, sections=sections), 20.0, 20.0)) == 1
+    alternating = values.sections.copy()
+    alternating[:2, 1] = 2 * 0.99 * np.cos(0.97 * np.pi), 0.99**2
+    assert len(dominant_modes(structure, replace(values, sections=alternating), 20.0, 20.0)) == 1
 
 
 @settings(max_examples=50, deadline=None)
