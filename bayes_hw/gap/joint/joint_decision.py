@@ -160,7 +160,13 @@ def _probabilities(
 
 
 def confusions(found: JointEvidence, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """Of a single effect: rivals whose own best explanation is as good."""
+    """Of a single effect: rivals whose own best explanation is as good; of slow noise, wind and a walk of
+    nearly the same spectrum."""
+    slow = ("wind", "sensor_drift")
+    spectrum = found.remainder.spectrum
+    if answer in ((slow[0],), (slow[1],)) and answer[0] not in found.nats:
+        close = abs(spectrum.torque - spectrum.walk) < AS_GOOD
+        return ((answer[0], slow[answer[0] == slow[0]]),) if close else ()
     if len(found.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
         return ()
     own = max(found.rivals.get(answer[0], 0.0), found.own)

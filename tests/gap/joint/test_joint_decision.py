@@ -95,3 +95,13 @@ def test_a_rhythm_of_samples_has_no_name() -> None:
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
+
+
+def test_wind_and_a_walk_of_one_spectrum_are_not_told_apart() -> None:
+    """Nor is either stated as sure; where one spectrum is clearly better it is."""
+    near = _decided({}, NoiseSpectrum(0.0, 1200.0, 1118.0, 1296.0, 1289.0, 0.01))
+    assert near.answer == ("sensor_drift",)
+    assert near.confusable == (("sensor_drift", "wind"),)
+    assert near.probability["sensor_drift"] < 0.7 and near.probability["wind"] > 0.2
+    clear = _decided({}, NoiseSpectrum(0.0, 2322.0, 2126.0, 2091.0, 2378.0, 0.5))
+    assert clear.answer == ("wind",) and clear.confusable == () and clear.probability["wind"] > 0.9
