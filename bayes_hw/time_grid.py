@@ -19,7 +19,7 @@ MOST_BRIDGED = 3
 
 FIRST_STAMPS = 16
 STARTS = (0.0, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
-LAWSON_ROUNDS = 30
+LAWSON_ROUNDS, LEAST_WEIGHT = 30, 1e-9
 MOST_NEAREST = 4096
 """Stamps up to which the nearest line is followed: over more of them least squares is as near."""
 
@@ -164,8 +164,12 @@ def _nearest_line(t: FloatArray, places: FloatArray) -> tuple[float, float]:
     weights = np.full(len(t), 1 / len(t))
     slope, start = _line(t, places)
     for _ in range(LAWSON_ROUNDS):
-        weights *= np.abs(t - start - slope * places)
-        weights /= weights.sum()
+        larger = weights * np.abs(t - start - slope * places)
+        # Where all stamps with any weight share a place there is nothing to turn the line by.
+        bearing = places[larger > LEAST_WEIGHT * larger.max()]
+        if len(bearing) == 0 or np.ptp(bearing) == 0:
+            break
+        weights = larger / larger.sum()
         slope, start = _line(t, places, weights)
     return slope, start
 

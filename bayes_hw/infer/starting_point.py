@@ -291,9 +291,11 @@ def split_by_record(residuals: FloatArray, records: Sequence[Record]) -> list[Fl
 
 
 def covariance_with_prior(information: FloatArray, prior_sd: FloatArray) -> FloatArray:
-    """Inverse of the information plus the priors' precision, computed in units of the prior widths."""
-    scaled = information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd))
-    return np.linalg.inv(scaled) * np.outer(prior_sd, prior_sd)
+    """Inverse of the information plus the priors' precision, computed in units of the prior widths: in no
+    direction less precise than the prior, whatever rounding has done to a large information."""
+    values, vectors = np.linalg.eigh(information * np.outer(prior_sd, prior_sd) + np.eye(len(prior_sd)))
+    inverse = (vectors / np.maximum(values, 1.0)) @ vectors.T
+    return np.asarray(inverse * np.outer(prior_sd, prior_sd), dtype=np.float64)
 
 
 def noise_covariance(noise: NoiseEstimate, samples: int) -> FloatArray:

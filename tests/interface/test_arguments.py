@@ -39,7 +39,8 @@ def test_identify_refuses(arguments: tuple[Any, ...], options: dict[str, Any], s
 
 
 @pytest.mark.parametrize(("changes", "said"), [
-    ({"model": "model.json"}, "model: is a str; give a HammersteinWiener"),
+    ({"model": 3.0}, "model: is a float; give a HammersteinWiener"),
+    ({"model": "axis.xml"}, "axis.xml: is not there; give `simulator` an MJCF, URDF or FMU file"),
     ({"train": []}, "train: is empty"),
     ({"holdout": [1.0]}, "holdout: holds a float"),
     ({"without": ["bakclash"]}, "without: 'bakclash' is not in the catalogue; use one of"),
