@@ -17,7 +17,7 @@ from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.rounding import format_duration
 
 LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json", "manifest": "manifest.json"}
-NAMES = {"emps": "EMPS", "rubin": "Rubin"}
+NAMES = {"emps": "EMPS", "mujoco": "MuJoCo", "rubin": "Rubin"}
 """Words of a study's file name that are written otherwise."""
 
 GROUPS: tuple[tuple[str, str, tuple[int, ...]], ...] = (
