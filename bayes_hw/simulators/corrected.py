@@ -19,6 +19,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate import signal_kernel
+from bayes_hw.simulators import corrected_run
 from bayes_hw.simulators.around import NEUTRAL, NUMBER
 from bayes_hw.simulators.simulator_file import SimulatorFile
 
@@ -95,14 +96,15 @@ def closure(diagnosis: Diagnosis, outputs: Sequence[FloatArray]) -> float:
 
 
 def program(head: ModuleType, parts: Sequence[ModuleType]) -> str:
-    """The text of a program: `head` with what it imports of bayes_hw, `parts` in their order, before it."""
+    """The text of a program: `head` with what it imports of bayes_hw, `parts` in their order, before it; what
+    all such programs share comes first."""
     text = inspect.getsource(head)
     start = text.index("from __future__")
     kernels = [_kernel(name) for name in ("behind_dead_zone", "command_side", "output_side")]
     constants = [f"{name} = {i}" for name, i in NUMBER.items()]
     neutral = ", ".join(f'float("{x!r}")' if np.isinf(x) else repr(x) for x in NEUTRAL.tolist())
     table = [f"NEUTRAL = np.array([{neutral}])", f"NUMBER = {NUMBER!r}"]
-    own = [_body(module) for module in parts]
+    own = [_body(module) for module in (corrected_run, *parts)]
     settings = "\n".join(["TAU = 2 * np.pi", *constants, *table])
     body = _body(head)
     return "\n\n\n".join(

@@ -7,8 +7,6 @@ simulate(u, draw=0). It stands alone: nothing of bayes_hw is imported.
 
 from __future__ import annotations
 
-import csv
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,54 +14,38 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
-from bayes_hw.simulators.around import NEUTRAL, NUMBER
 from bayes_hw.simulators.axis_loop import run
+from bayes_hw.simulators.corrected_run import numbers_of, simulate_around, simulate_file
 
 
 def simulate(u: Any, draw: int = 0, folder: Path | None = None) -> Any:
     """y (samples,) for commands u (samples,) at the rate of the records; draw 0 is the posterior mean."""
     place = Path(__file__).resolve().parent if folder is None else folder
-    numbers = json.loads((place / "corrected.json").read_text())
-    one, loop = numbers["draws"][draw - 1] if draw else numbers["mean"], numbers["loop"]
-    settings = NEUTRAL.copy()
-    for name, value in one["around"].items():
-        settings[NUMBER[name]] = value
-    given = np.ascontiguousarray(u, np.float64)
-    command, w, y = np.empty(len(given)), np.empty(len(given)), np.empty(len(given))
-    command_side(given, numbers["sample_rate_hz"], settings, command)
+    numbers, one, settings = numbers_of(place, draw)
+    loop = numbers["loop"]
     model = mujoco.MjModel.from_xml_path(str(place / one["model"]))
     rests = np.array(loop["rests"], np.float64)
-    found = run(
-        model,
-        command * loop["input_factor"],
-        loop["substeps"],
-        loop["actuators"],
-        loop["loop"],
-        loop["loop_speed"],
-        loop["loop_torque"],
-        (
-            np.array(loop["positions"], np.float64).reshape(len(rests), model.nq),
-            np.array(loop["speeds"], np.float64).reshape(len(rests), model.nv),
-            rests,
-        ),
-        np.array(one["laws"], np.float64),
-        loop["read"],
-    )
-    output_side((found - found[0]) * loop["output_factor"], numbers["sample_rate_hz"], settings, w, y)
-    return y
 
+    def motion(command: Any) -> Any:
+        return run(
+            model,
+            command,
+            loop["substeps"],
+            loop["actuators"],
+            loop["loop"],
+            loop["loop_speed"],
+            loop["loop_torque"],
+            (
+                np.array(loop["positions"], np.float64).reshape(len(rests), model.nq),
+                np.array(loop["speeds"], np.float64).reshape(len(rests), model.nv),
+                rests,
+            ),
+            np.array(one["laws"], np.float64),
+            loop["read"],
+        )
 
-def main(arguments: list[str]) -> None:
-    """Simulate the record in the first file, write to the second."""
-    with Path(arguments[0]).open(newline="") as source:
-        rows = list(csv.DictReader(source))
-    commands = [float(row["u"]) for row in rows]
-    shown = simulate(commands, int(arguments[2]) if len(arguments) > 2 else 0).tolist()
-    with Path(arguments[1]).open("w") as target:
-        target.write("t,u,y\n")
-        target.writelines(f"{row['t']},{row['u']},{y!r}\n" for row, y in zip(rows, shown, strict=True))
+    return simulate_around(u, numbers, settings, motion)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    simulate_file(sys.argv[1:], simulate)

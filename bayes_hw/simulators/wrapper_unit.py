@@ -5,7 +5,6 @@ Needs fmpy beside the Python that the FMU runs in. It stands alone: nothing of b
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
-from bayes_hw.simulators.around import NEUTRAL, NUMBER
+from bayes_hw.simulators.corrected_run import numbers_of
 from bayes_hw.simulators.unit_loop import Unit, UnitMotion
 
 
@@ -34,12 +33,8 @@ class CorrectedAxis(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         """Begin with the chosen draw."""
         place = Path(self.resources or ".")
-        self.numbers = json.loads((place / "corrected.json").read_text())
-        one = self.numbers["draws"][self.draw - 1] if self.draw else self.numbers["mean"]
+        self.numbers, one, self.settings = numbers_of(place, self.draw)
         loop = self.numbers["loop"]
-        self.settings = NEUTRAL.copy()
-        for name, value in one["around"].items():
-            self.settings[NUMBER[name]] = value
         self.commands: list[float] = []
         self.seen: list[float] = []
         doors = [tuple(door) for door in loop["doors"]]
