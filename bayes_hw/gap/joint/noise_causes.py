@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.periodogram import tapered_periodograms
 from bayes_hw.identify.growth.descent import innovations
 
 Shape: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -104,20 +105,10 @@ def noise_spectrum(
 ) -> NoiseSpectrum:
     """`modes` are frequencies (Hz) and damping ratios of G's resonances.
 
-    Periodograms of tapered first differences (Whittle 1953): a walk's own has no leakage.
+    By periodograms of tapered first differences (Whittle 1953).
     """
     rate = fit.response.scale.rate_hz
-    frequencies, powers = [], []
-    for e in residuals:
-        d = np.diff(e)
-        taper = np.hanning(len(d) + 2)[1:-1]
-        transform = np.fft.rfft(d * taper) / np.sqrt(np.sum(taper**2))
-        f = np.fft.rfftfreq(len(d), 1 / rate)
-        # Hann tapering ties neighbours together: every second ordinate is kept.
-        keep = slice(2, len(f) - 2, 2)
-        frequencies.append(f[keep])
-        powers.append(np.abs(transform[keep]) ** 2)
-    f, p = np.concatenate(frequencies), np.concatenate(powers)
+    f, p = tapered_periodograms(residuals, rate)
     differenced = 4 * np.sin(np.pi * f / rate) ** 2
     price = 0.5 * float(np.log(max(len(f), 2)))
 

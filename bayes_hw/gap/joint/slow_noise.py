@@ -19,6 +19,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint.periodogram import tapered_periodograms
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.holes import without_holes
 
@@ -162,16 +163,7 @@ class _Ordinates:
     @classmethod
     def of(cls, residuals: Sequence[FloatArray], rate_hz: float) -> _Ordinates:
         """Means over bands of BAND of a frequency, the lowest SINGLE ordinates by themselves."""
-        frequencies, powers = [], []
-        for e in residuals:
-            d = np.diff(e)
-            taper = np.hanning(len(d) + 2)[1:-1]
-            transform = np.fft.rfft(d * taper) / np.sqrt(np.sum(taper**2))
-            # Hann tapering ties neighbours together: every second ordinate is kept.
-            keep = slice(2, len(transform) - 2, 2)
-            frequencies.append(np.fft.rfftfreq(len(d), 1 / rate_hz)[keep])
-            powers.append(np.abs(transform[keep]) ** 2)
-        f, power = np.concatenate(frequencies), np.concatenate(powers)
+        f, power = tapered_periodograms(residuals, rate_hz)
         order = np.argsort(f, kind="stable")
         f, power = f[order], power[order] / (4 * np.sin(np.pi * f[order] / rate_hz) ** 2)
         band = np.floor(np.log(f / f[0]) / BAND) + SINGLE
