@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
-from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
+from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas, plain_log_ticks
 from bayes_hw.report.page.palette import BLUE, INK, MUTED, VERMILLION
 from bayes_hw.report.page.rounding import format_number
 
@@ -65,7 +65,7 @@ def sysid_report(outcomes: Sequence[Outcome], provenance: Provenance) -> Report:
     rows = tuple(
         (
             name,
-            format_number(case["axes"], 3),
+            f"{case['axes']:.0f}",
             f"{case['held']:.0f} of {case['intervals']:.0f}",
             format_number(case["error_in_half_intervals"], 3),
             format_number(case["holdout_in_sigmas"], 4),
@@ -131,6 +131,7 @@ def errors_in_half_intervals(outcomes: Sequence[Outcome]) -> Figure:
             axes.scatter(np.clip(ratios, 0.01, None), row + jitter, s=12, c=colours, linewidths=0)
         axes.axvline(1.0, color=MUTED, linewidth=0.8)
         axes.set_xscale("log")
+        plain_log_ticks(axes, "x")
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
         axes.set_xlabel("size of the error / half the interval", color=INK)
