@@ -41,8 +41,8 @@ def tone_in(fit: JointFit) -> Tone | None:
 
     Its phase and amplitude are free in every record, so that no clock need be shared.
     """
-    residuals = [without_holes(e) for e in fit.point.residuals]
-    found = [_removed(fit, residuals, f) for f in _lines(residuals)]
+    rate = fit.response.scale.rate_hz
+    found = [without_line(fit, f * rate) for f in _lines([without_holes(e) for e in fit.point.residuals])]
     return max(found, key=lambda tone: tone.without.score, default=None)
 
 
@@ -68,8 +68,12 @@ def _lines(residuals: Sequence[FloatArray]) -> list[float]:
     return lines
 
 
-def _removed(fit: JointFit, residuals: Sequence[FloatArray], frequency: float) -> Tone:
+def without_line(fit: JointFit, frequency_hz: float) -> Tone:
+    """The line next to a frequency taken out of the records of `fit`, and `fit` descended without it."""
+    residuals = [without_holes(e) for e in fit.point.residuals]
     longest = max(len(e) for e in residuals)
+    rate = fit.response.scale.rate_hz
+    frequency = frequency_hz / rate
 
     def waves(f: float) -> list[FloatArray]:
         return [_projected(e, f) for e in residuals]
@@ -87,7 +91,7 @@ def _removed(fit: JointFit, residuals: Sequence[FloatArray], frequency: float) -
         taken=fit.taken + 2 * len(records) + 1,
     ).descended()  # fmt: skip
     amplitude = float(np.sqrt(2 * np.mean(np.concatenate(taken) ** 2)))
-    return Tone(best * fit.response.scale.rate_hz, amplitude, without)
+    return Tone(best * rate, amplitude, without)
 
 
 def _projected(e: FloatArray, frequency: float) -> FloatArray:

@@ -14,6 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.tone import without_line
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
@@ -24,10 +25,13 @@ STEPS = 8
 def on_whole_records(found: JointAnswer, records: Sequence[Record]) -> JointAnswer:
     """`found` with its fits descended on `records`, of which it has seen the beginnings.
 
-    Readings that are repeated, glitches or timed badly are found anew among all. What each label earned and
-    what is left stay as they were found.
+    Readings that are repeated, glitches or timed badly are found anew among all, and a motion of one
+    frequency is taken out of all. What each label earned and what is left stay as they were found.
     """
-    plain = fitted_to(found.base, records, None)
+    plain, tone = fitted_to(replace(found.base, taken=0), records, None), found.tone
+    if tone is not None:
+        tone = without_line(plain, tone.frequency_hz)
+        plain, records = tone.without, tone.without.response.records
     weights = None
     if found.base.response.weights is not None:
         weights = read_faults(plain).weights
@@ -37,10 +41,10 @@ def on_whole_records(found: JointAnswer, records: Sequence[Record]) -> JointAnsw
         one if one.without is None else replace(one, without=fitted_to(one.without, records, weights))
         for one in found.known
     )
-    return replace(found, base=base, fit=fit, known=known)
+    return replace(found, base=base, fit=fit, known=known, tone=tone)
 
 
 def fitted_to(fit: JointFit, records: Sequence[Record], weights: tuple[FloatArray, ...] | None) -> JointFit:
     """The same explanation of other records."""
     response = replace(fit.response, records=tuple(records), weights=weights)
-    return JointFit(response, evaluate(response, fit.point.coordinates)).descended(STEPS)
+    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates)).descended(STEPS)

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, command, measured, response_with, scale
+from joint_axis import CASCADE, SIGMA, STRUCTURE, command, measured, response_with, scale
 
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointResponse
-from bayes_hw.gap.joint.whole_records import fitted_to
+from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.gap.joint.tone import tone_in
+from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES, SEEN = 3000, 600
@@ -31,6 +37,26 @@ def test_all_samples_move_the_fit_to_their_own_optimum() -> None:
     assert abs(found.log_likelihood - best.log_likelihood) < 0.1
     before = evaluate(all_of_it, seen.point.coordinates)
     assert found.log_likelihood > before.log_likelihood + 1
+
+
+def test_a_line_is_taken_out_of_all_samples() -> None:
+    """And its parameters are counted once."""
+    (whole,) = measured((), SAMPLES, (1,))
+    hum = 3 * SIGMA * np.sin(2 * np.pi * 0.43 * whole.t + 0.7)
+    whole = replace(whole, y=whole.y + hum)
+    begun = [whole.split(SEEN / SAMPLES)[0]]
+    response, values = response_with((), SAMPLES)
+    part = JointResponse(STRUCTURE, (), begun, scale(SEEN))
+    seen = JointFit(part, evaluate(part, response.coordinates(values))).descended()
+    tone = tone_in(seen)
+    assert tone is not None
+    base = tone.without
+    answer = JointAnswer(base, base, {}, {}, read_faults(base), remainder_of(base), tone=tone)
+    found = on_whole_records(answer, [whole])
+    assert found.tone is not None and found.fit.taken == base.taken == 3
+    assert abs(found.tone.frequency_hz - 0.43) < 1e-3
+    assert found.fit.point.samples == SAMPLES
+    assert abs(found.fit.point.rms / SIGMA - 1) < 0.05
 
 
 def test_glitches_beyond_the_beginning_are_weighted_away(monkeypatch: pytest.MonkeyPatch) -> None:
