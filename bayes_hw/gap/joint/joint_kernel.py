@@ -3,8 +3,10 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, its second or third difference or w itself. No drive train need
-be known.
+behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
+third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
+spring passes on depends on its twist and not on the acceleration, to which every torque adds. No drive train
+need be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -22,7 +24,7 @@ INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
 COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
-BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION, BASE_THIRD_DIFFERENCE = range(5)
+BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
 
@@ -42,24 +44,23 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
     and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
-    each parameter or -1. `work` (rows, columns) is scratch of 7 + real poles + 2 sections + 4 laws + 3 steps rows.
+    each parameter or -1. `work` (rows, columns) is scratch of 7 + real poles + 2 sections + 4 laws rows.
     Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
     samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
     lower, upper, half_width = static
-    d_v, d_w, d_early, d_late, d_out, d_i = work[0], work[1], work[2], work[3], work[4], work[5]
-    at_real = 6
+    d_v, d_w, d_w1, d_early, d_late, d_out, d_i = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6],
+    )  # fmt: skip
+    at_real = 7
     at_sections = at_real + n_real
     at_tau = at_sections + 2 * n_sections
     at_q = at_tau + n_laws
     at_memory = at_q + n_laws
     at_direct = at_memory + n_laws
-    at_past = at_direct + n_laws
-    span = 3 * steps + 1
-    past = np.zeros(span)
-    integral = early = late = out = 0.0
+    integral = early = late = out = w1 = 0.0
     x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
     memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
     gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
@@ -194,27 +195,40 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         for j in range(n_laws):
             d_q, d_tau, d_z = work[at_q + j], work[at_tau + j], work[at_memory + j]
             base = bases[j]
-            w1, w2 = past[(step - steps) % span], past[(step - 2 * steps) % span]
-            w3 = past[(step + 1) % span]
-            d_w1, d_w2 = work[at_past + (step - steps) % span], work[at_past + (step - 2 * steps) % span]
-            d_w3 = work[at_past + (step + 1) % span]
             if base == BASE_COMMAND:
                 q = v
                 for c in range(columns):
                     d_q[c] = d_v[c]
             elif base == BASE_SPEED:
-                before, d_before = past[(step - 1) % span], work[at_past + (step - 1) % span]
-                q = (w - before) * steps
+                q = (w - w1) * steps
                 for c in range(columns):
-                    d_q[c] = (d_w[c] - d_before[c]) * steps
-            elif base == BASE_SECOND_DIFFERENCE:
-                q = w - 2 * w1 + w2
+                    d_q[c] = (d_w[c] - d_w1[c]) * steps
+            elif base in (BASE_TWIST, BASE_TWIST_RATE):
+                q = 0.0
                 for c in range(columns):
-                    d_q[c] = d_w[c] - 2 * d_w1[c] + d_w2[c]
-            elif base == BASE_THIRD_DIFFERENCE:
-                q = w - 3 * w1 + 3 * w2 - w3
-                for c in range(columns):
-                    d_q[c] = d_w[c] - 3 * d_w1[c] + 3 * d_w2[c] - d_w3[c]
+                    d_q[c] = 0.0
+                power = 2 if base == BASE_TWIST else 3
+                scaled = float(steps) ** power
+                for i in range(n_real):
+                    pole = real[0, i]
+                    e = scaled * (pole - 1.0) ** power
+                    q += e * x_real[i]
+                    d_x = work[at_real + i]
+                    for c in range(columns):
+                        d_q[c] += e * d_x[c]
+                    if c_real[0, i] >= 0:
+                        d_q[c_real[0, i]] += scaled * power * (pole - 1.0) ** (power - 1) * x_real[i]
+                for i in range(n_sections):
+                    e1, e2, e1_by_a1, e2_by_a1, e1_by_a2, e2_by_a2 = own_difference(
+                        sections[0, i], sections[1, i], power
+                    )
+                    q += scaled * (e1 * x1[i] + e2 * x2[i])
+                    d_one, d_two = work[at_sections + 2 * i], work[at_sections + 2 * i + 1]
+                    for c in range(columns):
+                        d_q[c] += scaled * (e1 * d_one[c] + e2 * d_two[c])
+                    if c_sections[0, i] >= 0:
+                        d_q[c_sections[0, i]] += scaled * (e1_by_a1 * x1[i] + e2_by_a1 * x2[i])
+                        d_q[c_sections[1, i]] += scaled * (e1_by_a2 * x1[i] + e2_by_a2 * x2[i])
             else:
                 q = w
                 for c in range(columns):
@@ -397,13 +411,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             v_out[sample] = 0.0
         v_out[sample] += v * share
         # States and their tangents a sample on.
-        past[step % span] = w
-        d_now = work[at_past + step % span]
         for c in range(columns):
-            d_now[c] = d_w[c]
+            d_w1[c] = d_w[c]
             d_i[c] += residue * d_v[c]
         if c_residue >= 0:
             d_i[c_residue] += v
+        w1 = w
         integral += residue * v
         for i in range(n_real):
             pole, weight = real[0, i], real[1, i]
@@ -456,6 +469,19 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_x[c_direct[j, 0]] += taus[j]
                 d_x[c_direct[j, 1]] += x_direct[j]
             x_direct[j] = pole * x_direct[j] + weight * taus[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def own_difference(a1, a2, power):  # type: ignore[no-untyped-def]
+    """Weights of both states of a section in the difference of order 2 or 3 by which its output goes on by
+    itself, and their derivatives by a1 and a2 in turn."""
+    e1, e2 = (a1 - 1) ** 2 - a2, a1 - 2
+    if power == 2:
+        return e1, e2, 2 * (a1 - 1), 1.0, -1.0, 0.0
+    return (
+        e1 * (a1 - 1) - e2 * a2, e1 - e2,
+        3 * (a1 - 1) ** 2 - 2 * a2, 2 * a1 - 3, 3 - 2 * a1, -1.0,
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

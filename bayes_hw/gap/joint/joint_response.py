@@ -379,7 +379,7 @@ class JointResponse:
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
-        work = np.empty((7 + n + 2 * m + 4 * count + 3 * self.steps, max(columns, 1)))
+        work = np.empty((7 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         paths = Paths(

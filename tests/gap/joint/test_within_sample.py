@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, command, form, record, response_with, scale, some_effect, torque
+from joint_axis import STRUCTURE, command, form, record, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
@@ -74,8 +74,8 @@ def test_tangents_by_real_poles_and_their_ports() -> None:
 
 
 def test_steps_converge_on_an_axis_that_sticks_within_a_sample() -> None:
-    """Friction that stops the load between two samples: sixteen steps and thirty-two agree far better than one
-    and two."""
+    """Friction that stops the load between two samples: sixteen steps and thirty-two agree far better than
+    one and two."""
     friction = torque(form("friction", "Coulomb, load"), (0.0005,), 2e-3, 0.0)
     response, values = response_with((friction,), SAMPLES)
     u = command(SAMPLES, 1)
