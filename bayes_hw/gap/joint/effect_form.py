@@ -263,7 +263,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "backlash", "dynamic", "law",
         lambda s: (Slot(0, "gap", True, 1e-3 * _twist(s), 30 * _twist(s)),),
-        lambda s: [(share * _twist(s),) for share in (0.1, 0.5)],
+        lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
         K.GAP, K.BASE_TWIST,
     ),
     _ripple("torque_ripple", "", _turning, _period_wavenumber),
