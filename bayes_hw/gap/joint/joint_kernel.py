@@ -5,8 +5,10 @@ sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its ow
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
 behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
 third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
-spring passes on depends on its twist and not on the acceleration, to which every torque adds. No drive train
-need be known.
+spring passes on depends on its twist and not on the acceleration, to which every torque adds. Friction of
+the load meets the speed over the coming step, its own part in it included: it is solved for the torque, in
+proportion up to the smoothing speed and constant beyond, and so holds the load still without a stiff law. No
+drive train need be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -199,6 +201,39 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 q = v
                 for c in range(columns):
                     d_q[c] = d_v[c]
+            elif base == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                ahead = residue * v
+                for c in range(columns):
+                    d_q[c] = residue * d_v[c]
+                if c_residue >= 0:
+                    d_q[c_residue] += v
+                for i in range(n_real):
+                    pole, weight, d_x = real[0, i] - 1.0, real[1, i], work[at_real + i]
+                    ahead += pole * x_real[i] + weight * v
+                    for c in range(columns):
+                        d_q[c] += pole * d_x[c] + weight * d_v[c]
+                    if c_real[0, i] >= 0:
+                        d_q[c_real[0, i]] += x_real[i]
+                        d_q[c_real[1, i]] += v
+                for i in range(n_sections):
+                    a1, b1 = sections[0, i] - 1.0, sections[2, i]
+                    d_one, d_two = work[at_sections + 2 * i], work[at_sections + 2 * i + 1]
+                    ahead += a1 * x1[i] + x2[i] + b1 * v
+                    for c in range(columns):
+                        d_q[c] += a1 * d_one[c] + d_two[c] + b1 * d_v[c]
+                    if c_sections[0, i] >= 0:
+                        d_q[c_sections[0, i]] += x1[i]
+                        d_q[c_sections[2, i]] += v
+                for i in range(n_laws):
+                    pole, d_x = direct[i, 1] - 1.0, work[at_direct + i]
+                    ahead += pole * x_direct[i]
+                    for c in range(columns):
+                        d_q[c] += pole * d_x[c]
+                    if c_direct[i, 1] >= 0:
+                        d_q[c_direct[i, 1]] += x_direct[i]
+                q = ahead * steps
+                for c in range(columns):
+                    d_q[c] *= steps
             elif base == BASE_SPEED:
                 q = (w - w1) * steps
                 for c in range(columns):
@@ -256,7 +291,29 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             g0 = g1 = g2 = by_q = by_w = 0.0
             tau, by_z = 0.0, 0.0
             law = laws[j]
-            if law in (COULOMB, STRIBECK):
+            by_own = 0.0
+            if law in (COULOMB, STRIBECK) and base == BASE_SPEED:
+                own = direct[j, 0]
+                for i in range(n_real):
+                    own += port_real[j, i]
+                for i in range(n_sections):
+                    own += port_sections[j, 0, i]
+                width = t0 + max(own * steps, 0.0)
+                most, most_by_q, bell = 1.0, 0.0, 0.0
+                if law == STRIBECK:
+                    bell = math.exp(-((q / t2) ** 2))
+                    most += t1 * bell
+                    most_by_q = -2 * q / t2**2 * t1 * bell
+                tau = -q / width
+                if abs(tau) <= most:
+                    by_q, g0 = -1 / width, q / width**2
+                    by_own = g0 * steps if own > 0.0 else 0.0
+                else:
+                    sign = 1.0 if q > 0 else -1.0
+                    tau, by_q = -sign * most, -sign * most_by_q
+                    g1 = -sign * bell
+                    g2 = -sign * t1 * bell * 2 * q * q / t2**3
+            elif law in (COULOMB, STRIBECK):
                 t = math.tanh(q / t0)
                 slope = (1.0 - t * t) / t0
                 bell, bell_by_q, bell_by_width = 0.0, 0.0, 0.0
@@ -336,6 +393,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     d_tau[c_thetas[j, 1]] += g1
                 if c_thetas[j, 2] >= 0:
                     d_tau[c_thetas[j, 2]] += g2
+                if by_own != 0.0 and c_direct[j, 0] >= 0:
+                    d_tau[c_direct[j, 0]] += by_own
+                    for i in range(n_real):
+                        d_tau[c_port_real[j, i]] += by_own
+                    for i in range(n_sections):
+                        d_tau[c_port_sections[j, 0, i]] += by_own
         # The output.
         if has_play:
             play = outputs[PLAY]

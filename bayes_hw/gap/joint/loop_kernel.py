@@ -80,6 +80,15 @@ def law_value(law, q, w, theta, memory, steps):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def held_back(speed, own, theta, stribeck):  # type: ignore[no-untyped-def]
+    """Friction's torque where the coming step's `speed` without it changes by `own` with a unit of it."""
+    most = 1.0
+    if stribeck:
+        most += theta[1] * math.exp(-((speed / theta[2]) ** 2))
+    return -min(max(speed / (theta[0] + max(own, 0.0)), -most), most)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
     """The command behind limits of rate and size, `ins` (11,), at position w, and both ramps after it."""
     a = ins[LIMIT_WAVENUMBER] * w
@@ -184,6 +193,15 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                     q = w
                     if bases[j] == BASE_COMMAND:
                         q = v
+                    elif bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                        q = residue[d] * v
+                        for i in range(n_real):
+                            q += (real[d, 0, i] - 1) * x_real[i] + real[d, 1, i] * v
+                        for i in range(n_sections):
+                            q += (sections[d, 0, i] - 1) * x1[i] + x2[i] + sections[d, 2, i] * v
+                        for i in range(n_laws):
+                            q += (direct[d, i, 1] - 1) * x_direct[i]
+                        q *= steps
                     elif bases[j] == BASE_SPEED:
                         q = (w - w1) * steps
                     elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
@@ -199,7 +217,11 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         q += signal_real[d, j, i] * x_real[i]
                     for i in range(n_sections):
                         q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
-                    taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j], steps)
+                    if bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                        own = direct[d, j, 0] + port_real[d, j].sum() + port_sections[d, j, 0].sum()
+                        taus[j] = held_back(q, own * steps, thetas[d, j], laws[j] == STRIBECK)
+                    else:
+                        taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j], steps)
                 # A step on.
                 w1 = w
                 integral += residue[d] * v

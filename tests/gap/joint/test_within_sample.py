@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import STRUCTURE, command, form, record, response_with, scale, some_effect, torque
+from joint_axis import CASCADE, STRUCTURE, command, form, record, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
@@ -90,3 +90,18 @@ def test_roots_go_on_smoothly_where_there_are_none() -> None:
     assert np.all(np.diff(roots.real) > 0)
     assert roots[2].real == pytest.approx(roots[3].real, abs=1e-7)
     assert root_of(np.array([0.8 * np.exp(1j)]), 4)[0] ** 4 == pytest.approx(0.8 * np.exp(1j))
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+def test_a_load_that_friction_holds_stands_still(steps: int) -> None:
+    """A torque larger than what drives the load: no step moves it, and the torque is just what it takes."""
+    law = form("friction", "Coulomb, load")
+    structure = replace(STRUCTURE, integrator=False)
+    cascade = replace(CASCADE, integrator_residue=0.0, starts=np.zeros((1, 2)))
+    effect = torque(law, (1e-9,), 2e-2, 0.0)
+    response = JointResponse(
+        structure, (effect,), [record(np.zeros(SAMPLES), 1)], scale(SAMPLES), steps=steps
+    )
+    run = response.simulate(JointValues(cascade, (effect,)), command(SAMPLES, 1))
+    assert np.abs(run.w).max() < 1e-6
+    assert 0.01 < np.abs(run.torques).max() < 1.0
