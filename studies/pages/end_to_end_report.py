@@ -342,8 +342,8 @@ def _by_kind(study: EndToEndStudy) -> Table:
     return Table(
         ("kind", "defaults", "structure of a linear model"),
         tuple(rows),
-        "94 % intervals that hold the truth, in per cent, with 95 % binomial intervals; the p-value of all kinds"
-        " and levels together; widths over the Cramér-Rao bound.",
+        "94 % intervals that hold the truth, in per cent, with 95 % binomial intervals; the p-value of all"
+        " kinds and levels together; widths over the Cramér-Rao bound.",
         (1, 2),
     )
 
@@ -365,8 +365,8 @@ def _by_member(members: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -
     return Table(
         ("twin", "true half width", *("order", "held", "half width") * 2),
         tuple(rows),
-        "Every twin with the defaults (left) and with the structure of a linear model (right): order found, 94 %"
-        " intervals that hold, and the half width's posterior mean and standard deviation (deg).",
+        "Every twin with the defaults (left) and with the structure of a linear model (right): order found,"
+        " 94 % intervals that hold, and the half width's posterior mean and standard deviation (deg).",
         tuple(range(1, 8)),
     )
 
