@@ -30,6 +30,9 @@ from pages.figures_coverage import coverage_by_kind, widths_over_bound
 
 HALF_WIDTH = "dead_zone.half_width"
 
+TOLD_FROM = 0.85
+"""Coverage of 94 % intervals that a study must be large enough to exclude before it says that they hold."""
+
 WIDTH_AIM = 1.3
 """Median width over the Cramer-Rao bound that is still called efficient."""
 
@@ -87,7 +90,8 @@ def _verdict(study: EndToEndStudy) -> str:
         f" hold the truth ({_share(held)})"
     )
     text += (
-        ", and every kind of parameter stays in its band."
+        ", and every kind of parameter stays in its band"
+        + ("." if _tells(wide) else f", which so few axes leave wide: {_bounds(held)} is not excluded.")
         if wide.holds
         else f"; NOT calibrated: {_kinds(wide)} outside {'their' if len(wide.outside()) > 1 else 'its'} band."
     )
@@ -110,6 +114,11 @@ def _verdict(study: EndToEndStudy) -> str:
     )
 
 
+def _bounds(coverage: IntervalCoverage) -> str:
+    low, high = coverage.interval
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
+
+
 def _kinds(summary: RecoverySummary) -> str:
     return ", ".join(f"{kind} ({100 * level:.0f} %)" for kind, level in summary.outside())
 
@@ -118,8 +127,8 @@ def _badges(study: EndToEndStudy) -> tuple[Badge, ...]:
     wide, free = study.wide, study.effect_free
     return (
         Badge(
-            "intervals hold" if wide.holds else "intervals do not hold",
-            "good" if wide.holds else "bad",
+            _holding(wide),
+            _state(wide.holds and _tells(wide), wide.holds),
             f"{format_p_value(wide.p_value)} for all kinds and levels together, {wide.axes} axes",
         ),
         Badge(
@@ -134,7 +143,7 @@ def _badges(study: EndToEndStudy) -> tuple[Badge, ...]:
         ),
         Badge(
             "20 Hz, effect-free",
-            _state(free.holds and _all_converged(free), free.holds),
+            _state(free.holds and _tells(free) and _all_converged(free), free.holds),
             f"{_share(free.all_parameters)} hold, {free.converged} of {free.axes} converged",
         ),
         Badge(
@@ -143,6 +152,17 @@ def _badges(study: EndToEndStudy) -> tuple[Badge, ...]:
             f"structure of a linear model, order 8 at most: {_share(study.capped.all_parameters)} hold",
         ),
     )
+
+
+def _tells(summary: RecoverySummary) -> bool:
+    """Whether so many axes would have told intervals that hold as rarely as TOLD_FROM."""
+    return summary.all_parameters.interval[0] > TOLD_FROM
+
+
+def _holding(summary: RecoverySummary) -> str:
+    if not summary.holds:
+        return "intervals do not hold"
+    return "intervals hold" if _tells(summary) else "too few axes to tell"
 
 
 def _all_converged(summary: RecoverySummary) -> bool:

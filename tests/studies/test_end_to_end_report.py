@@ -63,9 +63,9 @@ def ranks(model: HammersteinWiener) -> CalibrationStudy:
     return CalibrationStudy(CalibrationCase(model, np.zeros(100)), one, {"sigma off": one}, {0: one}, (0.5,))
 
 
-def page(model: HammersteinWiener, wide: float, capped: float) -> Report:
+def page(model: HammersteinWiener, wide: float, capped: float, count: int = 60) -> Report:
     rng = np.random.default_rng(2)
-    axes = replicates(60, 1, wide)
+    axes = replicates(count, 1, wide)
     twins, proxies = replicates(12, 4), replicates(12, 5, capped)
     study = EndToEndStudy(
         wide=summarize_recovery(axes, rng),
@@ -95,6 +95,12 @@ def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWie
     assert "did NOT find" in report.verdict
     states = {badge.label: badge.state for badge in report.badges}
     assert states["intervals do not hold"] == states["fault missed"] == "bad"
+
+
+def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
+    report = page(small_axis, 1.0, 1.8, count=5)
+    assert {badge.label: badge.state for badge in report.badges}["too few axes to tell"] == "warn"
+    assert "is not excluded" in report.verdict
 
 
 def test_the_fault_stands_beside_the_defaults(small_axis: HammersteinWiener) -> None:
