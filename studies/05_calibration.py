@@ -72,6 +72,7 @@ def main() -> None:
         twin=summaries["twin"],
         capped=summaries["twin_capped"],
         axes=tuple(recovered["wide"]),
+        members=tuple(zip(recovered["twin"], recovered["twin_capped"], strict=True)),
         most_steps=MAX_STEPS,
         ranks=ranks,
     )
@@ -80,6 +81,7 @@ def main() -> None:
         {name: summary.to_dict() for name, summary in summaries.items()}
         | {
             "axes": recovered["wide"],
+            "twins": {name: recovered[name] for name in ("twin", "twin_capped")},
             "ranks": {
                 "right": ranks.right.to_dict(),
                 **{name: summary.to_dict() for name, summary in ranks.wrong.items()},

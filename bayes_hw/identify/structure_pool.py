@@ -83,12 +83,26 @@ class StructurePool:
             )
         return said
 
+    @property
+    def basis(self) -> str:
+        """What intervals of a posterior of the chosen structure rest on."""
+        one = self.chosen
+        kept = one.slow_poles_added + one.onset_poles_added
+        added = (
+            f"guarded by {kept} poles that the criterion did not ask for" if kept else "with nothing added"
+        )
+        return (
+            f"the intervals rest on this one structure, {added}; nothing is averaged over the pool, whose "
+            "weights tell how firm the choice is"
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """The entry `structure` of fit.json, model.json and posterior.json."""
         return {
             "visited": self.visited,
             "weights": "exp(log-likelihood - parameters), over all structures visited",
             "sentence": self.sentence,
+            "basis": self.basis,
             "pool": [asdict(member) | {"blocks": list(member.blocks)} for member in self.members],
         }
 

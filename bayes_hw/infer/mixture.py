@@ -162,7 +162,8 @@ def refitted(
     """The components of `mixture` moved to the weighted points (weights of sum one) that each is nearest to.
 
     With `bent`, the heaviest one, which comes first, is bent as its points are, in MOST_BENT dimensions at
-    most. A component with less than FEWEST of the weight stays where it is.
+    most. A component with less than FEWEST of the weight, or with fewer effective points than a covariance
+    takes (one more than there are dimensions), stays where it is.
     """
     log_parts = mixture.component_log_densities(points)
     membership = np.exp(log_parts - special.logsumexp(log_parts, axis=0)) * weights
@@ -172,8 +173,10 @@ def refitted(
     bent = bent and points.shape[1] <= MOST_BENT
     bend = Bend.fitted(points, membership[0] / membership[0].sum()) if bent else None
     for j, own in enumerate(membership):
-        if own.sum() > FEWEST:
-            own_weights = own / own.sum()
+        if own.sum() <= FEWEST:
+            continue
+        own_weights = own / own.sum()
+        if 1 / np.sum(own_weights**2) > points.shape[1] + 1:
             straight = points if j > 0 or bend is None else bend.undo(points)
             means[j] = own_weights @ straight
             centred = straight - means[j]

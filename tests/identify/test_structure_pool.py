@@ -48,3 +48,11 @@ def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() ->
     assert len(pool.members) == LISTED + 1 and pool.chosen.weight < 1e-20
     assert "2 slow real poles" in pool.sentence and "cannot exclude" in pool.sentence
     assert "2 fast real poles" in pool.sentence and pool.to_dict()["pool"][-1]["onset_poles_added"] == 2
+
+
+def test_it_is_said_what_the_intervals_rest_on() -> None:
+    one = fit(1, 100.0, 8)
+    plain, guarded = pool_of([one], one, NOTHING), pool_of([one], fit(2, 101.0, 12), Kept(1, 2))
+    assert "rest on this one structure" in plain.to_dict()["basis"]
+    assert "with nothing added" in plain.basis and "nothing is averaged over the pool" in plain.basis
+    assert "guarded by 3 poles" in guarded.basis

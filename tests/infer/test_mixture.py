@@ -130,6 +130,18 @@ def test_components_move_to_the_points_nearest_to_them() -> None:
     np.testing.assert_allclose(found.means[:, 0], [-10, 10], atol=0.5)
 
 
+def test_a_component_of_fewer_points_than_a_covariance_takes_stays() -> None:
+    """Two heavy points in four dimensions have no covariance, though they hold a fifth of the weight."""
+    rng = np.random.default_rng(4)
+    start = several_laplace([(np.zeros(4), np.eye(4)), (np.full(4, 40.0), np.eye(4))])
+    points = np.concatenate([rng.standard_normal((2000, 4)), 40 + rng.standard_normal((2, 4))])
+    weights = np.concatenate([np.full(2000, 0.8 / 2000), np.full(2, 0.1)])
+    found = refitted(start, points, weights, bent=False)
+    np.testing.assert_array_equal(found.means[1], start.means[1])
+    np.testing.assert_array_equal(found.factors[1], start.factors[1])
+    assert np.isfinite(found.log_density(points)).all()
+
+
 @pytest.mark.parametrize("correlation", [-0.9, -0.5, 0.0, 0.7])
 def test_opposite_draws_are_in_detailed_balance(correlation: float) -> None:
     """From draws of the mixture: the same moments again, the pair's mixed moments symmetric, a correlation of

@@ -13,7 +13,7 @@ from bayes_hw.infer.calibration import DRAWS, CalibrationCase
 from bayes_hw.infer.recovery import LEVELS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
-from bayes_hw.report.page.document import Report
+from bayes_hw.report.page.document import Report, Table
 from bayes_hw.report.page.html import to_html
 
 FACTS = {
@@ -39,6 +39,8 @@ def replicates(count: int, seed: int, narrow: float = 1.0) -> list[dict[str, Any
             "converged": True,
             "cpu_seconds": [1.0, 2.0],
             "facts": FACTS,
+            "order": 8,
+            "estimate": {"dead_zone.half_width": [0.006, 0.0079, 0.0002]},
         }
         for row in extremity
     ]
@@ -61,15 +63,17 @@ def ranks(model: HammersteinWiener) -> CalibrationStudy:
     return CalibrationStudy(CalibrationCase(model, np.zeros(100)), one, {"sigma off": one}, {0: one}, (0.5,))
 
 
-def page(model: HammersteinWiener, wide: float, capped: float) -> Report:
+def page(model: HammersteinWiener, wide: float, capped: float, count: int = 60) -> Report:
     rng = np.random.default_rng(2)
-    axes = replicates(60, 1, wide)
+    axes = replicates(count, 1, wide)
+    twins, proxies = replicates(12, 4), replicates(12, 5, capped)
     study = EndToEndStudy(
         wide=summarize_recovery(axes, rng),
         effect_free=summarize_recovery(replicates(30, 3), rng),
-        twin=summarize_recovery(replicates(12, 4), rng),
-        capped=summarize_recovery(replicates(12, 5, capped), rng),
+        twin=summarize_recovery(twins, rng),
+        capped=summarize_recovery(proxies, rng),
         axes=tuple(axes),
+        members=tuple(zip(twins, proxies, strict=True)),
         most_steps=1500,
         ranks=ranks(model),
     )
@@ -91,3 +95,22 @@ def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWie
     assert "did NOT find" in report.verdict
     states = {badge.label: badge.state for badge in report.badges}
     assert states["intervals do not hold"] == states["fault missed"] == "bad"
+
+
+def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
+    report = page(small_axis, 1.0, 1.8, count=5)
+    assert {badge.label: badge.state for badge in report.badges}["too few axes to tell"] == "warn"
+    assert "is not excluded" in report.verdict
+
+
+def test_the_fault_stands_beside_the_defaults(small_axis: HammersteinWiener) -> None:
+    """Kinds and twins are told both ways, and a twin that was refused says so."""
+    report = page(small_axis, 1.0, 1.8)
+    section = next(part for part in report.sections if part.title == "A check that can fail")
+    by_kind, by_member = (block for block in section.blocks if isinstance(block, Table))
+    defaults, proxy = (float(cell.split()[0]) for cell in by_kind.rows[-3][1:])
+    assert defaults > 85 > proxy
+    assert len(by_member.rows) == 12
+    assert by_member.rows[0][4] == "0.00790 ± 0.00020"
+    held = [row[3].split(" of ") for row in by_member.rows]
+    assert sum(int(inside) for inside, _ in held) == round(36 * defaults / 100)

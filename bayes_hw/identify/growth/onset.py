@@ -8,13 +8,9 @@ and what they could take from the resonances widens their intervals.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.delay import at_delay
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.growth.extension import with_separate_pole
+from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
 from bayes_hw.identify.growth.search import Grown
 
 ONSET_POLES = (0.0, 0.5)
@@ -29,21 +25,4 @@ def with_free_onset(item: Grown) -> Grown:
     structure, values = earlier.structure, earlier.values
     for pole in ONSET_POLES:
         structure, values = with_separate_pole(structure, values, pole)
-    held = _RealPolesHeld(structure, item.response.records)
-    start = evaluate(held, held.coordinates(values), item.point.whitener, item.point.most_noise)
-    fitted = Grown(held, start).descended()
-    return Grown.at(structure, fitted.values, item.response.records, item.point.most_noise)
-
-
-class _RealPolesHeld(CascadeResponse):
-    """A response whose real poles no descent moves."""
-
-    def linearise(
-        self, coordinates: FloatArray, overlap: int
-    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
-        """As of any cascade, the derivatives by real poles zero."""
-        first = self.structure.n_static + int(self.structure.integrator)
-        poles = slice(first, first + 2 * self.structure.real_poles, 2)
-        for rows, begin, measured in super().linearise(coordinates, overlap):
-            rows[poles] = 0.0
-            yield rows, begin, measured
+    return fitted_with_held_poles(structure, values, item)

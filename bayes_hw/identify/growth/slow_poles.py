@@ -13,10 +13,12 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import poles_of
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.growth.extension import with_separate_pole, without_section
+from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
 from bayes_hw.identify.growth.score_test import Residual
 from bayes_hw.identify.growth.search import Grown, halved
 
@@ -53,7 +55,10 @@ def slow_poles(item: Grown) -> int:
 
 
 def with_slow_poles(item: Grown) -> Grown:
-    """`item`, with SLOW_POLES real ones added where it has fewer."""
+    """`item`, with SLOW_POLES real ones added where it has fewer.
+
+    Where a descent takes them to places that are not slow, they stay where the score test has them.
+    """
     if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
         return item
     shortest, longest = slow_time_constants(item)
@@ -64,13 +69,19 @@ def with_slow_poles(item: Grown) -> Grown:
     pairs = list(combinations(range(TIME_CONSTANTS), 2))
     gains = residual.group_gains(grid, pairs)
     best = np.argsort(-gains)[:DESCENTS]
-    return halved([_extended(item, grid[list(pairs[i])]) for i in best])
+    starts = [_extended(item, grid[list(pairs[i])]) for i in best]
+    found = halved([_at(item, *start) for start in starts])
+    return found if slow_poles(found) >= SLOW_POLES else fitted_with_held_poles(*starts[0], item)
 
 
-def _extended(item: Grown, poles: FloatArray) -> Grown:
+def _extended(item: Grown, poles: FloatArray) -> tuple[Structure, CascadeValues]:
     structure, values = item.structure, item.values
     for pole in poles:
         structure, values = with_separate_pole(structure, values, float(pole))
+    return structure, values
+
+
+def _at(item: Grown, structure: Structure, values: CascadeValues) -> Grown:
     response = CascadeResponse(structure, item.response.records)
     return Grown(response, evaluate(response, response.coordinates(values), item.point.whitener))
 

@@ -74,7 +74,6 @@ def _steps_section(analysis: Analysis, identification: Identification) -> Sectio
             blocks,
             _shown_table(identification),
             _order_table(identification),
-            Paragraph(typeset(_sentence_of(identification.pool))),
             _pool_table(identification.pool),
             *_warnings(identification),
         ),
@@ -149,10 +148,6 @@ def _order_table(identification: Identification) -> Table:
     )
 
 
-def _sentence_of(pool: StructurePool) -> str:
-    return pool.sentence[:1].upper() + pool.sentence[1:] + "."
-
-
 def _pool_table(pool: StructurePool) -> Table:
     return Table(
         ("order", "delay (samples)", "poles kept, slow + fast", "log-likelihood", "parameters", "weight", ""),
@@ -169,8 +164,7 @@ def _pool_table(pool: StructurePool) -> Table:
             for member in pool.members
         ),
         "The pool of structures: log-likelihood against that of the one taken, and weights "
-        "exp(log-likelihood − parameters) over all that were visited. The posterior is that of the one "
-        "taken.",
+        "exp(log-likelihood − parameters) over all that were visited.",
         (0, 1, 2, 3, 4, 5),
     )
 

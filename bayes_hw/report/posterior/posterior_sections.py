@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.analysis import Analysis
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.structure_pool import StructurePool
 from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
@@ -24,6 +25,7 @@ from bayes_hw.report.page.rounding import (
     format_percent,
     format_value,
 )
+from bayes_hw.report.page.typography import typeset
 from bayes_hw.report.posterior.figures_posterior import (
     CORNER_LIMIT,
     Marginal,
@@ -84,7 +86,7 @@ def numbers_section(analysis: Analysis) -> Section:
         for name, s in {**posterior.reported, **posterior.derived}.items()
         if name in AXIS_NUMBERS or (name.startswith("mode") and name.endswith(("_hz", "_ratio")))
     )
-    blocks: list[Callout | Table] = []
+    blocks: list[Callout | Paragraph | Table] = []
     if not holds:
         text = "; ".join(residuals.failures) or "it explains little of the records"
         blocks.append(Callout("bad", "Of a model that does not hold", f"{text}. Rely on none of these."))
@@ -99,6 +101,8 @@ def numbers_section(analysis: Analysis) -> Section:
             (1, 2),
         )
     )
+    if analysis.identification is not None:
+        blocks.append(Paragraph(typeset(structure_sentences(analysis.identification.pool))))
     title = "How sure are the numbers?" if holds else "Numbers of a model that does not hold"
     return Section(title, tuple(blocks), folded=not holds)
 
@@ -127,6 +131,11 @@ def parameter_section(analysis: Analysis) -> Section:
         priors_and_posteriors(marginals(posterior, posterior.names, analysis.truth)),
     ]
     return Section("Every sampled parameter, with its prior", tuple(blocks), folded=True)
+
+
+def structure_sentences(pool: StructurePool) -> str:
+    """Which structure was taken, and what the intervals rest on."""
+    return " ".join(said[:1].upper() + said[1:] + "." for said in (pool.sentence, pool.basis))
 
 
 def conditional_sentence(posterior: Posterior) -> str:

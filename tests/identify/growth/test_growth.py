@@ -138,6 +138,19 @@ def test_the_dead_zone_is_found_with_the_slow_poles_and_not_without(
     assert with_slow_poles(pool[8]) is pool[8]
 
 
+def test_slow_poles_stay_slow_where_descents_take_them_elsewhere(
+    twin_pool: tuple[dict[int, Grown], float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the likeliest descent ends without two slow poles, they stay at places that are slow."""
+    pool, scale = twin_pool
+    monkeypatch.setattr("bayes_hw.identify.growth.slow_poles.halved", lambda _: pool[5])
+    kept = with_slow_poles(pool[5])
+    assert kept.structure.order == 7 and slow_poles(kept) >= 2
+    assert np.all(kept.values.real[0, -2:] > 0.9)
+    assert kept.log_likelihood > pool[5].log_likelihood + 5
+    assert abs(kept.values.half_width * scale - 0.006) < 0.0006
+
+
 def test_a_delay_taken_up_costs_next_to_nothing(twin_pool: tuple[dict[int, Grown], float]) -> None:
     pool, _ = twin_pool
     shorter = at_delay(pool[9], 1).descended()
