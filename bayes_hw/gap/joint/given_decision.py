@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -26,14 +28,47 @@ RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_d
 """Labels whose effect stays in the residual."""
 
 
-def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
-    """`sigma` is the noise that the model states, output units; NaN where it states none."""
-    decided = decide(evidence_given(found), part_of_g=())
-    left = residual_rms(found.fit)
-    if not left > TOO_MUCH * sigma or OTHER in decided.answer or set(decided.answer) & set(RANDOM):
+@dataclass(frozen=True)
+class GivenEvidence:
+    """What the decision rests on, as plain numbers: the evidence of the search; root mean squares of the
+    residuals after and before it and the noise that the model states (NaN where it states none), all in
+    output units."""
+
+    joint: JointEvidence
+    left: float
+    before: float
+    noise: float
+
+    @classmethod
+    def of(cls, found: JointAnswer, noise: float) -> GivenEvidence:
+        """Of a finished search around a model."""
+        return cls(evidence_given(found), residual_rms(found.fit), residual_rms(found.base), noise)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For a file; a noise that is not stated is null."""
+        noise = None if np.isnan(self.noise) else self.noise
+        return {"joint": self.joint.to_dict(), "left": self.left, "before": self.before, "noise": noise}
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> GivenEvidence:
+        """As `to_dict` gives it."""
+        noise = np.nan if content["noise"] is None else float(content["noise"])
+        joint = JointEvidence.from_dict(content["joint"])
+        return cls(joint, float(content["left"]), float(content["before"]), noise)
+
+
+def decide_given(found: GivenEvidence) -> JointDecision:
+    """The answer and its probabilities."""
+    evidence = found.joint
+    decided = decide(evidence, part_of_g=())
+    if (
+        not found.left > TOO_MUCH * found.noise
+        or OTHER in decided.answer
+        or set(decided.answer) & set(RANDOM)
+    ):
         return decided
-    certain = [label for label in decided.answer if label in found.nats]
-    if left > MOST_LEFT * residual_rms(found.base):
+    certain = [label for label in decided.answer if label in evidence.nats]
+    if found.left > MOST_LEFT * found.before:
         certain = []
     answer = (*certain[:1], OTHER)
     probability = {

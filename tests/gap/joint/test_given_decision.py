@@ -8,8 +8,9 @@ import numpy as np
 from joint_axis import SIGMA, measured
 from test_given_search import SAMPLES, model
 
-from bayes_hw.gap.joint.given_decision import decide_given
+from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_search import best_base
+from bayes_hw.gap.joint.joint_decision import JointDecision
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
@@ -21,6 +22,10 @@ def answer_of(records: list, fitted: list, nats: dict[str, float]) -> JointAnswe
     return JointAnswer(fit, base, nats, {}, read_faults(base), remainder_of(fit))
 
 
+def decided(found: JointAnswer, noise: float) -> JointDecision:
+    return decide_given(GivenEvidence.of(found, noise))
+
+
 def disturbed(size: float) -> list:  # type: ignore[type-arg]
     """White errors of several times the noise beside it."""
     plain = measured((), SAMPLES, (1, 2))
@@ -30,17 +35,17 @@ def disturbed(size: float) -> list:  # type: ignore[type-arg]
 
 def test_noise_as_stated_is_nothing_and_more_is_something() -> None:
     quiet, loud = measured((), SAMPLES, (1, 2)), disturbed(3.0)
-    assert decide_given(answer_of(quiet, quiet, {}), SIGMA).answer == ()
-    said = decide_given(answer_of(loud, loud, {}), SIGMA)
+    assert decided(answer_of(quiet, quiet, {}), SIGMA).answer == ()
+    said = decided(answer_of(loud, loud, {}), SIGMA)
     assert said.answer == ("other",)
     assert said.probability["none"] < 0.15
-    assert decide_given(answer_of(loud, loud, {}), float("nan")).answer == ()
+    assert decided(answer_of(loud, loud, {}), float("nan")).answer == ()
 
 
 def test_a_label_that_removes_most_of_the_error_stays() -> None:
     louder, loud = disturbed(9.0), disturbed(2.0)
-    kept = decide_given(answer_of(louder, loud, {"friction": 300.0}), SIGMA)
+    kept = decided(answer_of(louder, loud, {"friction": 300.0}), SIGMA)
     assert kept.answer == ("friction", "other")
-    lost = decide_given(answer_of(loud, loud, {"friction": 300.0}), SIGMA)
+    lost = decided(answer_of(loud, loud, {"friction": 300.0}), SIGMA)
     assert lost.answer == ("other",)
     assert lost.probability["friction"] <= 0.3
