@@ -133,13 +133,13 @@ def fit_from_records(study: Study) -> dict[str, object]:
             if not verdict.failed
         ]
     by_hand = JointCalibration.built_in()
-    fitted = asdict(calibrate_jointly(cases))
+    fitted = asdict(calibrate_jointly(cases, by_hand))
     adopted = {name: float(f"{value:.{FIGURES}g}") for name, value in fitted.items()}
     write_text_atomically(study.out / "joint_calibration.json", json.dumps(adopted, indent=1) + "\n")
     return {
         "cases": len(cases),
         "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
-        "score_left_out": float(left_out_scores(cases).mean()),
+        "score_left_out": float(left_out_scores(cases, by_hand).mean()),
         "adopted": adopted,
     }
 

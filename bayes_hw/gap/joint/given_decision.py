@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
@@ -22,7 +23,6 @@ TOO_MUCH = 1.5
 MOST_LEFT = 0.7
 """Of the base's residual: a label that removes less is not certain where much remains."""
 
-SAID = 0.9
 UNCERTAIN = 0.3
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
 """Labels whose effect stays in the residual."""
@@ -57,10 +57,11 @@ class GivenEvidence:
         return cls(joint, float(content["left"]), float(content["before"]), noise)
 
 
-def decide_given(found: GivenEvidence) -> JointDecision:
-    """The answer and its probabilities."""
+def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = None) -> JointDecision:
+    """The answer, and its probabilities by the constants of `calibration` (built in unless given)."""
+    calibration = calibration or GivenCalibration.built_in()
     evidence = found.joint
-    decided = decide(evidence, part_of_g=())
+    decided = decide(evidence, calibration, part_of_g=())
     if (
         not found.left > TOO_MUCH * found.noise
         or OTHER in decided.answer
@@ -74,8 +75,9 @@ def decide_given(found: GivenEvidence) -> JointDecision:
     probability = {
         label: p if label in answer else min(p, UNCERTAIN) for label, p in decided.probability.items()
     }
-    probability["none"] = min(probability["none"], 1 - SAID)
-    return replace(decided, answer=answer, probability=probability | {OTHER: SAID}, confusable=())
+    probability["none"] = min(probability["none"], calibration.excess_doubt)
+    probability[OTHER] = 1 - calibration.excess_doubt
+    return replace(decided, answer=answer, probability=probability, confusable=())
 
 
 def evidence_given(found: JointAnswer) -> JointEvidence:

@@ -24,9 +24,9 @@ def test_false_answers_make_answers_less_sure() -> None:
     named = [_case({"friction": 800.0}, ("friction",) if i % 5 else ("backlash",)) for i in range(40)]
     cases = named + [_case({}, ()) for _ in range(10)]
     by_hand = JointCalibration.built_in()
-    fitted = calibrate_jointly(cases)
+    fitted = calibrate_jointly(cases, by_hand)
     sure = decide(named[0].evidence, fitted).probability["friction"]
     assert abs(sure - 0.8) < 0.1 < 1 - by_hand.floor - 0.8
     assert decide(cases[-1].evidence, fitted).probability["none"] > 0.92
     assert sum(c.score(fitted) for c in cases) > sum(c.score(by_hand) for c in cases)
-    assert left_out_scores(cases, 2).mean() > np.mean([c.score(by_hand) for c in cases])
+    assert left_out_scores(cases, by_hand, 2).mean() > np.mean([c.score(by_hand) for c in cases])
