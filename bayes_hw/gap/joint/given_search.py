@@ -333,7 +333,7 @@ def slow_causes(fit: GivenFit) -> list[GivenFit]:
     damping = -np.log(pairs).real / np.abs(np.log(pairs))
     sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
     return [
-        _fit(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended())
+        _fit(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended()).with_noise_kept()
         for cause in (WIND, WALK)
         if cause not in fit.labels
     ]
