@@ -107,7 +107,7 @@ def log_deviations(
 def _moved(calibration: Constants, name: str) -> list[Constants]:
     """With one constant times each of FACTORS."""
     tried = getattr(calibration, name) * FACTORS
-    if name != "nats_of_doubt":
+    if not name.startswith("nats"):
         tried = np.minimum(tried, LARGEST)
     return [replace(calibration, **{name: float(x)}) for x in tried]
 

@@ -22,7 +22,7 @@ class JointCalibration:
     `none_doubt` that of no gap where nothing is found; `other_unseen` the chance that there is something
     without a name though nothing says so, and `other_coloured` the same where the noise that is left is of
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
-    more, which falls by a factor e with ten.
+    more, which falls by a factor e with every `nats_nearly_found`.
     """
 
     doubt: float
@@ -34,6 +34,7 @@ class JointCalibration:
     other_unseen: float
     other_coloured: float
     nearly_found: float
+    nats_nearly_found: float
 
     def sure(self, nats: float, floor: float) -> float:
         """Probability of a label of so many nats, its doubt at least `floor`."""

@@ -148,7 +148,7 @@ def _probabilities(
     else:
         best = max(found.rivals.values(), default=-np.inf)
         none = 1 - p_other - calibration.none_doubt
-        none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / 10))
+        none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / calibration.nats_nearly_found))
         none = max(none, SMALL)
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
