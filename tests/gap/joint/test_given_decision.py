@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from joint_axis import SIGMA, measured
 from test_given_search import SAMPLES, model
 
+from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_search import best_base
 from bayes_hw.gap.joint.joint_decision import JointDecision
@@ -49,3 +52,33 @@ def test_a_label_that_removes_most_of_the_error_stays() -> None:
     lost = decided(answer_of(loud, loud, {"friction": 300.0}), SIGMA)
     assert lost.answer == ("other",)
     assert lost.probability["friction"] <= 0.3
+
+
+def test_no_gap_is_stated_as_surely_as_it_came_true() -> None:
+    quiet = measured((), SAMPLES, (1, 2))
+    found = answer_of(quiet, quiet, {})
+    found.rivals.update({"transport_delay": -14.0, "unmodelled_mode": -17.0})
+    assert decided(found, SIGMA).probability["none"] > 0.95
+    found.rivals["friction"] = -1.0
+    assert decided(found, SIGMA).probability["none"] < 0.85
+
+
+def test_two_labels_hardly_told_apart_share_by_nats() -> None:
+    quiet = measured((), SAMPLES, (1, 2))
+    found = answer_of(quiet, quiet, {"wind": 120.0})
+    evidence = GivenEvidence.of(found, SIGMA)
+    between = GivenCalibration.built_in().nats_between
+    for lead in (0.0, between):
+        joint = replace(evidence.joint, labels=("wind",), own=120.0)
+        joint = replace(joint, rivals={"wind": 120.0, "sensor_drift": 120.0 - lead})
+        said = decide_given(replace(evidence, joint=joint)).probability
+        assert said["wind"] / said["sensor_drift"] == pytest.approx(np.exp(lead / between), rel=1e-6)
+        assert 0.85 < said["wind"] + said["sensor_drift"] < 1
+
+
+def test_evidence_in_a_file_is_decided_the_same() -> None:
+    louder, loud = disturbed(9.0), disturbed(2.0)
+    for noise in (SIGMA, float("nan")):
+        evidence = GivenEvidence.of(answer_of(louder, loud, {"friction": 300.0}), noise)
+        again = GivenEvidence.from_dict(json.loads(json.dumps(evidence.to_dict(), allow_nan=False)))
+        assert decide_given(again) == decide_given(evidence)
