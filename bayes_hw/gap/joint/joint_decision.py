@@ -118,7 +118,7 @@ def _probabilities(
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
     certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
-    nothing = float(np.prod([1 - calibration.sure(nats, 0.0) for nats in evidence.values()]))
+    nothing = calibration.nothing(evidence.values())
     # What is no longer sure of a label that many nats speak for is another cause, not none.
     elsewhere = max((1 - p for p in certain.values()), default=0.0) - nothing
     p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen

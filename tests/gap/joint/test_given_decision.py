@@ -67,13 +67,14 @@ def test_two_labels_hardly_told_apart_share_by_nats() -> None:
     quiet = measured((), SAMPLES, (1, 2))
     found = answer_of(quiet, quiet, {"wind": 120.0})
     evidence = GivenEvidence.of(found, SIGMA)
-    between = GivenCalibration.built_in().nats_between
+    calibration = GivenCalibration.built_in()
+    between, sure = calibration.nats_between, calibration.sure(120.0, calibration.floor)
     for lead in (0.0, between):
         joint = replace(evidence.joint, labels=("wind",), own=120.0)
         joint = replace(joint, rivals={"wind": 120.0, "sensor_drift": 120.0 - lead})
         said = decide_given(replace(evidence, joint=joint)).probability
         assert said["wind"] / said["sensor_drift"] == pytest.approx(np.exp(lead / between), rel=1e-6)
-        assert 0.85 < said["wind"] + said["sensor_drift"] < 1
+        assert 0.9 * sure < said["wind"] + said["sensor_drift"] < 1.02 * sure
 
 
 def test_evidence_in_a_file_is_decided_the_same() -> None:
