@@ -132,7 +132,7 @@ def test_more_delay_is_a_gap_of_a_given_model() -> None:
 
 
 def test_what_stands_in_for_one_cause_together_is_exchanged_for_it() -> None:
-    """A further mode and a ramp in place of a delay: neither is better alone."""
+    """A further mode, a ramp and a drift of the gain in place of a delay."""
     records = measured((), SAMPLES, (1, 2))
     late = [replace(r, y=np.concatenate([np.zeros(4), r.y[:-4]])) for r in records]
     base = best_base(late, model())
