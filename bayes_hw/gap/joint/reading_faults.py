@@ -22,7 +22,7 @@ STEP_LEVELS = (2.0, 40.0)
 SAWTOOTH = (0.6, 1.3)
 """Amplitude of the first harmonic over that of rounding; errors of the simulated angle blunt it."""
 
-ROUNDED_NATS, MOVING_SHARE = 40.0, 0.02
+ROUNDED_NATS, MOVING_SHARE = 80.0, 0.02
 BINS_OF_A_STEP, REFINED, LONGEST_SPECTRUM = 16, 8, 2**19
 
 SURPRISE, UNLIKELY = 5.0, 1e-4
@@ -66,6 +66,7 @@ def rounded_motion(
 
     Rounding to a step adds a sawtooth of the angle, whose first harmonic has the amplitude step / pi. The
     spectrum over the angle is that of the residuals sorted into bins of it; samples at rest tell nothing.
+    Nats are over white noise, or over the usual power of longer and shorter steps where that is more.
     """
     speed = [np.abs(np.gradient(angle)) for angle in angles]
     usual = np.sqrt(np.mean(np.concatenate(speed) ** 2))
@@ -79,12 +80,16 @@ def rounded_motion(
     binned = np.bincount(((angle - angle.min()) / width).astype(int), weights=errors)
     spectrum = np.abs(np.fft.rfft(binned, REFINED * len(binned)))
     frequency = np.arange(len(spectrum)) / (REFINED * len(binned) * width)
-    spectrum[(frequency < 1 / longest) | (frequency > 1 / shortest)] = 0.0
+    sought = (frequency >= 1 / longest) & (frequency <= 1 / shortest)
+    usual_power = max(
+        float(np.median(spectrum[sought] ** 2)) / np.log(2), len(errors) * float(np.var(errors))
+    )
+    spectrum[~sought] = 0.0
     best = int(np.argmax(spectrum))
     step = float(1 / frequency[best])
     amplitude = 2 * float(spectrum[best]) / len(errors)
     tried = float(np.ptp(angle)) * (1 / shortest - 1 / longest)
-    nats = float(spectrum[best]) ** 2 / (len(errors) * float(np.var(errors))) - float(np.log(tried))
+    nats = float(spectrum[best] ** 2 / usual_power - np.log(tried))
     low, high = (share * step / np.pi for share in SAWTOOTH)
     return RoundedMotion(step, nats) if nats > ROUNDED_NATS and low < amplitude < high else None
 
