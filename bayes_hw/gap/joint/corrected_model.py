@@ -82,6 +82,7 @@ def corrected_model(
             }
             for e in kept
         ],
+        "steps": fit.response.steps,
         "coordinates": fit.point.coordinates.tolist(),
         "draws": posterior.coordinates[:DRAWS_KEPT].tolist(),
     }  # fmt: skip
@@ -165,7 +166,7 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
                     bool(item["signal"]),
                 )
             template.append(Effect(form, np.ones(len(form.slots(scale))), ports))
-        response = JointResponse(s, tuple(template), (), scale)
+        response = JointResponse(s, tuple(template), (), scale, steps=int(joint.get("steps", 1)))
         coordinates = np.array(joint["coordinates"], dtype=np.float64)
         draws = np.array(joint["draws"], dtype=np.float64).reshape(-1, response.size)
     except (KeyError, TypeError, ValueError, StopIteration) as error:

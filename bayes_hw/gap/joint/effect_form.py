@@ -247,7 +247,7 @@ FORMS: tuple[Form, ...] = (
         "cubic_stiffness", "", "law",
         lambda _: (Slot(1, "softening", False, 0.0, 3.0),),
         lambda _: [(0.0,), (0.3,), (1.5,)],
-        K.CUBIC, K.BASE_SECOND_DIFFERENCE,
+        K.CUBIC, K.BASE_TWIST,
     ),
     _coulomb("motor", K.BASE_COMMAND),
     _presliding("motor", K.BASE_COMMAND),
@@ -263,8 +263,8 @@ FORMS: tuple[Form, ...] = (
     Form(
         "backlash", "dynamic", "law",
         lambda s: (Slot(0, "gap", True, 1e-3 * _twist(s), 30 * _twist(s)),),
-        lambda s: [(share * _twist(s),) for share in (0.1, 0.5)],
-        K.GAP, K.BASE_SECOND_DIFFERENCE,
+        lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
+        K.GAP, K.BASE_TWIST,
     ),
     _ripple("torque_ripple", "", _turning, _period_wavenumber),
     _second_harmonic(),
@@ -287,13 +287,13 @@ FORMS: tuple[Form, ...] = (
         "other", "hysteresis of the spring", "law",
         lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
         lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
-        K.BRISTLE, K.BASE_THIRD_DIFFERENCE,
+        K.BRISTLE, K.BASE_TWIST_RATE,
     ),
     Form(
         "other", "torque limit", "law",
         lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
         lambda s: [(share * _twist(s),) for share in (0.3, 1.0, 3.0)],
-        K.EXCESS, K.BASE_SECOND_DIFFERENCE,
+        K.EXCESS, K.BASE_TWIST,
     ),
     Form(
         "other", "stiffness over position", "law",
@@ -301,7 +301,7 @@ FORMS: tuple[Form, ...] = (
         lambda s: [
             (2 * np.pi / p, phase) for p in _any_period(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
         ],
-        K.MODULATED, K.BASE_SECOND_DIFFERENCE,
+        K.MODULATED, K.BASE_TWIST,
     ),
     _wave("other", "reading over position", "output", K.SINE, _bending, _shape_wavenumber),
     _ripple("other", "torque over position", _bending, _shape_wavenumber),

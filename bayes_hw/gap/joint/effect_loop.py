@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
 from bayes_hw.gap.joint.loop_kernel import loop_jointly
+from bayes_hw.gap.joint.within_sample import Paths, Stepped
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +47,12 @@ class EffectLoop:
         found = np.empty(shape), np.empty(shape), np.empty(shape)
         loop_jointly(
             numbers, sections, ratio, delay + self.response.structure.delay_samples, reference, noise, start,
-            *self._packed(), *found,
+            *self._packed(), self.response.steps, *found,
         )  # fmt: skip
         return found
 
     def _packed(self) -> list[FloatArray]:
-        scale, structure = self.response.scale, self.response.structure
+        scale, structure, steps = self.response.scale, self.response.structure, self.response.steps
         laws = [e.form for e in self.response.template if e.ports is not None and not e.form.column]
         d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
         static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
@@ -80,14 +81,24 @@ class EffectLoop:
                 for array, part in zip(ports, given, strict=True):
                     array[i, law] = part
                 law += 1
-        cascades = [values.cascade for values in self.draws]
+        of_steps = [
+            Stepped(
+                Paths(v.cascade.integrator_residue, v.cascade.real, v.cascade.sections, *parts), steps
+            ).fast
+            for v, parts in zip(self.draws, zip(*ports, strict=True), strict=True)
+        ]
         return [
-            static, inputs, outputs, np.array([c.integrator_residue for c in cascades]),
-            _stacked([c.real for c in cascades], (2, n)), _stacked([c.sections for c in cascades], (4, m)),
+            static, inputs, outputs, np.array([p.residue for p in of_steps]),
+            _stacked([p.real for p in of_steps], (2, n)), _stacked([p.sections for p in of_steps], (4, m)),
             np.array([form.law for form in laws], dtype=np.int64),
-            np.array([form.base for form in laws], dtype=np.int64), thetas, *ports,
+            np.array([form.base for form in laws], dtype=np.int64), thetas,
+            _stacked([p.port_real for p in of_steps], (j, n)),
+            _stacked([p.port_sections for p in of_steps], (j, 2, m)),
+            _stacked([p.direct for p in of_steps], (j, 2)),
+            _stacked([p.signal_real for p in of_steps], (j, n)),
+            _stacked([p.signal_sections for p in of_steps], (j, 2, m)),
         ]  # fmt: skip
 
 
-def _stacked(parts: Sequence[FloatArray], shape: tuple[int, int]) -> FloatArray:
+def _stacked(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArray:
     return np.ascontiguousarray(np.array(parts, dtype=np.float64).reshape(len(parts), *shape))

@@ -6,6 +6,7 @@ Every label has its own method (`VIEWS`); all give an `EffectView`, so that a pa
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -67,8 +68,8 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
     return {
         K.BASE_COMMAND: ("speed of the motor", 1.0, command),
         K.BASE_SPEED: ("speed of the load", rate, f"{output}/s"),
-        K.BASE_SECOND_DIFFERENCE: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
-        K.BASE_THIRD_DIFFERENCE: (
+        K.BASE_TWIST: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
+        K.BASE_TWIST_RATE: (
             "speed of the twist, as the change of acceleration that it gives", rate**3, f"{output}/s^3",
         ),
         K.BASE_POSITION: ("position", 1.0, output),
@@ -79,7 +80,7 @@ def _without(seen: Seen, number: int) -> list[Simulated]:
     values = seen.fit.values
     kept = tuple(e for i, e in enumerate(values.effects) if i != number)
     response = seen.fit.response
-    plain = type(response)(response.structure, kept, response.records, response.scale)
+    plain = replace(response, template=kept, weights=None)
     shown = JointValues(values.cascade, kept)
     return [plain.simulate(shown, record.u, record.known) for record in seen.records]
 

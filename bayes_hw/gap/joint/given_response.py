@@ -108,7 +108,9 @@ class GivenResponse(JointResponse):
 
     def free(self, values: JointValues) -> tuple[JointResponse, FloatArray]:
         """The same explanation with its sections free, and its coordinates."""
-        response = JointResponse(self.structure, values.effects, self.records, self.scale, self.weights)
+        response = JointResponse(
+            self.structure, values.effects, self.records, self.scale, self.weights, self.steps
+        )
         return response, response.coordinates(values)
 
 

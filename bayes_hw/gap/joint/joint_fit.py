@@ -26,6 +26,8 @@ LABEL_PRICE_NATS = 10.0
 """What a label must earn beyond its parameters: the catalogue's size and its forms' many starts."""
 
 FULL_STEPS = 40
+FINE_STEPS = 4
+"""Steps of G and its laws a sample."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +105,8 @@ class JointFit:
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        response = replace(self.response, structure=structure, template=values.effects)
+        steps = self.response.steps if any(e.ports is not None for e in values.effects) else 1
+        response = replace(self.response, structure=structure, template=values.effects, steps=steps)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)
         )
@@ -209,6 +212,12 @@ class JointFit:
             ),
         )
         return self.moved(structure, JointValues(cascade, effects))
+
+    def finer(self) -> JointFit:
+        """Laws act FINE_STEPS times a sample: what sticks within one does not wait for its end."""
+        response = replace(self.response, steps=FINE_STEPS)
+        point = evaluate(response, self.point.coordinates, self.point.whitener)
+        return replace(self, response=response, point=point)
 
     def later(self) -> JointFit:
         """With one more sample of delay."""

@@ -3,8 +3,10 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, its second or third difference or w itself. No drive train need
-be known.
+behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
+third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
+spring passes on depends on its twist and not on the acceleration, to which every torque adds. No drive train
+need be known.
 
 Tangents are carried along sample by sample (forward differentiation), one column for each parameter.
 """
@@ -22,7 +24,7 @@ INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
 COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
-BASE_COMMAND, BASE_SPEED, BASE_SECOND_DIFFERENCE, BASE_POSITION, BASE_THIRD_DIFFERENCE = range(5)
+BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
 
@@ -30,34 +32,35 @@ DIRECT_WEIGHT, DIRECT_POLE = range(2)
 @njit(cache=True, nogil=True, error_model="numpy")
 def respond_jointly(  # type: ignore[no-untyped-def]
     u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
-    direct, signal_real, signal_sections, forced, forced_by_lag, columns, c_static, c_inputs, c_outputs,
-    c_residue, c_real, c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real,
+    direct, signal_real, signal_sections, forced, forced_by_lag, steps, columns, c_static, c_inputs,
+    c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real,
     c_signal_sections, work, v_out, w_out, y_out, slope_out, tau_out, q_out, rows,
 ):  # fmt: skip
-    """One record from rest at w = 0.
+    """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
+    are held; poles, weights and ports are those of a step, all else is stated in samples.
 
     `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (11,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
     and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
-    each parameter or -1. `work` (rows, columns) is scratch of 9 + real poles + 2 sections + 4 laws rows.
+    each parameter or -1. `work` (rows, columns) is scratch of 7 + real poles + 2 sections + 4 laws rows.
     Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
     samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
     lower, upper, half_width = static
-    d_v, d_w, d_w1, d_w2, d_early, d_late, d_out, d_i, d_w3 = (
-        work[0], work[1], work[2], work[3], work[4], work[5], work[6], work[7], work[8],
+    d_v, d_w, d_w1, d_early, d_late, d_out, d_i = (
+        work[0], work[1], work[2], work[3], work[4], work[5], work[6],
     )  # fmt: skip
-    at_real = 9
+    at_real = 7
     at_sections = at_real + n_real
     at_tau = at_sections + 2 * n_sections
     at_q = at_tau + n_laws
     at_memory = at_q + n_laws
     at_direct = at_memory + n_laws
-    integral = early = late = out = w1 = w2 = w3 = 0.0
+    integral = early = late = out = w1 = 0.0
     x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
     memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
     gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
@@ -72,7 +75,10 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
     has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
-    for k in range(len(u)):
+    share = 1.0 / steps
+    for step in range(len(u) * steps):
+        sample, k = step // steps, step * share
+        at_sample = step % steps == 0
         # w and its tangents.
         w = integral
         for i in range(n_real):
@@ -96,7 +102,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             for c in range(columns):
                 d_w[c] += d_x[c]
         # The command behind the input's effects.
-        asked = u[k]
+        asked = u[sample]
         for c in range(columns):
             d_v[c] = 0.0
         factor, factor_by_w = 1.0, 0.0
@@ -111,8 +117,10 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         lowest, highest = lower * factor, upper * factor
         if has_early:
             limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
-                _ramped_within(asked, early, inputs[EARLY_RATE], lowest, highest)
+                _ramped_within(asked, early, inputs[EARLY_RATE] * steps, lowest, highest)
             )
+            by_rate *= steps
+            end_by_rate *= steps
             early = end
             for c in range(columns):
                 d_v[c] = by_before * d_early[c]
@@ -149,8 +157,10 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         v = limited
         if has_late:
             v, late_end, by_rate, by_before, end_by_rate, end_by_before = _ramped(
-                limited, late, inputs[LATE_RATE]
+                limited, late, inputs[LATE_RATE] * steps
             )
+            by_rate *= steps
+            end_by_rate *= steps
             for c in range(columns):
                 to_target = d_v[c]
                 d_v[c] = (1.0 - by_before) * to_target + by_before * d_late[c]
@@ -190,17 +200,35 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 for c in range(columns):
                     d_q[c] = d_v[c]
             elif base == BASE_SPEED:
-                q = w - w1
+                q = (w - w1) * steps
                 for c in range(columns):
-                    d_q[c] = d_w[c] - d_w1[c]
-            elif base == BASE_SECOND_DIFFERENCE:
-                q = w - 2 * w1 + w2
+                    d_q[c] = (d_w[c] - d_w1[c]) * steps
+            elif base in (BASE_TWIST, BASE_TWIST_RATE):
+                q = 0.0
                 for c in range(columns):
-                    d_q[c] = d_w[c] - 2 * d_w1[c] + d_w2[c]
-            elif base == BASE_THIRD_DIFFERENCE:
-                q = w - 3 * w1 + 3 * w2 - w3
-                for c in range(columns):
-                    d_q[c] = d_w[c] - 3 * d_w1[c] + 3 * d_w2[c] - d_w3[c]
+                    d_q[c] = 0.0
+                power = 2 if base == BASE_TWIST else 3
+                scaled = float(steps) ** power
+                for i in range(n_real):
+                    pole = real[0, i]
+                    e = scaled * (pole - 1.0) ** power
+                    q += e * x_real[i]
+                    d_x = work[at_real + i]
+                    for c in range(columns):
+                        d_q[c] += e * d_x[c]
+                    if c_real[0, i] >= 0:
+                        d_q[c_real[0, i]] += scaled * power * (pole - 1.0) ** (power - 1) * x_real[i]
+                for i in range(n_sections):
+                    e1, e2, e1_by_a1, e2_by_a1, e1_by_a2, e2_by_a2 = own_difference(
+                        sections[0, i], sections[1, i], power
+                    )
+                    q += scaled * (e1 * x1[i] + e2 * x2[i])
+                    d_one, d_two = work[at_sections + 2 * i], work[at_sections + 2 * i + 1]
+                    for c in range(columns):
+                        d_q[c] += scaled * (e1 * d_one[c] + e2 * d_two[c])
+                    if c_sections[0, i] >= 0:
+                        d_q[c_sections[0, i]] += scaled * (e1_by_a1 * x1[i] + e2_by_a1 * x2[i])
+                        d_q[c_sections[1, i]] += scaled * (e1_by_a2 * x1[i] + e2_by_a2 * x2[i])
             else:
                 q = w
                 for c in range(columns):
@@ -243,13 +271,14 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 g2 = -t * t1 * bell_by_width
             elif law == BRISTLE:
                 sign = 1.0 if q >= 0 else -1.0
-                decay_z = math.exp(-abs(q) / t0)
+                path = abs(q) * share
+                decay_z = math.exp(-path / t0)
                 rest = (memory[j] - sign) * decay_z
                 memory[j] = sign + rest
                 tau = -memory[j]
                 by_z = decay_z
-                by_q = -rest * sign / t0
-                g0 = -rest * abs(q) / t0**2
+                by_q = -rest * sign * share / t0
+                g0 = -rest * path / t0**2
             elif law == RIPPLE:
                 s = math.sin(t0 * q + t1)
                 s2 = math.sin(2 * t0 * q + t1)
@@ -279,7 +308,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 elif r < -1.0:
                     tau, by_q, g0 = -1.0 - r, -1 / t0, r / t0
             elif law == KNOWN:
-                tau, g0 = forced[j, k], forced_by_lag[j, k]
+                tau, g0 = forced[j, sample], forced_by_lag[j, sample]
             elif law == MODULATED:
                 by_q = math.sin(t0 * w + t1)
                 turned = q * math.cos(t0 * w + t1)
@@ -289,7 +318,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 r = q / t0
                 tau, by_q, g0 = -r * abs(r), -2 * abs(r) / t0, 2 * r * abs(r) / t0
             taus[j] = tau
-            tau_out[j, k], q_out[j, k] = tau, q
+            if at_sample:
+                tau_out[j, sample], q_out[j, sample] = tau, q
             if law == BRISTLE:
                 for c in range(columns):
                     d_z[c] = by_z * d_z[c] + by_q * d_q[c]
@@ -325,67 +355,68 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             out = w
             for c in range(columns):
                 d_out[c] = d_w[c]
-        y, slope_y, by_half, by_ratio = 0.0, 0.0, 0.0, 0.0
-        if out > half_width:
-            y = ratio * (out - half_width)
-            slope_y, by_half, by_ratio = ratio, -ratio, y
-        elif out < -half_width:
-            y = out + half_width
-            slope_y, by_half = 1.0, 1.0
-        if has_wave:
-            s, co = math.sin(wave * out), math.cos(wave * out)
-            s2, co2 = 2 * s * co, 2 * co * co - 1
-            y += (
-                outputs[SINE] * s
-                + outputs[COSINE] * (co - 1)
-                + outputs[SINE2] * s2
-                + outputs[COSINE2] * (co2 - 1)
-            )
-            turned = (
-                outputs[SINE] * co
-                - outputs[COSINE] * s
-                + 2 * outputs[SINE2] * co2
-                - 2 * outputs[COSINE2] * s2
-            )
-            slope_y += wave * turned
-        y += outputs[RATE] * k
-        if has_settling:
-            decay = math.exp(-k / outputs[SETTLING_TIME])
-            y += outputs[SETTLING] * (1 - decay)
-        for c in range(columns):
-            rows[c, k] = slope_y * d_out[c]
-        if columns > 0:
-            if c_static[2] >= 0:
-                rows[c_static[2], k] += by_half
-            if c_outputs[LOG_RATIO] >= 0:
-                rows[c_outputs[LOG_RATIO], k] += by_ratio
+        if at_sample:
+            y, slope_y, by_half, by_ratio = 0.0, 0.0, 0.0, 0.0
+            if out > half_width:
+                y = ratio * (out - half_width)
+                slope_y, by_half, by_ratio = ratio, -ratio, y
+            elif out < -half_width:
+                y = out + half_width
+                slope_y, by_half = 1.0, 1.0
             if has_wave:
-                if c_outputs[SINE] >= 0:
-                    rows[c_outputs[SINE], k] += s
-                    rows[c_outputs[COSINE], k] += co - 1
-                if c_outputs[WAVENUMBER] >= 0:
-                    rows[c_outputs[WAVENUMBER], k] += out * turned
-                if c_outputs[SINE2] >= 0:
-                    rows[c_outputs[SINE2], k] += s2
-                    rows[c_outputs[COSINE2], k] += co2 - 1
-            if c_outputs[RATE] >= 0:
-                rows[c_outputs[RATE], k] += k
-            if c_outputs[SETTLING] >= 0:
-                rows[c_outputs[SETTLING], k] += 1 - decay
-            if c_outputs[SETTLING_TIME] >= 0:
-                rows[c_outputs[SETTLING_TIME], k] -= (
-                    outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
+                s, co = math.sin(wave * out), math.cos(wave * out)
+                s2, co2 = 2 * s * co, 2 * co * co - 1
+                y += (
+                    outputs[SINE] * s
+                    + outputs[COSINE] * (co - 1)
+                    + outputs[SINE2] * s2
+                    + outputs[COSINE2] * (co2 - 1)
                 )
-        v_out[k], w_out[k], y_out[k], slope_out[k] = v, w, y, slope_y
+                turned = (
+                    outputs[SINE] * co
+                    - outputs[COSINE] * s
+                    + 2 * outputs[SINE2] * co2
+                    - 2 * outputs[COSINE2] * s2
+                )
+                slope_y += wave * turned
+            y += outputs[RATE] * k
+            if has_settling:
+                decay = math.exp(-k / outputs[SETTLING_TIME])
+                y += outputs[SETTLING] * (1 - decay)
+            for c in range(columns):
+                rows[c, sample] = slope_y * d_out[c]
+            if columns > 0:
+                if c_static[2] >= 0:
+                    rows[c_static[2], sample] += by_half
+                if c_outputs[LOG_RATIO] >= 0:
+                    rows[c_outputs[LOG_RATIO], sample] += by_ratio
+                if has_wave:
+                    if c_outputs[SINE] >= 0:
+                        rows[c_outputs[SINE], sample] += s
+                        rows[c_outputs[COSINE], sample] += co - 1
+                    if c_outputs[WAVENUMBER] >= 0:
+                        rows[c_outputs[WAVENUMBER], sample] += out * turned
+                    if c_outputs[SINE2] >= 0:
+                        rows[c_outputs[SINE2], sample] += s2
+                        rows[c_outputs[COSINE2], sample] += co2 - 1
+                if c_outputs[RATE] >= 0:
+                    rows[c_outputs[RATE], sample] += k
+                if c_outputs[SETTLING] >= 0:
+                    rows[c_outputs[SETTLING], sample] += 1 - decay
+                if c_outputs[SETTLING_TIME] >= 0:
+                    rows[c_outputs[SETTLING_TIME], sample] -= (
+                        outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
+                    )
+            w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
+            v_out[sample] = 0.0
+        v_out[sample] += v * share
         # States and their tangents a sample on.
         for c in range(columns):
-            d_w3[c] = d_w2[c]
-            d_w2[c] = d_w1[c]
             d_w1[c] = d_w[c]
             d_i[c] += residue * d_v[c]
         if c_residue >= 0:
             d_i[c_residue] += v
-        w3, w2, w1 = w2, w1, w
+        w1 = w
         integral += residue * v
         for i in range(n_real):
             pole, weight = real[0, i], real[1, i]
@@ -438,6 +469,19 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_x[c_direct[j, 0]] += taus[j]
                 d_x[c_direct[j, 1]] += x_direct[j]
             x_direct[j] = pole * x_direct[j] + weight * taus[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def own_difference(a1, a2, power):  # type: ignore[no-untyped-def]
+    """Weights of both states of a section in the difference of order 2 or 3 by which its output goes on by
+    itself, and their derivatives by a1 and a2 in turn."""
+    e1, e2 = (a1 - 1) ** 2 - a2, a1 - 2
+    if power == 2:
+        return e1, e2, 2 * (a1 - 1), 1.0, -1.0, 0.0
+    return (
+        e1 * (a1 - 1) - e2 * a2, e1 - e2,
+        3 * (a1 - 1) ** 2 - 2 * a2, 2 * a1 - 3, 3 - 2 * a1, -1.0,
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
+from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.holes import masks_of, with_holes
@@ -79,14 +80,15 @@ class Simulated:
 @dataclass(frozen=True, eq=False)
 class JointResponse:
     """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
-    effects. `weights` (one array a record) divide residuals where given; `fixed` names effects' slots that
-    do not move."""
+    effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
+    `steps` steps a sample; coordinates are those of samples, however many."""
 
     structure: Structure
     template: tuple[Effect, ...]
     records: Sequence[Record]
     scale: JointScale
     weights: tuple[FloatArray, ...] | None = None
+    steps: int = 1
 
     @cached_property
     def _cascade(self) -> CascadeResponse:
@@ -349,17 +351,18 @@ class JointResponse:
                 else:
                     thetas[number, slot.row], c_thetas[number, slot.row] = value, at
                 at += 1
-            if (p := effect.ports) is None:
+            if (own := effect.ports) is None:
                 continue
-            port_real[number], port_sections[number], direct[number] = p.real, p.sections, p.direct
+            port_real[number], port_sections[number] = own.real, own.sections
+            direct[number] = own.direct
             c_port_real[number] = np.arange(at, at + n)
             at += n
             c_port_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
             at += 2 * m
             c_direct[number] = at, at + 1
             at += 2
-            signal_real[number], signal_sections[number] = p.signal_real, p.signal_sections
-            if p.signal:
+            signal_real[number], signal_sections[number] = own.signal_real, own.signal_sections
+            if own.signal:
                 c_signal_real[number] = np.arange(at, at + n)
                 at += n
                 c_signal_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
@@ -376,19 +379,31 @@ class JointResponse:
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
-        work = np.empty((9 + n + 2 * m + 4 * count, max(columns, 1)))
+        work = np.empty((7 + n + 2 * m + 4 * count, max(columns, 1)))
         rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
+        paths = Paths(
+            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
+            np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
+            signal_sections,
+        )  # fmt: skip
+        stepped = Stepped(paths, self.steps) if self.steps > 1 else None
+        p = paths if stepped is None else stepped.fast
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
-            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
-            np.ascontiguousarray(cascade.sections), np.array([e.form.law for e in laws], dtype=np.int64),
+            p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
             np.array([e.form.base for e in laws], dtype=np.int64),
-            thetas, port_real, port_sections, direct, signal_real, signal_sections, forced, forced_by_lag,
-            columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real,
-            c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
+            thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
+            forced_by_lag, self.steps, columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections,
+            c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
             run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
         )  # fmt: skip
+        if tangents and stepped is not None:
+            where = Columns(
+                c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct, c_signal_real,
+                c_signal_sections,
+            )  # fmt: skip
+            stepped.chain(rows, where)
         for row, gain, shown, by_lag in readings:
             run.y[:] += gain * shown
             for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):

@@ -110,6 +110,8 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
 def described(fit: JointFit) -> str:
     """One line on a fit."""
     names = " + ".join(fit.names) or "no effect"
+    if fit.response.steps > 1:
+        names += f" in {fit.response.steps} steps a sample"
     order, noise = fit.structure.order, fit.point.whitener.order
     return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
 
@@ -150,6 +152,15 @@ def _structural(fit: JointFit) -> JointFit:
     trials = port_candidates(fit) + larger_cascades(fit)
     trials = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
     return highest([fit, *(t.descended() for t in trials)])
+
+
+def _finer(fit: JointFit) -> JointFit:
+    """With laws that act several times a sample, where that is better."""
+    laws = any(e.ports is not None and not e.form.column for e in fit.response.template)
+    if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
+        return fit
+    finer = fit.finer().descended()
+    return finer if finer.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
@@ -196,6 +207,7 @@ def _grown(
             if step == 0:
                 alone = {t.labels[-1]: t for t in (*trials, *settled)}
             best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
+        best = _finer(best)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")

@@ -13,9 +13,9 @@ from numba import njit
 
 from bayes_hw.gap.joint.joint_kernel import (
     BASE_COMMAND,
-    BASE_SECOND_DIFFERENCE,
     BASE_SPEED,
-    BASE_THIRD_DIFFERENCE,
+    BASE_TWIST,
+    BASE_TWIST_RATE,
     BIAS,
     BRISTLE,
     CHANGE,
@@ -47,13 +47,15 @@ from bayes_hw.gap.joint.joint_kernel import (
     WAVENUMBER,
     _ramped,
     _ramped_within,
+    own_difference,
 )
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def law_value(law, q, w, theta, memory):  # type: ignore[no-untyped-def]
-    """Torque of a law at signal q and position w, and its memory after it; `theta` (3,)."""
+def law_value(law, q, w, theta, memory, steps):  # type: ignore[no-untyped-def]
+    """Torque of a law at signal q and position w, and its memory a step of `steps` a sample after it; `theta`
+    (3,)."""
     t0, t1, t2 = theta
     if law == COULOMB:
         return -math.tanh(q / t0), memory
@@ -61,7 +63,7 @@ def law_value(law, q, w, theta, memory):  # type: ignore[no-untyped-def]
         return -math.tanh(q / t0) * (1 + t1 * math.exp(-((q / t2) ** 2))), memory
     if law == BRISTLE:
         sign = 1.0 if q >= 0 else -1.0
-        after = sign + (memory - sign) * math.exp(-abs(q) / t0)
+        after = sign + (memory - sign) * math.exp(-abs(q) / (t0 * steps))
         return -after, after
     if law == RIPPLE:
         return math.sin(t0 * q + t1) + t2 * math.sin(2 * t0 * q + t1) - (1 + t2) * math.sin(t1), memory
@@ -109,22 +111,25 @@ def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
 def loop_jointly(  # type: ignore[no-untyped-def]
     numbers, controller_sections, ratio, delay, reference, noise, start, static, inputs, outputs, residue,
     real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
-    u_out, w_out, y_out,
+    steps, u_out, w_out, y_out,
 ):  # fmt: skip
     """Every draw d: `static` (d, 3), `inputs` (d, 11), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
     `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
-    (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m); `numbers` and
-    `controller_sections` (k, 5) are the controller's; `reference` (samples,), `noise` (d, samples) or empty,
-    `start` (d,) the position of w. Written: command, w and output without noise (d, samples)."""
+    (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m), poles, weights
+    and ports of one of `steps` steps a sample; `numbers` and `controller_sections` (k, 5) are the
+    controller's; `reference` (samples,), `noise` (d, samples) or empty, `start` (d,) the position of w.
+    Written: command, w and output without noise (d, samples)."""
     n_laws, samples = len(laws), len(reference)
     n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
     for d in range(len(residue)):
         lower, upper, half_width = static[d]
-        ins, outs = inputs[d], outputs[d]
+        ins, outs, a_step = inputs[d], outputs[d], inputs[d].copy()
+        a_step[EARLY_RATE] *= steps
+        a_step[LATE_RATE] *= steps
         x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
         memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
         integral, early, late = start[d], 0.0, 0.0
-        out = w1 = w2 = w3 = start[d]
+        out = w1 = start[d]
         line = np.zeros(max(delay, 1))
         filters, state = np.zeros((n_filters, 2)), np.zeros(STATES)
         command = 0.0
@@ -161,41 +166,54 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 asked = line[k % delay]
                 line[k % delay] = command
             u_out[d, k], w_out[d, k], y_out[d, k] = command, w, y
-            # The command behind the input's effects.
-            v, early, late = limited_command(asked, w, lower, upper, ins, early, late)
-            v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
-            v *= 1 + ins[CHANGE] * (1 - math.exp(-k / ins[WARMING]))
-            v += ins[BIAS]
-            # Torques.
-            for j in range(n_laws):
-                q = w
-                if bases[j] == BASE_COMMAND:
-                    q = v
-                elif bases[j] == BASE_SPEED:
-                    q = w - w1
-                elif bases[j] == BASE_SECOND_DIFFERENCE:
-                    q = w - 2 * w1 + w2
-                elif bases[j] == BASE_THIRD_DIFFERENCE:
-                    q = w - 3 * w1 + 3 * w2 - w3
+            for step in range(steps):
+                w = integral
                 for i in range(n_real):
-                    q += signal_real[d, j, i] * x_real[i]
+                    w += x_real[i]
                 for i in range(n_sections):
-                    q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
-                taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j])
-            # States a sample on.
-            w3, w2, w1 = w2, w1, w
-            integral += residue[d] * v
-            for i in range(n_real):
-                x = real[d, 0, i] * x_real[i] + real[d, 1, i] * v
+                    w += x1[i]
                 for j in range(n_laws):
-                    x += port_real[d, j, i] * taus[j]
-                x_real[i] = x
-            for i in range(n_sections):
-                one = x1[i]
-                x1[i] = sections[d, 0, i] * one + x2[i] + sections[d, 2, i] * v
-                x2[i] = sections[d, 3, i] * v - sections[d, 1, i] * one
+                    w += x_direct[j]
+                # The command behind the input's effects.
+                v, early, late = limited_command(asked, w, lower, upper, a_step, early, late)
+                v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
+                v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
+                v += ins[BIAS]
+                # Torques.
                 for j in range(n_laws):
-                    x1[i] += port_sections[d, j, 0, i] * taus[j]
-                    x2[i] += port_sections[d, j, 1, i] * taus[j]
-            for j in range(n_laws):
-                x_direct[j] = direct[d, j, 1] * x_direct[j] + direct[d, j, 0] * taus[j]
+                    q = w
+                    if bases[j] == BASE_COMMAND:
+                        q = v
+                    elif bases[j] == BASE_SPEED:
+                        q = (w - w1) * steps
+                    elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
+                        power = 2 if bases[j] == BASE_TWIST else 3
+                        scaled = float(steps) ** power
+                        q = 0.0
+                        for i in range(n_real):
+                            q += scaled * (real[d, 0, i] - 1.0) ** power * x_real[i]
+                        for i in range(n_sections):
+                            e1, e2, _, _, _, _ = own_difference(sections[d, 0, i], sections[d, 1, i], power)
+                            q += scaled * (e1 * x1[i] + e2 * x2[i])
+                    for i in range(n_real):
+                        q += signal_real[d, j, i] * x_real[i]
+                    for i in range(n_sections):
+                        q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
+                    taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j], steps)
+                # A step on.
+                w1 = w
+                integral += residue[d] * v
+                for i in range(n_real):
+                    x = real[d, 0, i] * x_real[i] + real[d, 1, i] * v
+                    for j in range(n_laws):
+                        x += port_real[d, j, i] * taus[j]
+                    x_real[i] = x
+                for i in range(n_sections):
+                    one = x1[i]
+                    x1[i] = sections[d, 0, i] * one + x2[i] + sections[d, 2, i] * v
+                    x2[i] = sections[d, 3, i] * v - sections[d, 1, i] * one
+                    for j in range(n_laws):
+                        x1[i] += port_sections[d, j, 0, i] * taus[j]
+                        x2[i] += port_sections[d, j, 1, i] * taus[j]
+                for j in range(n_laws):
+                    x_direct[j] = direct[d, j, 1] * x_direct[j] + direct[d, j, 0] * taus[j]

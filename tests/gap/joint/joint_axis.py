@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
@@ -67,7 +68,7 @@ def some_effect(law: Form) -> Effect:
     """The form at a strength that shows."""
     start = law.starts(scale(SAMPLES))[0]
     if law.is_law:
-        stiff = law.label in ("cubic_stiffness", "other")
+        stiff = law.label in ("cubic_stiffness", "other") or law.law == K.GAP
         return torque(law, start, 1e-10 if stiff else 2e-4, 1e-5 if stiff else 0.02)
     slots = law.slots(scale(SAMPLES))
     values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joint_axis import CASCADE, RATE, STRUCTURE, form, response_with, some_effect
@@ -31,10 +33,12 @@ def plain_axis() -> AxisDraws:
     return AxisDraws.of_values(axis, axis.nominal[:, None])
 
 
+@pytest.mark.parametrize("steps", [1, 3])
 @pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
-def test_the_loop_moves_as_the_open_axis_does_under_its_command(law: Form) -> None:
+def test_the_loop_moves_as_the_open_axis_does_under_its_command(law: Form, steps: int) -> None:
     """Every form: the command that the loop gave, played to the joint kernel, gives the same w and y."""
     response, values = response_with((some_effect(law),), SAMPLES)
+    response = replace(response, steps=steps)
     loop = EffectLoop.of(response, response.coordinates(values)[None, :])
     axis = plain_axis()
     numbers = simulate_loop(AxisDraws(**{**axis.__dict__, "effect": loop}), CONTROLLER, REFERENCE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, command, form, response_with, some_effect
+from joint_axis import CASCADE, STRUCTURE, command, form, response_with, some_effect, torque
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import FORMS, Form
@@ -109,3 +109,17 @@ def test_play_and_asymmetry_by_their_formulas() -> None:
         out = min(max(out, w - 0.03), w + 0.03)
         expected.append(1.1 * max(out - 0.02, 0.0) + min(out + 0.02, 0.0))
     np.testing.assert_allclose(run.y, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "order"), [("torque limit", 2), ("hysteresis of the spring", 3)])
+def test_the_twist_is_what_the_axis_would_do_left_alone(name: str, order: int) -> None:
+    """Differences of the motion to come, where no command and no torque drives it any more."""
+    effect = torque(form("other", name), (1e3,), 0.0, 0.0)
+    response, values = response_with((effect,), SAMPLES)
+    u = command(SAMPLES, 1)
+    u[200:] = 0.0
+    run = response.simulate(values, u)
+    begin = 200 + STRUCTURE.delay_samples
+    coming = np.diff(run.w, order)
+    assert np.ptp(coming[begin:]) > 1e-4
+    np.testing.assert_allclose(run.signals[0, begin : len(coming)], coming[begin:], atol=1e-12)
