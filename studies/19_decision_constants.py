@@ -6,8 +6,10 @@ holds all there is. What every decision rests on is kept, and the constants of t
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
 are too sure where an explanation is not right. The same sets are diagnosed from their records alone too
 (unless --no-from-records), and the constants of that decision's probabilities fitted: joint_calibration.json
-(bayes_hw/gap/joint/joint_calibration.json). Writes calibration.json, which is what goes with the
-program (bayes_hw/gap/answer/calibration.json). Finished cases stay in OUT/work until the results are written,
+(bayes_hw/gap/joint/joint_calibration.json). Those around a model whose drive train is not read are fitted on
+axes of other makers (MuJoCo), every constant with the deviation of its logarithm: given_calibration.json
+(bayes_hw/gap/joint/given_calibration.json). Writes calibration.json, which is what goes with the program
+(bayes_hw/gap/answer/calibration.json). Finished cases stay in OUT/work until the results are written,
 so that a run that was stopped goes on.
 """
 
@@ -27,12 +29,19 @@ from bayes_hw.gap.blind.ballot import Ballot
 from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
 from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.blind.joint_ballot import read_evidence_of
-from bayes_hw.gap.blind.joint_calibrate import JointCase, calibrate_jointly, left_out_scores
-from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
+from bayes_hw.gap.blind.joint_ballot import read_evidence_of, read_given_evidence_of
+from bayes_hw.gap.blind.joint_calibrate import (
+    GivenCase,
+    JointCase,
+    calibrate_jointly,
+    left_out_scores,
+    log_deviations,
+)
+from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
 from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
 from bayes_hw.gap.blind.tails import TailFit, standardized_errors
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 
 WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
@@ -45,6 +54,9 @@ NUMBERS = {"easy": 110, "hard": 60}
 QUICK_NUMBERS = {"easy": 4}
 STRUCK = "easy, entry struck"
 EACH_STRUCK = 4
+FOREIGN = 60
+"""Cases of other makers' axes."""
+
 FIGURES = 3
 """Of a constant, that are kept."""
 
@@ -78,9 +90,11 @@ def main() -> None:
     }
     write_text_atomically(study.out / "calibration.json", json.dumps(adopted, indent=1) + "\n")
     study.write_document(decision_report(fit, tails, seeds, study.origin()))
-    from_records: dict[str, object] = {}
+    from_records, around_models = dict[str, object](), dict[str, object]()
     if study.from_records and study.diagnosis == DIAGNOSIS:
         from_records = fit_from_records(study)
+        if not study.quick:
+            around_models = fit_around_models(study)
     gain, error = fit.gain
     tail_gain, tail_error = tails.gain
     alone, with_tails = tails.held()
@@ -105,6 +119,7 @@ def main() -> None:
             "fitted": asdict(replace(fit.fitted, **astray)),
             "adopted": adopted,
             "from_records": from_records,
+            "around_models": around_models,
         }
     )
     shutil.rmtree(study.out / "work")
@@ -133,13 +148,43 @@ def fit_from_records(study: Study) -> dict[str, object]:
             if not verdict.failed
         ]
     by_hand = JointCalibration.built_in()
-    fitted = asdict(calibrate_jointly(cases))
+    fitted = asdict(calibrate_jointly(cases, by_hand))
     adopted = {name: float(f"{value:.{FIGURES}g}") for name, value in fitted.items()}
     write_text_atomically(study.out / "joint_calibration.json", json.dumps(adopted, indent=1) + "\n")
     return {
         "cases": len(cases),
         "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
-        "score_left_out": float(left_out_scores(cases).mean()),
+        "score_left_out": float(left_out_scores(cases, by_hand).mean()),
+        "adopted": adopted,
+    }
+
+
+def fit_around_models(study: Study) -> dict[str, object]:
+    """Fit what is stated around given models to the truth of axes whose train is not read; writes
+    given_calibration.json."""
+    folder, seed = study.out / "work" / "mujoco", seed_of(study, len(LABEL_BLOCKS) + len(NUMBERS))
+    evidence = check_blind(
+        folder, study.part_of(FOREIGN), seed, "mujoco", diagnosis=GIVEN_MODEL,
+        executor=study.executor(), progress=study.progress,
+    )  # fmt: skip
+    verdicts = verdicts_in(folder, GIVEN_MODEL)
+    cases = []
+    for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True):
+        rests_on = None if verdict.failed else read_given_evidence_of(verdicts / truth.name)
+        if rests_on is not None:
+            cases.append(GivenCase(rests_on, truth.effects))
+    by_hand = GivenCalibration.built_in()
+    fitted = calibrate_jointly(cases, by_hand)
+    doubts = log_deviations(cases, fitted, by_hand)
+    adopted = {
+        name: {"value": float(f"{value:.{FIGURES}g}"), "log_sd": float(f"{doubts[name]:.2g}")}
+        for name, value in asdict(fitted).items()
+    }
+    write_text_atomically(study.out / "given_calibration.json", json.dumps(adopted, indent=1) + "\n")
+    return {
+        "cases": len(cases),
+        "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
+        "score_left_out": float(left_out_scores(cases, by_hand).mean()),
         "adopted": adopted,
     }
 

@@ -1,4 +1,4 @@
-"""The diagnosis from records alone as the blind check calls it, and the evidence it decided on, kept."""
+"""Joint diagnoses as the blind check calls them, and the evidence they decided on, kept."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.gap import any_train
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.joint.given_decision import GivenEvidence
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, write_results
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.record import Record
 
-EVIDENCE = "joint_evidence.json"
+EVIDENCE, GIVEN_EVIDENCE = "joint_evidence.json", "given_evidence.json"
 
 
 def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
@@ -30,3 +33,21 @@ def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
 def read_evidence_of(folder: Path) -> JointEvidence:
     """OUT/CASE/joint_evidence.json."""
     return JointEvidence.from_dict(json.loads(read_small_text(folder / EVIDENCE)))
+
+
+def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
+    """Diagnose the case in FOLDER as `diagnose_any_case` does; where its train is not read back,
+    OUT/given_evidence.json too."""
+    case = Case.read(folder)
+    if not any_train.needs_ports(case.model):
+        any_train.diagnose_any_case(folder, out, seed)
+        return
+    found = any_train.diagnose_case_by_ports(folder, out, seed).found
+    evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
+    write_text_atomically(out / GIVEN_EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
+
+
+def read_given_evidence_of(folder: Path) -> GivenEvidence | None:
+    """OUT/CASE/given_evidence.json, None where there is none."""
+    path = folder / GIVEN_EVIDENCE
+    return GivenEvidence.from_dict(json.loads(read_small_text(path))) if path.exists() else None

@@ -30,6 +30,9 @@ from bayes_hw.progress import Progress
 
 DIAGNOSIS = "bayes_hw.gap.any_train:diagnose_any_case"
 FROM_RECORDS = "bayes_hw.gap.blind.joint_ballot:diagnose_from_records"
+GIVEN_MODEL = "bayes_hw.gap.blind.joint_ballot:diagnose_given_model"
+"""As DIAGNOSIS, and what it rests on kept where the drive train is not read."""
+
 VERDICTS = "verdicts.json"
 SCHEMA = "bayes-hw/verdicts/2"
 VERDICT, PREDICTION = "verdict.json", "holdout_prediction.csv"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
@@ -20,27 +23,74 @@ TOO_MUCH = 1.5
 MOST_LEFT = 0.7
 """Of the base's residual: a label that removes less is not certain where much remains."""
 
-SAID = 0.9
 UNCERTAIN = 0.3
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
 """Labels whose effect stays in the residual."""
 
 
-def decide_given(found: JointAnswer, sigma: float) -> JointDecision:
-    """`sigma` is the noise that the model states, output units; NaN where it states none."""
-    decided = decide(evidence_given(found), part_of_g=())
-    left = residual_rms(found.fit)
-    if not left > TOO_MUCH * sigma or OTHER in decided.answer or set(decided.answer) & set(RANDOM):
+@dataclass(frozen=True)
+class GivenEvidence:
+    """What the decision rests on, as plain numbers: the evidence of the search; root mean squares of the
+    residuals after and before it and the noise that the model states (NaN where it states none), all in
+    output units."""
+
+    joint: JointEvidence
+    left: float
+    before: float
+    noise: float
+
+    @classmethod
+    def of(cls, found: JointAnswer, noise: float) -> GivenEvidence:
+        """Of a finished search around a model."""
+        return cls(evidence_given(found), residual_rms(found.fit), residual_rms(found.base), noise)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For a file; a noise that is not stated is null."""
+        noise = None if np.isnan(self.noise) else self.noise
+        return {"joint": self.joint.to_dict(), "left": self.left, "before": self.before, "noise": noise}
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> GivenEvidence:
+        """As `to_dict` gives it."""
+        noise = np.nan if content["noise"] is None else float(content["noise"])
+        joint = JointEvidence.from_dict(content["joint"])
+        return cls(joint, float(content["left"]), float(content["before"]), noise)
+
+
+def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = None) -> JointDecision:
+    """The answer, and its probabilities by the constants of `calibration` (built in unless given)."""
+    calibration = calibration or GivenCalibration.built_in()
+    evidence = found.joint
+    decided = shared_by_nats(decide(evidence, calibration, part_of_g=()), evidence, calibration)
+    if (
+        not found.left > TOO_MUCH * found.noise
+        or OTHER in decided.answer
+        or set(decided.answer) & set(RANDOM)
+    ):
         return decided
-    certain = [label for label in decided.answer if label in found.nats]
-    if left > MOST_LEFT * residual_rms(found.base):
+    certain = [label for label in decided.answer if label in evidence.nats]
+    if found.left > MOST_LEFT * found.before:
         certain = []
     answer = (*certain[:1], OTHER)
     probability = {
         label: p if label in answer else min(p, UNCERTAIN) for label, p in decided.probability.items()
     }
-    probability["none"] = min(probability["none"], 1 - SAID)
-    return replace(decided, answer=answer, probability=probability | {OTHER: SAID}, confusable=())
+    probability["none"] = min(probability["none"], calibration.excess_doubt)
+    probability[OTHER] = 1 - calibration.excess_doubt
+    return replace(decided, answer=answer, probability=probability, confusable=())
+
+
+def shared_by_nats(
+    decided: JointDecision, evidence: JointEvidence, calibration: GivenCalibration
+) -> JointDecision:
+    """The probability of a label and of a rival that explains nearly as much, divided by their nats."""
+    probability = dict(decided.probability)
+    for named, rival in decided.confusable:
+        lead = max(evidence.rivals.get(named, 0.0), evidence.own) - evidence.rivals[rival]
+        together = probability[named] + probability[rival]
+        probability[named] = together / (1 + float(np.exp(-lead / calibration.nats_between)))
+        probability[rival] = together - probability[named]
+    return replace(decided, probability=probability)
 
 
 def evidence_given(found: JointAnswer) -> JointEvidence:

@@ -12,7 +12,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
 from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
 from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
-from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -185,6 +185,13 @@ class GivenFit(JointFit):
         """With noise of a cause, or with a free autoregression again; not descended."""
         response = replace(self.response, cause=cause)
         return GivenFit(response, evaluate(response, self.point.coordinates))
+
+    def with_noise_kept(self) -> GivenFit:
+        """The noise of the cause begun where it is now, however its effects change."""
+        cause, whitener = self.response.cause, self.point.whitener
+        if cause is None or not isinstance(whitener, SlowWhitener):
+            return self
+        return replace(self, response=replace(self.response, cause=replace(cause, begun=whitener)))
 
     def without(self, label: str) -> GivenFit:
         """One label fewer, not descended."""

@@ -12,13 +12,22 @@ from scipy.optimize import least_squares
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.base_cascade import natural_scale
 from bayes_hw.gap.joint.effect_form import FORMS
-from bayes_hw.gap.joint.effect_screen import noise_screens
-from bayes_hw.gap.joint.given_model import FURTHER, GivenModel
-from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit, GivenResponse
-from bayes_hw.gap.joint.joint_fit import highest
-from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, effect_candidates, port_candidates
+from bayes_hw.gap.joint.given_model import GivenModel
+from bayes_hw.gap.joint.given_moves import (
+    as_given,
+    best_of,
+    further_modes,
+    later,
+    other_laws,
+    pruned,
+    slow_causes,
+    with_signals,
+)
+from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
+from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates
 from bayes_hw.gap.joint.joint_search import (
     MOST_EFFECTS,
+    STEPS_OF_A_PERIOD,
     VERIFIED_BESIDE_NATS,
     VERIFIED_NATS,
     JointAnswer,
@@ -26,7 +35,7 @@ from bayes_hw.gap.joint.joint_search import (
 )
 from bayes_hw.gap.joint.readings import Readings, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise, SlowWhitener
+from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -39,13 +48,7 @@ BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
 """Of a residual, output units: a runaway trial stays finite."""
 
-FURTHER_HZ = 18
-FURTHER_DAMPING = 0.02
 MOST_STEPS = 5
-LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
-"""Of a further delay: seconds and samples at most, starts, and how many go on."""
-
-FEW_STARTS = 3
 RIVALS, EXCHANGES = 4, 2
 LEADING = 3
 """Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
@@ -56,25 +59,41 @@ CLEAR, LEAST_CLEAR = 2.5, 0.5
 LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
 """Standard deviation of a slow error over that of the readings' noise to be named alone, beside a label."""
 
-LIGHT = 0.25
-"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
-
-NEARLY_INTEGRAL = 1e-3
-
 
 def search_given(
     records: Sequence[Record], model: HammersteinWiener, say: Callable[[str], None] | None = None
 ) -> JointAnswer:
     """Base, effects one after the other, pruned and verified; raises InputError where G has no ports."""
     told = say or silent
-    base = best_base(records, model)
-    readings = read_faults(base)
-    if any(np.any(w != 1) for w in readings.weights):
-        base = reweighted(base, readings)
+    base, readings = _begun(records, model)
     told(f"without effects: {described(base)}")
     fit, base, readings, rivals = _extended(base, readings, told)
+    base, fit, readings = _read_again(base, fit, readings)
     fit, nats = _verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+
+
+def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
+    """The model without effects under the weights that the readings' faults ask for."""
+    base = best_base(records, model)
+    readings = read_faults(base)
+    if readings.nats:
+        base = reweighted(base, readings)
+        again = read_faults(replace(base, response=replace(base.response, weights=None)))
+        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
+            readings = again
+            base = reweighted(base, readings)
+    return base, readings
+
+
+def _read_again(base: GivenFit, fit: GivenFit, readings: Readings) -> tuple[GivenFit, GivenFit, Readings]:
+    """Faults of timing that only an explanation on the way seemed to show are taken back."""
+    if "timing_jitter.sd" not in readings.parameters:
+        return base, fit, readings
+    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    if "timing_jitter" in again.nats:
+        return base, fit, readings
+    return reweighted(base, again), reweighted(fit, again), again
 
 
 def described(fit: GivenFit) -> str:
@@ -106,7 +125,7 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
         starts.append(start(theta))
     starts.sort(key=lambda fit: fit.point.rms)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
-    return _best([fit.descended() for fit in tried[:2]])
+    return best_of([fit.descended() for fit in tried[:2]])
 
 
 def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
@@ -137,18 +156,13 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
 
 
 def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
-    """The same explanation under the weights that the readings' faults ask for, descended."""
-    response = replace(fit.response, weights=readings.weights)
-    return _fit(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
-
-
-def _fit(found: object) -> GivenFit:
-    assert isinstance(found, GivenFit)
-    return found
-
-
-def _best(fits: Sequence[object]) -> GivenFit:
-    return _fit(highest(fits))  # type: ignore[arg-type]
+    """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
+    repeats with its step: no shorter period is looked for."""
+    scale = fit.response.scale
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+    response = replace(fit.response, weights=readings.weights, scale=scale)
+    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
 
 
 def _extended(
@@ -156,18 +170,20 @@ def _extended(
 ) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
     """The fit with effects, base and readings under the last weights, what every label alone reached."""
     whole, fit, rivals = base, base, dict[str, float]()
-    for _ in range(MOST_STEPS):
+    steps = 0
+    while steps < MOST_STEPS:
+        steps += 1
         slow = slow_causes(fit)
-        begun = _best([fit, *slow])
-        trials: list[GivenFit] = [_fit(_fit(t).descended()) for t in port_candidates(begun)]
+        begun = best_of([fit, *slow])
+        trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
         if len(set(begun.labels)) < MOST_EFFECTS:
-            found = [_fit(t) for t in effect_candidates(begun, FORMS)]
+            found = [as_given(t) for t in effect_candidates(begun, FORMS)]
             found += with_signals(found) + further_modes(begun) + later(begun)
             if found:
-                found += other_laws(_best(found))
+                found += other_laws(best_of(found))
             trials += found
         if begun.response.cause is not None and trials:
-            trials += [_fit(t.with_cause(None).descended()) for t in _leading(trials)]
+            trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
         trials += slow
         if not trials:
             break
@@ -175,15 +191,16 @@ def _extended(
             for t in (t for t in trials if len(set(t.labels)) == 1):
                 label = t.labels[0]
                 rivals[label] = max(rivals.get(label, -np.inf), t.score - base.score)
-        best = _best(trials)
+        best = best_of(trials)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if best.response.cause is not None and base is whole:
+        if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
                 say("what a slow error may shift into the dead zone is left out")
                 fit = base = clear
+                steps = 0
                 continue
         finished = best is begun
         fit = best
@@ -207,29 +224,46 @@ def _extended(
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
     """The same explanation of other records of the same samples, descended."""
     response = replace(fit.response, records=records)
-    return _fit(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
 
 
 def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
-    """One label of several taken for another while the score improves: the one taken first may have stood in
-    for it. Others are what G itself and the noise may have and the labels that did best alone."""
+    """One label of several, or all but one, taken for another while the score improves: what was taken first
+    may have stood in for it. Others are what G itself and the noise may have and the labels that did best
+    alone."""
     near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
     for _ in range(EXCHANGES):
         if len(set(fit.labels)) < 2:
             return fit
         trials: list[GivenFit] = []
-        causes = (WIND, WALK) if fit.response.cause is not None else ()
-        for label in dict.fromkeys(label for label in fit.labels if label not in causes):
-            rest = _fit(fit.without(label).descended())
-            forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
-            found = [_fit(t) for t in effect_candidates(rest, forms)]
+        for gone in _exchangeable(fit):
+            rest = as_given(_without(fit, gone).descended())
+            forms = [f for f in FORMS if f.label in near and f.label not in (*gone, *rest.labels)]
+            found = [as_given(t) for t in effect_candidates(rest, forms)]
             found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
-            trials += [t for t in found if label not in t.labels]
-        best = pruned(_best([fit, *trials]))
+            trials += [t for t in found if not set(gone) & set(t.labels)]
+        best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:
             return fit
         say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
         fit = best
+    return fit
+
+
+def _exchangeable(fit: GivenFit) -> list[tuple[str, ...]]:
+    """Labels that are taken out together: every one, and where there are more than two all but one."""
+    labels = tuple(dict.fromkeys(fit.labels))
+    found: list[tuple[str, ...]] = [
+        (label,) for label in labels if fit.response.cause is None or label not in (WIND, WALK)
+    ]
+    if len(labels) > 2:
+        found += [tuple(other for other in labels if other != label) for label in labels]
+    return found
+
+
+def _without(fit: GivenFit, labels: Sequence[str]) -> GivenFit:
+    for label in labels:
+        fit = fit.without(label)
     return fit
 
 
@@ -257,107 +291,6 @@ def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
     return list(found.values())[:LEADING]
 
 
-def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
-    """Those whose last effect is a torque, its law looking at the states of G too."""
-    found = []
-    for fit in fits:
-        effects = fit.values.effects
-        ports = effects[-1].ports
-        if ports is not None and not ports.signal:
-            found.append(_fit(fit.with_signal(len(effects) - 1).descended()))
-    return found
-
-
-def other_laws(fit: GivenFit) -> list[GivenFit]:
-    """Where the last effect is a torque: other labels' laws of the same signal, through the same ports."""
-    last = len(fit.values.effects) - 1
-    if last < 0 or fit.values.effects[last].ports is None:
-        return []
-    form, scale = fit.values.effects[last].form, fit.response.scale
-    found = []
-    for other in FORMS:
-        if other.is_law and other.base == form.base and other.label not in fit.labels:
-            starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
-            found.append(_fit(_best([start.descended(SECOND_STEPS) for start in starts]).descended()))
-    return found
-
-
-def pruned(fit: GivenFit) -> GivenFit:
-    """Labels taken out while the score improves."""
-    while len(fit.labels) > 1:
-        best = _best([fit.without(label).descended() for label in fit.labels])
-        if best.score <= fit.score:
-            return fit
-        fit = best
-    return fit
-
-
-def later(fit: GivenFit) -> list[GivenFit]:
-    """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
-    if DELAY in fit.labels:
-        return []
-    longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
-    grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
-    starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
-    tried = [_fit(t.descended_under(1, FIRST_STEPS)) for t in starts]
-    tried.sort(key=lambda t: -t.score)
-    return [_fit(_best([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]]))]
-
-
-def _settled_delay(fit: GivenFit) -> GivenFit:
-    """Moved on by whole samples while the part of one stands at an end."""
-    for _ in range(MOST_DELAY):
-        part, whole = float(fit.theta[fit.response.given.size]), fit.extra_delay
-        if part > 0.97:
-            other = fit.with_delay(whole + 1, part - 0.9)
-        elif part < 0.03 and whole > 0:
-            other = fit.with_delay(whole - 1, part + 0.9)
-        else:
-            break
-        moved = _fit(other.descended_under(1, FIRST_STEPS))
-        if moved.score <= fit.score:
-            break
-        fit = moved
-    return fit
-
-
-def slow_causes(fit: GivenFit) -> list[GivenFit]:
-    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
-    white or of the first order."""
-    response = fit.response
-    if response.cause is not None or fit.point.whitener.order <= 1:
-        return []
-    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
-    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
-    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
-    damping = -np.log(pairs).real / np.abs(np.log(pairs))
-    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
-    return [
-        _fit(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended())
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
-
-
-def further_modes(fit: GivenFit) -> list[GivenFit]:
-    """The best fits with a further mode, from a grid of frequencies; none where the fit has one."""
-    if MODE in fit.labels:
-        return []
-    rate = fit.response.scale.rate_hz
-    records = fit.response.records
-    lowest = max(0.05, 4 / max(record.duration_s for record in records))
-    screens = noise_screens(fit)
-    promised = []
-    for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
-        larger = fit.with_mode(float(hz), FURTHER_DAMPING)
-        at = larger.response.given.size + int(larger.response.part)
-        rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
-        promised.append((max(screen.gain(rows) for screen in screens), larger))
-    promised.sort(key=lambda item: -item[0])
-    tried = [_fit(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
-    return [_fit(_best(tried).descended())]
-
-
 def _verified(
     fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
 ) -> tuple[GivenFit, dict[str, float]]:
@@ -365,9 +298,9 @@ def _verified(
     while fit.labels:
         nats, rest = {}, {}
         for label in fit.labels:
-            without = _fit(fit.without(label).descended())
+            without = as_given(fit.without(label).descended())
             if len(fit.labels) == 1:
-                without = _best([without, base])
+                without = best_of([without, base])
             nats[label], rest[label] = fit.score - without.score, without
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         if _is_too_small(fit):

@@ -35,9 +35,6 @@ SMALL = 0.002
 OTHERS_SHARE = 0.3
 """Of the doubt of a label that many nats speak for, what goes to causes without a name."""
 
-NEARLY_FOUND = 0.3
-"""Doubt of no gap where an effect would have been found at no nats more; it falls by e with ten."""
-
 NEAR = 0.7
 """Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out; and
 one with a name, beside an answer without."""
@@ -121,7 +118,7 @@ def _probabilities(
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
     certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
-    nothing = float(np.prod([1 - calibration.sure(nats, 0.0) for nats in evidence.values()]))
+    nothing = calibration.nothing(evidence.values())
     # What is no longer sure of a label that many nats speak for is another cause, not none.
     elsewhere = max((1 - p for p in certain.values()), default=0.0) - nothing
     p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
@@ -150,7 +147,9 @@ def _probabilities(
         rest = max((1 - OTHERS_SHARE) * elsewhere, SMALL * len(LABEL_BLOCKS))
     else:
         best = max(found.rivals.values(), default=-np.inf)
-        none = 1 - p_other - calibration.none_doubt - NEARLY_FOUND * float(np.exp(min(best, 0.0) / 10))
+        none = 1 - p_other - calibration.none_doubt
+        none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / calibration.nats_nearly_found))
+        none = max(none, SMALL)
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
     for label in silent:

@@ -25,7 +25,7 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import sentence
-from bayes_hw.gap.joint.given_decision import decide_given
+from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
@@ -122,7 +122,7 @@ def diagnose_records(
             decision = decide_jointly(found)
         else:
             found = search_given(records, model, progress.say)
-            decision = decide_given(found, model.noise_sigma)
+            decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed else found.fit
         poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}

@@ -16,6 +16,15 @@ LATTICE_TOLERANCE = 1e-3
 REPEAT_SHARE = 0.004
 """Of the samples that repeat the one before beyond what chance has."""
 
+STEP_LEVELS = (2.0, 40.0)
+"""Shortest and longest step of rounding that noise was added to, over the innovations' deviation."""
+
+SAWTOOTH = (0.6, 1.3)
+"""Amplitude of the first harmonic over that of rounding; errors of the simulated angle blunt it."""
+
+ROUNDED_NATS, MOVING_SHARE = 80.0, 0.02
+BINS_OF_A_STEP, REFINED, LONGEST_SPECTRUM = 16, 8, 2**19
+
 SURPRISE, UNLIKELY = 5.0, 1e-4
 """Standard deviations of a count beyond chance; chance of one repeat below which it is no chance."""
 
@@ -40,6 +49,49 @@ def rounding_step(records: Sequence[Record]) -> float | None:
     multiples = np.concatenate([record.y[record.measured_samples] for record in records]) / step
     off = np.abs(multiples - np.round(multiples))
     return step if np.quantile(off, 0.99) < LATTICE_TOLERANCE * 50 else None
+
+
+@dataclass(frozen=True)
+class RoundedMotion:
+    """Rounding that noise was added to: its step, output units, and the nats of its first harmonic."""
+
+    step: float
+    nats: float
+
+
+def rounded_motion(
+    residuals: Sequence[FloatArray], angles: Sequence[FloatArray], noise: float
+) -> RoundedMotion | None:
+    """Of residuals that repeat with the angle that was simulated as rounding does; None where none does.
+
+    Rounding to a step adds a sawtooth of the angle, whose first harmonic has the amplitude step / pi. The
+    spectrum over the angle is that of the residuals sorted into bins of it; samples at rest tell nothing.
+    Nats are over white noise, or over the usual power of longer and shorter steps where that is more.
+    """
+    speed = [np.abs(np.gradient(angle)) for angle in angles]
+    usual = np.sqrt(np.mean(np.concatenate(speed) ** 2))
+    moving = np.concatenate(speed) > MOVING_SHARE * usual
+    angle, errors = np.concatenate(list(angles))[moving], np.concatenate(list(residuals))[moving]
+    shortest, longest = (levels * noise for levels in STEP_LEVELS)
+    width = shortest / BINS_OF_A_STEP
+    if not len(angle) or not 2 * longest < np.ptp(angle) < LONGEST_SPECTRUM * width:
+        return None
+    errors = errors - np.mean(errors)
+    binned = np.bincount(((angle - angle.min()) / width).astype(int), weights=errors)
+    spectrum = np.abs(np.fft.rfft(binned, REFINED * len(binned)))
+    frequency = np.arange(len(spectrum)) / (REFINED * len(binned) * width)
+    sought = (frequency >= 1 / longest) & (frequency <= 1 / shortest)
+    usual_power = max(
+        float(np.median(spectrum[sought] ** 2)) / np.log(2), len(errors) * float(np.var(errors))
+    )
+    spectrum[~sought] = 0.0
+    best = int(np.argmax(spectrum))
+    step = float(1 / frequency[best])
+    amplitude = 2 * float(spectrum[best]) / len(errors)
+    tried = float(np.ptp(angle)) * (1 / shortest - 1 / longest)
+    nats = float(spectrum[best] ** 2 / usual_power - np.log(tried))
+    low, high = (share * step / np.pi for share in SAWTOOTH)
+    return RoundedMotion(step, nats) if nats > ROUNDED_NATS and low < amplitude < high else None
 
 
 def repeats(y: FloatArray, speed: FloatArray, noise: float) -> BoolArray:

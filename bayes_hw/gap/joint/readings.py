@@ -10,7 +10,14 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import pruned, regrown
 from bayes_hw.gap.joint.noise_causes import speed_noise, speeds
-from bayes_hw.gap.joint.reading_faults import MASK, REPEAT_SHARE, glitches, repeats, rounding_step
+from bayes_hw.gap.joint.reading_faults import (
+    MASK,
+    REPEAT_SHARE,
+    glitches,
+    repeats,
+    rounded_motion,
+    rounding_step,
+)
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.holes import with_holes, without_holes
 
@@ -32,11 +39,10 @@ def read_faults(fit: JointFit) -> Readings:
     """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
     records = fit.response.records
     values = fit.values
+    angles = [fit.response.simulate(values, record.u, record.known).y for record in records]
     residuals = [
-        without_holes(
-            with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
-        )
-        for record in records
+        without_holes(with_holes(record.y - angle, record.measured))
+        for record, angle in zip(records, angles, strict=True)
     ]
     innovation = innovation_sigma(fit)
     weights = [np.ones(len(record)) for record in records]
@@ -48,6 +54,11 @@ def read_faults(fit: JointFit) -> Readings:
         nats["encoder_quantization"] = 1000.0 * share
         parameters["encoder_quantization.step"] = step
         return Readings(tuple(weights), nats, step, parameters)
+    hidden = rounded_motion(residuals, angles, innovation)
+    if hidden is not None:
+        nats["encoder_quantization"] = hidden.nats
+        parameters["encoder_quantization.step"] = hidden.step
+        return Readings(tuple(weights), nats, hidden.step, parameters)
     moves = speeds(fit)
     masks = [repeats(record.y_or_nan, d, innovation) for record, d in zip(records, moves, strict=True)]
     share = float(np.mean(np.concatenate(masks)))

@@ -37,11 +37,14 @@ LEVEL_AT = 40.0
 LONGEST, GRID = 40, 2048
 """Largest order of the autoregression and points of the spectrum."""
 
+LONGEST_OVER_HOLES = 14
+"""Where samples are missing, while parameters are sought: bridging costs the square of the order."""
+
 LOST = 1e-4
 """Share of the innovations' variance that a lower order may cost."""
 
 SINGLE, BAND = 40, 0.03
-WHITTLE_ITERATIONS, FIRST_ITERATIONS, MORE_ITERATIONS, REFINED = 100, 60, 8, 3
+WHITTLE_ITERATIONS, FIRST_ITERATIONS, AGAIN_ITERATIONS, MORE_ITERATIONS, REFINED = 100, 60, 20, 8, 3
 
 NEARLY_ONE = 0.99999
 LARGEST_LOG = 40.0
@@ -65,11 +68,13 @@ class SlowWhitener(Whitener):
 
 @dataclass(frozen=True, eq=False)
 class SlowNoise:
-    """Noise of one cause, WIND or WALK; a torque may pass through any of `poles`, sets of poles of G (z)."""
+    """Noise of one cause, WIND or WALK; a torque may pass through any of `poles`, sets of poles of G (z).
+    Where it was fitted before it goes on from there (`begun`), its shape kept."""
 
     cause: str
     rate_hz: float
     poles: tuple[ComplexArray, ...] = ()
+    begun: SlowWhitener | None = None
 
     def of(self, residuals: Sequence[FloatArray], previous: Whitener | None = None) -> SlowWhitener:
         """Fitted to residuals, NaN where nothing was measured; from `previous` where it is of this noise."""
@@ -80,11 +85,13 @@ class SlowNoise:
         def likelihood(whitener: SlowWhitener) -> float:
             return whitener.log_likelihood(residuals, masks)
 
+        most = LONGEST if masks is None else LONGEST_OVER_HOLES
+
         def refined(begun: SlowWhitener, iterations: int) -> SlowWhitener:
             """By the likelihood in time."""
 
             def minus(x: FloatArray) -> float:
-                return -likelihood(self._whitener(begun.power, begun.chosen, x))
+                return -likelihood(self._whitener(begun.power, begun.chosen, x, most))
 
             options = {"maxiter": iterations, "fatol": 0.03, "initial_simplex": _simplex(begun.at)}
             found = minimize(minus, tuple(begun.at), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
@@ -92,6 +99,8 @@ class SlowNoise:
 
         if isinstance(previous, SlowWhitener):
             return refined(previous, MORE_ITERATIONS)
+        if self.begun is not None:
+            return refined(self.begun, AGAIN_ITERATIONS)
         seen = _Ordinates.of([without_holes(e) for e in residuals], self.rate_hz)
         if self.cause == WALK:
             starts = [(0.0, -1, np.array([a, 0.3])) for a in (-8.0, -3.0)]
@@ -137,13 +146,13 @@ class SlowNoise:
             found = found * np.abs((1 - pole) / (z - pole)) ** 2
         return found
 
-    def _whitener(self, power: float, chosen: int, at: FloatArray) -> SlowWhitener:
+    def _whitener(self, power: float, chosen: int, at: FloatArray, longest: int = LONGEST) -> SlowWhitener:
         """The autoregression that has the spectrum's autocovariance (Levinson's recursion)."""
         f = (np.arange(GRID // 2 + 1) + 0.0) * self.rate_hz / GRID
         f[0] = 0.25 * self.rate_hz / GRID
         differenced = 4 * np.sin(np.pi * f / self.rate_hz) ** 2
         resonance = self._response(chosen, f)
-        covariance = np.fft.irfft(self._spectrum(at, power, resonance, f, differenced))[: LONGEST + 1]
+        covariance = np.fft.irfft(self._spectrum(at, power, resonance, f, differenced))[: longest + 1]
         partial = _partial(covariance)
         lost = np.cumsum(np.log1p(-(partial[::-1] ** 2)))[::-1]
         partial = partial[: max(int(np.sum(-lost > LOST)), 1)]

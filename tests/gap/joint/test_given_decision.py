@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from joint_axis import SIGMA, measured
 from test_given_search import SAMPLES, model
 
-from bayes_hw.gap.joint.given_decision import decide_given
+from bayes_hw.gap.joint.given_calibration import GivenCalibration
+from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_search import best_base
+from bayes_hw.gap.joint.joint_decision import JointDecision
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
@@ -21,6 +25,10 @@ def answer_of(records: list, fitted: list, nats: dict[str, float]) -> JointAnswe
     return JointAnswer(fit, base, nats, {}, read_faults(base), remainder_of(fit))
 
 
+def decided(found: JointAnswer, noise: float) -> JointDecision:
+    return decide_given(GivenEvidence.of(found, noise))
+
+
 def disturbed(size: float) -> list:  # type: ignore[type-arg]
     """White errors of several times the noise beside it."""
     plain = measured((), SAMPLES, (1, 2))
@@ -30,17 +38,48 @@ def disturbed(size: float) -> list:  # type: ignore[type-arg]
 
 def test_noise_as_stated_is_nothing_and_more_is_something() -> None:
     quiet, loud = measured((), SAMPLES, (1, 2)), disturbed(3.0)
-    assert decide_given(answer_of(quiet, quiet, {}), SIGMA).answer == ()
-    said = decide_given(answer_of(loud, loud, {}), SIGMA)
+    assert decided(answer_of(quiet, quiet, {}), SIGMA).answer == ()
+    said = decided(answer_of(loud, loud, {}), SIGMA)
     assert said.answer == ("other",)
     assert said.probability["none"] < 0.15
-    assert decide_given(answer_of(loud, loud, {}), float("nan")).answer == ()
+    assert decided(answer_of(loud, loud, {}), float("nan")).answer == ()
 
 
 def test_a_label_that_removes_most_of_the_error_stays() -> None:
     louder, loud = disturbed(9.0), disturbed(2.0)
-    kept = decide_given(answer_of(louder, loud, {"friction": 300.0}), SIGMA)
+    kept = decided(answer_of(louder, loud, {"friction": 300.0}), SIGMA)
     assert kept.answer == ("friction", "other")
-    lost = decide_given(answer_of(loud, loud, {"friction": 300.0}), SIGMA)
+    lost = decided(answer_of(loud, loud, {"friction": 300.0}), SIGMA)
     assert lost.answer == ("other",)
     assert lost.probability["friction"] <= 0.3
+
+
+def test_no_gap_is_stated_as_surely_as_it_came_true() -> None:
+    quiet = measured((), SAMPLES, (1, 2))
+    found = answer_of(quiet, quiet, {})
+    found.rivals.update({"transport_delay": -14.0, "unmodelled_mode": -17.0})
+    assert decided(found, SIGMA).probability["none"] > 0.95
+    found.rivals["friction"] = -1.0
+    assert decided(found, SIGMA).probability["none"] < 0.85
+
+
+def test_two_labels_hardly_told_apart_share_by_nats() -> None:
+    quiet = measured((), SAMPLES, (1, 2))
+    found = answer_of(quiet, quiet, {"wind": 120.0})
+    evidence = GivenEvidence.of(found, SIGMA)
+    calibration = GivenCalibration.built_in()
+    between, sure = calibration.nats_between, calibration.sure(120.0, calibration.floor)
+    for lead in (0.0, between):
+        joint = replace(evidence.joint, labels=("wind",), own=120.0)
+        joint = replace(joint, rivals={"wind": 120.0, "sensor_drift": 120.0 - lead})
+        said = decide_given(replace(evidence, joint=joint)).probability
+        assert said["wind"] / said["sensor_drift"] == pytest.approx(np.exp(lead / between), rel=1e-6)
+        assert 0.9 * sure < said["wind"] + said["sensor_drift"] < 1.02 * sure
+
+
+def test_evidence_in_a_file_is_decided_the_same() -> None:
+    louder, loud = disturbed(9.0), disturbed(2.0)
+    for noise in (SIGMA, float("nan")):
+        evidence = GivenEvidence.of(answer_of(louder, loud, {"friction": 300.0}), noise)
+        again = GivenEvidence.from_dict(json.loads(json.dumps(evidence.to_dict(), allow_nan=False)))
+        assert decide_given(again) == decide_given(evidence)

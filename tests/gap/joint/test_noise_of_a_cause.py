@@ -11,7 +11,8 @@ from scipy.signal import lfilter
 from test_given_search import SAMPLES, model
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.given_search import away_from_zero, best_base, slow_causes
+from bayes_hw.gap.joint.given_moves import slow_causes
+from bayes_hw.gap.joint.given_search import away_from_zero, best_base
 from bayes_hw.gap.joint.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.coloured import Whitener
 
@@ -54,6 +55,22 @@ def test_the_cause_at_work_is_the_likelier() -> None:
         assert score[right] > score[wrong] + 0.2
         free = Whitener.of_residuals(e)
         assert score[right] > free.log_likelihood(e) - 0.5 * free.order * np.log(2 * LENGTH) + 5
+
+
+def test_noise_that_was_fitted_before_goes_on_from_there() -> None:
+    """Of other residuals of the same noise: as likely as fitted from nothing."""
+    before, now = [blown(4, 4.0)], [blown(5, 4.0)]
+    fresh = SlowNoise(WIND, RATE, (POLES,))
+    begun = replace(fresh, begun=fresh.of(before))
+    assert begun.of(now).log_likelihood(now) > fresh.of(now).log_likelihood(now) - 3
+
+
+def test_over_holes_the_noise_is_found_as_well() -> None:
+    e = [blown(seed, 4.0) for seed in (4, 5)]
+    rng = np.random.default_rng(1)
+    holed = [np.where(np.repeat(rng.random(LENGTH // 10) < 0.2, 10), np.nan, one) for one in e]
+    cause = SlowNoise(WIND, RATE, (POLES,))
+    assert cause.of(holed).log_likelihood(e) > cause.of(e).log_likelihood(e) - 8
 
 
 def test_the_size_of_the_slow_part_is_told() -> None:

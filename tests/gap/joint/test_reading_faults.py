@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from joint_axis import measured, record
+from scipy.signal import lfilter
 
-from bayes_hw.gap.joint.reading_faults import glitches, repeats, rounding_step
+from bayes_hw.gap.joint.reading_faults import glitches, repeats, rounded_motion, rounding_step
 
 
 def test_a_rounding_step_is_read_off_the_lattice() -> None:
@@ -14,6 +15,25 @@ def test_a_rounding_step_is_read_off_the_lattice() -> None:
     assert found is not None
     assert abs(found / 0.0137 - 1) < 1e-6
     assert rounding_step([record(y, 1)]) is None
+
+
+def test_rounding_beneath_noise_is_told_from_noise_and_from_a_wave() -> None:
+    """Its step is found, from an angle that is a little off too; neither white nor coloured noise, nor a wave
+    of another size, is called so."""
+    rng = np.random.default_rng(11)
+    angle = 3.0 * np.sin(np.linspace(0, 19, 6000)) + np.linspace(0, 2.0, 6000)
+    noise, step = 0.01 * rng.standard_normal(6000), 0.043
+    shown = step * np.round((angle + 0.3 * step) / step)
+    rounded = shown - angle + noise
+    found = rounded_motion([rounded], [angle + 0.1 * step * np.sin(np.linspace(0, 3, 6000))], 0.015)
+    assert found is not None
+    assert abs(found.step / step - 1) < 0.01
+    assert found.nats > 300
+    coloured = lfilter([1.0], [1.0, -0.9], noise)
+    wave = 0.04 * np.sin(2 * np.pi * angle / step) + noise
+    for other in (noise, coloured, wave):
+        assert rounded_motion([other], [angle], float(np.std(other))) is None
+    assert rounded_motion([noise], [np.zeros(6000)], 0.01) is None
 
 
 def test_repeats_of_a_moving_axis() -> None:
