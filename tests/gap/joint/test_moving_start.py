@@ -91,6 +91,7 @@ def test_a_diagnosis_scores_what_follows_the_beginning_and_says_so() -> None:
     assert len(found.after) == len(record)
     inside = (found.low <= record.y) & (record.y <= found.high)
     assert inside.mean() > 0.85
+    assert float(np.median(found.high - found.low)) < 6 * SIGMA
     from_rest = found.posterior.fit.response.simulate(found.posterior.fit.values, record.u).y
     assert rms((record.y - from_rest)[len(record) // 2 :]) > 3 * gap.rmse_after
 
