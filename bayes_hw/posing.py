@@ -107,6 +107,22 @@ def _how_it_begins(record: Record, begin: RecordStart) -> str:
     return f"begins at {begin.level:.6g} {record.units.output}"
 
 
+def rested(records: Sequence[Record], start: Start = "auto") -> tuple[tuple[Record, ...], tuple[str, ...]]:
+    """The records from where each first rests, and in words what was cut; with `start` "rest" as they are.
+
+    Raises InputError as `from_rest` does.
+    """
+    if start == "rest":
+        return tuple(records), ()
+    found = tuple(from_rest(record) for record in records)
+    notes = tuple(
+        f"{after.name}: {after.treatment[-1]}"
+        for before, after in zip(records, found, strict=True)
+        if after is not before
+    )
+    return found, notes
+
+
 def from_rest(record: Record) -> Record:
     """The record from where it first rests, where it begins in motion; its treatment says so.
 
@@ -118,7 +134,7 @@ def from_rest(record: Record) -> Record:
     if first is None or len(record) - first < LEAST_SHARE * len(record):
         raise InputError(
             f"{record.source or record.name}: begins in motion, and comes to rest nowhere in its first "
-            "half; the simulator starts at rest: give a record that begins at rest, or --start rest to "
+            "half; a diagnosis starts at rest: give a record that begins at rest, or --start rest to "
             "take it so"
         )
     rate = record.sample_rate_hz

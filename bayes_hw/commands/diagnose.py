@@ -279,7 +279,7 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
             "records without a model need --holdout RECORD, which is never fitted; or give one case folder"
         )
     check_output_folder(out)
-    given = records_of(parsed, parsed.case, parsed.holdout)
+    given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
     _joint(parsed, out, begin, given.records, given.holdout, axis_name(parsed.case), ())
 
 
@@ -315,6 +315,7 @@ def _joint(
         progress=progress,
         drive=drive_of(parsed),
         model=model,
+        start=parsed.start,
     )
     write_results(diagnosis, out)
     remove_pages(out)

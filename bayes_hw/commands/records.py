@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from bayes_hw.commands.inputs import read_records
 from bayes_hw.commands.speech import note
 from bayes_hw.entrance import SimulatedAxis, enter
-from bayes_hw.posing import Posed
+from bayes_hw.posing import Posed, rested
+from bayes_hw.record import Record
 
 
 def records_of(
@@ -17,13 +18,19 @@ def records_of(
     holdout: Sequence[str] = (),
     model: SimulatedAxis | None = None,
     needs_output: bool = True,
+    at_rest: bool = False,
 ) -> Posed:
     """The records at `paths`, and those held out, as --origin and --start ask for them; says what was done.
+
+    Where the estimate has to begin `at_rest`, records of `paths` are cut as `rested` does.
 
     Raises InputError on what `read_records` and `enter` refuse.
     """
     units = None if model is None else model.units
-    records = read_records(parsed, paths, units, needs_output=needs_output)
+    records: Sequence[Record] = read_records(parsed, paths, units, needs_output=needs_output)
+    cut: tuple[str, ...] = ()
+    if at_rest:
+        records, cut = rested(records, parsed.start)
     held_out = read_records(parsed, holdout, units or records[0].units) if holdout else []
     found = enter(
         records,
@@ -34,6 +41,6 @@ def records_of(
         accepted=parsed.accept,
         looked_at=True,
     )
-    for sentence in found.notes:
+    for sentence in (*cut, *found.notes):
         note(sentence)
     return found

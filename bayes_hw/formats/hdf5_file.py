@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.formats.header import is_time_name
+from bayes_hw.formats.matlab_objects import refuse_object
 from bayes_hw.formats.table import Column, Table, numbers, refuse_infinite, stated_unit
 
 MOST_BYTES = 256 * 2**20
@@ -51,6 +52,9 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collec
     try:
         with h5py.File(path, "r") as file:
             found = {name: _dataset(path, file, name) for name in wanted}
+            for name, class_name in _objects(file).items():
+                if name in wanted or not all(one is not None for one in found.values()):
+                    raise refuse_object(path, name, class_name)
             values = {
                 name: _vector(path, name, dataset, most_rows, is_text=name in text)
                 for name, dataset in found.items()
@@ -86,6 +90,19 @@ def read_hdf5(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collec
         clocks=clocks,
         clock_units=clock_units,
     )
+
+
+def _objects(file: h5py.File) -> dict[str, str]:
+    """The class of every object of MATLAB's at the top: its data set holds references, not its numbers."""
+    found: dict[str, str] = {}
+    for name in list(file)[:MOST_NAMES]:
+        if isinstance(file.get(name, getlink=True), h5py.HardLink):
+            attributes = file[name].attrs
+            if "MATLAB_object_decode" in attributes and "MATLAB_class" in attributes:
+                class_name = bytes(attributes["MATLAB_class"])[:64].decode("latin-1")
+                if (name + class_name.replace(".", "_")).isidentifier():
+                    found[name] = class_name
+    return found
 
 
 def _clock_beside(dataset: h5py.Dataset) -> h5py.Dataset | None:

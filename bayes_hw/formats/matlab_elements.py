@@ -23,6 +23,11 @@ LONGEST_TEXT = 2**16
 
 MATRIX, COMPRESSED = 14, 15
 STRUCTURE = 2
+OBJECT = 17
+"""Of a class of MATLAB's newer kind: its head has a name, the kind and the class in place of dimensions."""
+
+NEWER_KIND = b"MCOS"
+
 CELL = 1
 TEXT = 4
 
@@ -80,12 +85,19 @@ class Matrix:
     name: str
     rest: Iterator[tuple[int, memoryview]]
     order: str
+    object_class: str = ""
 
     @classmethod
     def parse(cls, content: memoryview, order: str) -> Matrix:
         """Raises DamagedError when `content`, which may be cut short after the name, has no head."""
         elements = iter(Elements(content, order))
         (_, flags), (_, dimensions), (_, name) = (next_element(elements) for _ in range(3))
+        is_object = len(flags) >= 4 and struct.unpack_from(f"{order}I", flags)[0] & 0xFF == OBJECT
+        if is_object and bytes(name[:8]) == NEWER_KIND:
+            own_name, object_class = _short(dimensions), _short(next_element(elements)[1])
+            if not (own_name + object_class.replace(".", "_")).isidentifier():
+                raise DamagedError
+            return cls(OBJECT, False, (1, 1), own_name, elements, order, object_class)
         if len(flags) < 4 or len(dimensions) % 4 or not 8 <= len(dimensions) <= 4 * _MOST_DIMENSIONS:
             raise DamagedError
         (word,) = struct.unpack_from(f"{order}I", flags)
@@ -94,7 +106,7 @@ class Matrix:
             class_code=word & 0xFF,
             is_complex=bool(word & _COMPLEX_FLAG),
             dimensions=sizes,
-            name=bytes(name[:_LONGEST_NAME]).decode("latin-1"),
+            name=_short(name),
             rest=elements,
             order=order,
         )
@@ -156,6 +168,10 @@ class Matrix:
             for start in range(0, len(names), width)
         ]
         return {label: next_element(self.rest)[1] for label in labels}
+
+
+def _short(name: memoryview) -> str:
+    return bytes(name[:_LONGEST_NAME]).decode("latin-1")
 
 
 def next_element(elements: Iterator[tuple[int, memoryview]]) -> tuple[int, memoryview]:

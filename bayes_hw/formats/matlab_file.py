@@ -26,6 +26,7 @@ from bayes_hw.formats.matlab_elements import (
     DamagedError,
     Matrix,
 )
+from bayes_hw.formats.matlab_objects import refuse_object
 from bayes_hw.formats.table import Table, refuse_infinite
 
 MOST_BYTES = 256 * 2**20
@@ -101,12 +102,13 @@ def read_matlab(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
     """Read the vectors named in `wanted`, at most `most_rows` of each; `name.field` is a
     structure's.
 
-    Raises InputError on a file that is no undamaged MATLAB file of version 5 to 7, and on a
-    variable that is not a real vector of numbers; NaN is unmeasured, or larger than `MOST_BYTES`. Raises
-    OSError when the file cannot be read.
+    Raises InputError on a file that is no undamaged MATLAB file of version 5 to 7, on a timetable or another
+    object where a vector is missing, with what to type in MATLAB, and on a variable that is not a real vector
+    of numbers, NaN is unmeasured, or larger than `MOST_BYTES`. Raises OSError when the file cannot be read.
     """
     values: dict[str, FloatArray] = {}
     names: list[str] = []
+    objects: dict[str, str] = {}
     seen: set[str] = set()
     try:
         with path.open("rb") as stream:
@@ -118,8 +120,13 @@ def read_matlab(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
                     raise InputError(f"{path}: has variable {head.name!r} twice; save it again")
                 seen.add(head.name)
                 names.append(f"{head.name}.FIELD" if is_structure else head.name)
+                if head.object_class:
+                    names[-1] = f"{head.name} ({head.object_class})"
+                    objects[head.name] = head.object_class
                 if not asked:
                     continue
+                if head.object_class:
+                    raise refuse_object(path, head.name, head.object_class)
                 content = variable.content()
                 if is_structure:
                     fields = Matrix.parse(content, variable.order).fields()
@@ -130,11 +137,15 @@ def read_matlab(path: Path, wanted: Sequence[str], *, most_rows: int) -> Table:
                         values[label] = vector
     except (DamagedError, zlib.error):
         raise InputError(f"{path}: is a damaged MATLAB file; save it again") from None
+    missing = tuple(label for label in wanted if label not in values)
+    for name, class_name in objects.items():
+        if missing or not values:
+            raise refuse_object(path, name, class_name)
     for label, vector in values.items():
         refuse_infinite(path, label, "variable", vector, lambda index: f"sample {index + 1}")
     return Table(
         values=values,
-        missing=tuple(label for label in wanted if label not in values),
+        missing=missing,
         names=tuple(names),
         kind="variable",
         place=lambda index: f"sample {index + 1}",

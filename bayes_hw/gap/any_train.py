@@ -16,6 +16,7 @@ from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
 
 
@@ -27,11 +28,23 @@ def needs_ports(model: HammersteinWiener) -> bool:
 
 
 def diagnose_by_ports(
-    case: Case, rng: np.random.Generator, *, notes: Sequence[str] = (), progress: Progress | None = None
+    case: Case,
+    rng: np.random.Generator,
+    *,
+    notes: Sequence[str] = (),
+    progress: Progress | None = None,
+    start: Start = "auto",
 ) -> JointDiagnosis:
     """Diagnose a case around its model without any drive train; raises InputError on a direct path."""
     return diagnose_records(
-        case.train, case.holdout, rng, name=case.name, notes=notes, progress=progress, model=case.model
+        case.train,
+        case.holdout,
+        rng,
+        name=case.name,
+        notes=notes,
+        progress=progress,
+        model=case.model,
+        start=start,
     )
 
 

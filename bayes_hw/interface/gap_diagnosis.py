@@ -23,7 +23,7 @@ from bayes_hw.interface.arguments import generator, model_given, records_given, 
 from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.posing import Origin, Start
+from bayes_hw.posing import Origin, Start, rested
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_canvas
@@ -136,22 +136,23 @@ def diagnose(
         if declaration is not None:
             raise InputError("declaration: goes with the path of a simulator's file")
         if holdout is None and not isinstance(model, HammersteinWiener):
-            entered_records = entered(
-                records_given(model), records_given(train, "holdout"), origin=origin, start=start
+            own, cut = rested(records_given(model), start)
+            warn_of(cut)
+            given = entered(own, records_given(train, "holdout"), origin=origin, start=start)
+            found = joint_diagnosis.diagnose_records(
+                given.records, given.holdout, rng, name=own[0].name, start=start
             )
-            own = entered_records.records
-            found = joint_diagnosis.diagnose_records(own, entered_records.holdout, rng, name=own[0].name)
             return GapDiagnosis(found)
         if holdout is None:
             raise InputError("holdout: is missing; give records held out, which are never fitted")
         simulator = model_given(model)
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
         number, labels = threads(jobs), struck(without)
-        given = Case.of_records(simulator.name, simulator, records, held_out)
-        case, notes = posed_case(given, origin=origin, start=start)
+        posing = Case.of_records(simulator.name, simulator, records, held_out)
+        case, notes = posed_case(posing, origin=origin, start=start)
         warn_of(notes)
         if isinstance(case, Case) and not labels and needs_ports(case.model):
-            return GapDiagnosis(diagnose_by_ports(case, rng))
+            return GapDiagnosis(diagnose_by_ports(case, rng, start=start))
         return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))
 
 

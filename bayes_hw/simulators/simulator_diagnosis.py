@@ -13,7 +13,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate.parallel import Each
-from bayes_hw.posing import Origin, Start, from_rest
+from bayes_hw.posing import Origin, Start, rested
 from bayes_hw.record import Record
 from bayes_hw.simulators.declaration import Declaration
 from bayes_hw.simulators.edits import package
@@ -70,19 +70,11 @@ def simulator_case(
     Angles count from where a record begins; one that begins in motion is cut to where it first rests, unless
     `start` is "rest". Raises InputError on records that do not fit.
     """
-    notes: list[str] = []
-    given = (*train, *holdout)
-    rested = given if start == "rest" else tuple(from_rest(record) for record in given)
-    notes += [
-        f"{after.name}: {after.treatment[-1]}"
-        for before, after in zip(given, rested, strict=True)
-        if after is not before
-    ]
-    count = len(train)
-    SimulatorCase.of_records(axis.linear, rested[:count], rested[count:])
-    found = enter(
-        rested[:count], rested[count:], origin=origin, start="rest", accepted=accepted, looked_at=True
-    )
+    own, cut = rested(train, start)
+    held_out, held_out_cut = rested(holdout, start)
+    notes = (*cut, *held_out_cut)
+    SimulatorCase.of_records(axis.linear, own, held_out)
+    found = enter(own, held_out, origin=origin, start="rest", accepted=accepted, looked_at=True)
     return SimulatorCase.of_records(axis.linear, found.records, found.holdout), (*notes, *found.notes)
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse
-from bayes_hw.model.blocks import Saturation
+from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.model.twin import coloured_noise
 from bayes_hw.record import Record, Units
@@ -21,6 +22,33 @@ GAIN = 0.25
 def linear_twin() -> HammersteinWiener:
     """The Nanshan twin without limits and dead zone."""
     return replace(nanshan_model(0.0), saturation=Saturation(-1e3, 1e3))
+
+
+def three_twins() -> dict[str, HammersteinWiener]:
+    """Axes without limits and dead zone: the Nanshan twin, a slow one at 10 Hz, a stiff one at 200 Hz."""
+    return {
+        "nanshan": linear_twin(),
+        "slow": _axis("slow", 10.0, [Mode(0.9, 0.08)], 0.7, 2),
+        "stiff": _axis("stiff", 200.0, [Mode(11.0, 0.02), Mode(34.0, 0.03)], 0.97, 5),
+    }
+
+
+def _axis(
+    name: str, sample_rate_hz: float, modes: Sequence[Mode], lag: float, delay_samples: int
+) -> HammersteinWiener:
+    """An integrator, a lag and modes; the speed is the command's in the long run."""
+    poles = [p for mode in modes for p in (mode.pole(sample_rate_hz), mode.pole(sample_rate_hz).conjugate())]
+    zeros = [0.98 * p**1.3 for p in poles]
+    at_one = np.prod(1 - np.array(zeros)) / np.prod(1 - np.array([lag, *poles]))
+    linear = LinearBlock(
+        np.array(zeros),
+        np.array([1.0, lag, *poles]),
+        float(1 / (sample_rate_hz * at_one.real)),
+        delay_samples,
+    )
+    return HammersteinWiener(
+        name, sample_rate_hz, Saturation(-1e3, 1e3), linear, DeadZone(0.0), tuple(modes), noise_sigma=1e-4
+    )
 
 
 def measured(

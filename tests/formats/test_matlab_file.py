@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
+from bayes_hw.formats.hdf5_file import read_hdf5
 from bayes_hw.formats.matlab_file import MOST_BYTES, read_matlab
 
 MATRIX, COMPRESSED, DOUBLE, INT8, INT32, UINT32 = 14, 15, 9, 1, 5, 6
@@ -232,3 +233,58 @@ def test_random_bytes_after_a_good_header_are_a_table_or_refused(tmp_path, tail)
         read_matlab(path, ["u"], most_rows=1000)
     except InputError as error:
         assert "\n" not in str(error)
+
+
+def timetable(name: bytes = b"log", class_name: bytes = b"timetable") -> bytes:
+    """A variable of a newer class: flags, name, kind, class, and references to what is stored elsewhere."""
+    references = matrix(b"", struct.pack("<6d", 0xDD000000, 2, 1, 1, 1, 1), (6, 1))
+    return (
+        element(UINT32, struct.pack("<II", 17, 0))
+        + element(INT8, name)
+        + element(INT8, b"MCOS")
+        + element(INT8, class_name)
+        + element(MATRIX, references)
+    )
+
+
+@pytest.mark.parametrize("pack", [lambda content: element(MATRIX, content), None])
+@pytest.mark.parametrize(
+    ("class_name", "remedy"),
+    [
+        (b"timetable", "type writetimetable(log, 'night.csv') there and give night.csv"),
+        (b"table", "type writetable(log, 'night.csv') there and give night.csv"),
+        (b"datetime", "type t = posixtime(log) there and save t beside the other signals"),
+        (b"containers.Map", "save its numbers as vectors: t, u, y"),
+    ],
+)
+def test_a_timetable_is_named_with_what_to_type_in_matlab(tmp_path, pack, class_name, remedy):
+    content = timetable(class_name=class_name)
+    path = tmp_path / "night.mat"
+    path.write_bytes(header() + (pack(content) if pack else deflated(element(MATRIX, content))))
+    said = refusal(path)
+    assert said == f"variable 'log' is a MATLAB {class_name.decode()}, which MATLAB alone can read; {remedy}"
+    assert refusal(path, ("log",)) == said
+    with pytest.raises(InputError, match="MATLAB alone"):
+        read_matlab(path, (), most_rows=10)
+
+
+def test_vectors_beside_a_timetable_are_read(tmp_path):
+    path = tmp_path / "night.mat"
+    vector = element(MATRIX, matrix(b"u", struct.pack("<3d", 1, 2, 3)))
+    path.write_bytes(header() + element(MATRIX, timetable()) + vector)
+    np.testing.assert_array_equal(read_matlab(path, ("u",), most_rows=10).values["u"], [1, 2, 3])
+    assert "writetimetable(log" in refusal(path, ("u", "y"))
+
+
+def test_a_timetable_of_version_7_3_is_named_too(tmp_path):
+    import h5py
+
+    path = tmp_path / "night.mat"
+    with h5py.File(path, "w") as file:
+        references = file.create_dataset("log", data=np.array([[0xDD000000, 2, 1, 1, 1, 1]], dtype="u4"))
+        references.attrs["MATLAB_class"] = np.bytes_(b"timetable")
+        references.attrs["MATLAB_object_decode"] = np.int32(3)
+        file["u"] = np.arange(3.0)
+    with pytest.raises(InputError, match=r"writetimetable\(log, 'night.csv'\) there and give night.csv"):
+        read_hdf5(path, ("u", "y"), most_rows=10)
+    assert len(read_hdf5(path, ("u",), most_rows=10).values["u"]) == 3

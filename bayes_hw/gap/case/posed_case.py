@@ -9,7 +9,7 @@ from bayes_hw.entrance import check_repeats, enter
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import SHORTEST, Case
 from bayes_hw.gap.case.simulator_case import SimulatorCase
-from bayes_hw.posing import Origin, Start, from_rest
+from bayes_hw.posing import Origin, Start, rested
 
 APART = 1e-3
 """Beginnings farther apart, in travels, are different places of the axis."""
@@ -33,14 +33,12 @@ def posed_case(
         check_repeats(case.train, case.holdout)
         return case, ()
     train, holdout = case.train, case.holdout
-    notes: list[str] = []
-    if start != "rest":
-        train, holdout = (tuple(from_rest(record) for record in part) for part in (train, holdout))
-        for before, after in zip((*case.train, *case.holdout), (*train, *holdout), strict=True):
-            if after is not before:
-                notes.append(f"{after.name}: {after.treatment[-1]}")
-            if len(after) < SHORTEST:
-                raise InputError(f"{after.name}: {len(after)} samples from rest on; give {SHORTEST} or more")
+    train, cut = rested(train, start)
+    holdout, held_out_cut = rested(holdout, start)
+    notes = [*cut, *held_out_cut]
+    for record in (*train, *holdout):
+        if start != "rest" and len(record) < SHORTEST:
+            raise InputError(f"{record.name}: {len(record)} samples from rest on; give {SHORTEST} or more")
     found = enter(
         train, holdout, model=case.model, origin=origin, start="rest", accepted=accepted, looked_at=looked_at
     )

@@ -228,42 +228,25 @@ def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
 
 
 def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
-    """One label of several, or all but one, taken for another while the score improves: what was taken first
-    may have stood in for it. Others are what G itself and the noise may have and the labels that did best
-    alone."""
+    """One label of several taken for another while the score improves: the one taken first may have stood in
+    for it. Others are what G itself and the noise may have and the labels that did best alone."""
     near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
     for _ in range(EXCHANGES):
         if len(set(fit.labels)) < 2:
             return fit
         trials: list[GivenFit] = []
-        for gone in _exchangeable(fit):
-            rest = as_given(_without(fit, gone).descended())
-            forms = [f for f in FORMS if f.label in near and f.label not in (*gone, *rest.labels)]
+        causes = (WIND, WALK) if fit.response.cause is not None else ()
+        for label in dict.fromkeys(label for label in fit.labels if label not in causes):
+            rest = as_given(fit.without(label).descended())
+            forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]
             found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
-            trials += [t for t in found if not set(gone) & set(t.labels)]
+            trials += [t for t in found if label not in t.labels]
         best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:
             return fit
         say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
         fit = best
-    return fit
-
-
-def _exchangeable(fit: GivenFit) -> list[tuple[str, ...]]:
-    """Labels that are taken out together: every one, and where there are more than two all but one."""
-    labels = tuple(dict.fromkeys(fit.labels))
-    found: list[tuple[str, ...]] = [
-        (label,) for label in labels if fit.response.cause is None or label not in (WIND, WALK)
-    ]
-    if len(labels) > 2:
-        found += [tuple(other for other in labels if other != label) for label in labels]
-    return found
-
-
-def _without(fit: GivenFit, labels: Sequence[str]) -> GivenFit:
-    for label in labels:
-        fit = fit.without(label)
     return fit
 
 

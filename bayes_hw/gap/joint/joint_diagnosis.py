@@ -39,12 +39,14 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
+from bayes_hw.gap.joint.moving_start import Starts
 from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -90,13 +92,15 @@ def diagnose_records(
     lead: int = 0,
     drive: Drive | None = None,
     model: HammersteinWiener | None = None,
+    start: Start = "auto",
 ) -> JointDiagnosis:
     """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
     the outputs of `holdout` only score the finished prediction.
 
     The first `lead` samples of every record held out are simulated and not scored: those of a record whose
-    end alone is held out. The diagnosis then holds the ends. What is known of the `drive` states torques in
-    N m.
+    end alone is held out. The diagnosis then holds the ends. One that begins in motion is predicted from the
+    state that fits its beginning, unless `start` is "rest" (see `Starts`). What is known of the `drive`
+    states torques in N m.
 
     Raises InputError where there is no record, one at another rate or one too short, and
     where the G of a model answers within the sample.
@@ -138,7 +142,7 @@ def diagnose_records(
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
-            drive,
+            drive, start,
         )  # fmt: skip
 
 
@@ -179,8 +183,10 @@ def _finished(
     begin: float,
     lead: int,
     drive: Drive | None,
+    start: Start,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
+    starts = Starts.of(fit, train, holdout, lead, start)
     sigma = encoder_sigma(found, decision, fit)
     samples = samples_of_variance(fit.point.residuals)
     noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
@@ -189,17 +195,19 @@ def _finished(
         for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
     ]
 
-    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit, unscored: int = 0) -> Closure:
-        y = [r.y_or_nan[unscored:] for r in records]
+    def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:
+        scored = [starts.unscored(r) if r in holdout else 0 for r in records]
+        y = [r.y_or_nan[n:] for r, n in zip(records, scored, strict=True)]
         before, after = (
-            [p[unscored:] for p in _predictions(each, each.values, records)] for each in (one, other)
+            [starts.predict(each, r)[n:] for r, n in zip(records, scored, strict=True)]
+            for each in (one, other)
         )
         return _closure(y, before, after, sigma, noise_error, rng)
 
-    gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit, lead)]
-    first = _predictions(base, base.values, holdout[:1])[0][lead:]
-    last = _predictions(fit, fit.values, holdout[:1])[0][lead:]
-    drawn = np.array([_predictions(fit, values, holdout[:1])[0][lead:] for values in some])
+    gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit)]
+    first = starts.predict(base, holdout[0])[lead:]
+    last = starts.predict(fit, holdout[0])[lead:]
+    drawn = np.array([starts.predict(fit, holdout[0], values, rng)[lead:] for values in some])
     # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     spread = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
@@ -227,7 +235,7 @@ def _finished(
         estimates,
         experiment_for(decision.answer, decision.confusable),
         time.perf_counter() - begin,
-        (*notes, *notes_on_search(found, decision), *advice),
+        (*notes, *starts.notes, *notes_on_search(found, decision), *advice),
         known=known_verdict(found, posterior, train, holdout, closure_on),
     )
     corrected = corrected_model(name, train, posterior, sigma) | {

@@ -104,10 +104,10 @@ def crossover_section(design: Design) -> Section:
             f"{format_number(best.allowed_gain, 3, gain_unit)}. A filter that attenuates where the draws "
             "disagree raises it; one whose lag costs more than it attenuates lowers it."
         )
-    return Section(
-        "The crossover that the intervals allow",
-        (Paragraph(text), crossover_allowance(curves, settings.share, settings.requirements.describe())),
-    )
+    blocks: list[Block] = [Paragraph(text)]
+    if any(np.any(curve.crossover_hz > 0) for curve in curves):
+        blocks.append(crossover_allowance(curves, settings.share, settings.requirements.describe()))
+    return Section("The crossover that the intervals allow", tuple(blocks))
 
 
 def controllers_section(design: Design) -> Section:

@@ -116,7 +116,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     return Badge(
         f"closes {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
-        f"of the reducible error held out, 94 % interval {format_percent(low)} to {format_percent(high)}",
+        f"of the avoidable error held out, 94 % interval {format_percent(low)} to {format_percent(high)}",
     )
 
 

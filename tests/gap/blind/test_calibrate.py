@@ -109,6 +109,7 @@ def test_of_fits_as_good_the_one_of_fewer_constants_is_kept(fit_of_temperature: 
     assert moved_ones <= set(DOUBTS)
 
 
+@pytest.mark.slow
 def test_a_threshold_is_fitted_where_that_is_clearly_better() -> None:
     """Right are the pairs whose second effect takes more than 0.3 times the noise; by hand it is 0.2."""
     rng = np.random.default_rng(10)
@@ -146,6 +147,7 @@ def test_constants_stay_sensible_at_both_ends(step: float) -> None:
     assert min(far.pair_ceiling, far.other_ceiling) > 0.5
 
 
+@pytest.mark.slow
 def test_doubts_are_those_of_cases_left_out() -> None:
     """Every case has a demand of its own size that tells nothing, and four pairs of five are right: what the
     answer to a fresh case is said to be sure of is kept."""
@@ -199,6 +201,7 @@ def struck_with_blocks_by_chance(number: int, seed: int, share: float) -> list[C
     return [CalibrationCase.without(ballot, label) for label in struck]
 
 
+@pytest.mark.slow
 def test_struck_cases_tell_how_sure_blocks_are() -> None:
     """Functions know of no catalogue: two to the power of the sharpness are their odds to be right."""
     share = 1 / (1 + 2**-3.0)

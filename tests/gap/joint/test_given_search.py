@@ -14,8 +14,8 @@ from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.given_model import GivenModel
-from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given_search import best_base, exchanged, reweighted, search_given
+from bayes_hw.gap.joint.given_response import GivenResponse
+from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -129,22 +129,6 @@ def test_more_delay_is_a_gap_of_a_given_model() -> None:
     late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
     found = search_given(late, model())
     assert tuple(found.nats) == ("transport_delay",)
-
-
-def test_what_stands_in_for_one_cause_together_is_exchanged_for_it() -> None:
-    """A further mode, a ramp and a drift of the gain in place of a delay."""
-    records = measured((), SAMPLES, (1, 2))
-    late = [replace(r, y=np.concatenate([np.zeros(4), r.y[:-4]])) for r in records]
-    base = best_base(late, model())
-    stands_in = base.with_mode(0.8 * RATE / 4, 0.5).descended()
-    ramped = stands_in.with_effect(form("rate_limit", ""), (0.05,)).with_effect(
-        form("gain_drift", ""), (0.0, 200.0)
-    )
-    fit = ramped.descended(8)
-    assert isinstance(fit, GivenFit) and len(fit.labels) == 3
-    found = exchanged(fit, {}, lambda _: None)
-    assert found.labels == ("transport_delay",)
-    assert found.point.rms < 1.1 * SIGMA
 
 
 def test_beside_rounding_no_period_near_its_step_is_looked_for() -> None:

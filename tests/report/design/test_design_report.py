@@ -17,8 +17,9 @@ from bayes_hw.control.margins import Requirements, loop_margins
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import Provenance, provenance
 from bayes_hw.record import Units
+from bayes_hw.report.design.design_axis_sections import crossover_section
 from bayes_hw.report.design.design_report import design_report
-from bayes_hw.report.page.document import Figure, Report, Table
+from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
 from bayes_hw.report.page.html import to_html
 from bayes_hw.report.page.pdf import to_pdf
 from bayes_hw.report.page.plain_text import visible
@@ -119,3 +120,15 @@ def test_names_and_units_are_text_in_both_forms(report: Report) -> None:
     assert "<script>alert" not in page
     assert visible(HOSTILE) in unescape(page)
     assert to_pdf(report).startswith(b"%PDF")
+
+
+def test_no_curve_is_drawn_where_no_draw_crosses_over(found: Design) -> None:
+    """Draws that do not cross over under any gain leave nothing on a logarithmic axis."""
+    curves = tuple(
+        replace(curve, crossover_hz=np.full_like(curve.crossover_hz, np.nan), allowed_hz=np.nan)
+        for curve in found.crossovers
+    )
+    assert any(isinstance(block, Figure) for block in crossover_section(found).blocks)
+    section = crossover_section(replace(found, crossovers=curves))
+    assert not any(isinstance(block, Figure) for block in section.blocks)
+    assert isinstance(section.blocks[0], Paragraph) and "No proportional gain" in section.blocks[0].text
