@@ -387,8 +387,8 @@ class JointResponse:
             np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
             signal_sections,
         )  # fmt: skip
-        stepped = Stepped(paths, self.steps) if self.steps > 1 else None
-        p = paths if stepped is None else stepped.fast
+        stepped = Stepped(paths, self.steps)
+        p = stepped.fast
         K.respond_jointly(
             delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
             p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
@@ -398,7 +398,7 @@ class JointResponse:
             c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
             run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
         )  # fmt: skip
-        if tangents and stepped is not None:
+        if tangents:
             where = Columns(
                 c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct, c_signal_real,
                 c_signal_sections,

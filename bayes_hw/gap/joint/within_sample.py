@@ -175,6 +175,8 @@ class Stepped:
     @cached_property
     def fast(self) -> Paths:
         """Those of a step."""
+        if self.steps == 1:
+            return self.paths
         p, enter = self.paths, self._sections.enter
         weights = np.einsum("nij,jn->in", enter, p.sections[2:])
         return Paths(
@@ -190,6 +192,8 @@ class Stepped:
 
     def chain(self, rows: FloatArray, columns: Columns) -> None:
         """Tangents (columns, samples) by numbers of a step made those by numbers of a sample, in place."""
+        if self.steps == 1:
+            return
         if columns.residue >= 0:
             rows[columns.residue] /= self.steps
         self._chain_real(rows, columns)

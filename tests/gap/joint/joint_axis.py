@@ -73,3 +73,17 @@ def some_effect(law: Form) -> Effect:
     slots = law.slots(scale(SAMPLES))
     values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]
     return Effect(law, np.array(values))
+
+
+def assert_tangents(response: JointResponse, values: JointValues, what: str) -> None:
+    """Against central differences, at all but the few samples where a limit, a play or a clip begins."""
+    x = response.coordinates(values)
+    ((rows, _, _),) = response.linearise(x, 0)
+    for i in range(response.size):
+        step = 1e-6 * max(abs(x[i]), 1e-2)
+        above, below = x.copy(), x.copy()
+        above[i] += step
+        below[i] -= step
+        expected = (response.residuals(below)[0] - response.residuals(above)[0]) / (2 * step)
+        error = np.quantile(np.abs(rows[i] - expected), 0.97)
+        assert error <= 2e-3 * np.abs(expected).max() + 1e-8, (what, i)
