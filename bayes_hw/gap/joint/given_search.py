@@ -33,7 +33,7 @@ from bayes_hw.gap.joint.joint_search import (
     JointAnswer,
     silent,
 )
-from bayes_hw.gap.joint.readings import Readings, read_faults
+from bayes_hw.gap.joint.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
 from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
@@ -68,7 +68,7 @@ def search_given(
     base, readings = _begun(records, model)
     told(f"without effects: {described(base)}")
     fit, base, readings, rivals = _extended(base, readings, told)
-    base, fit, readings = _read_again(base, fit, readings)
+    base, fit, readings = read_again(base, fit, readings, reweighted)
     fit, nats = _verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
 
@@ -84,16 +84,6 @@ def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFi
             readings = again
             base = reweighted(base, readings)
     return base, readings
-
-
-def _read_again(base: GivenFit, fit: GivenFit, readings: Readings) -> tuple[GivenFit, GivenFit, Readings]:
-    """Faults of timing that only an explanation on the way seemed to show are taken back."""
-    if "timing_jitter.sd" not in readings.parameters:
-        return base, fit, readings
-    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
-    if "timing_jitter" in again.nats:
-        return base, fit, readings
-    return reweighted(base, again), reweighted(fit, again), again
 
 
 def described(fit: GivenFit) -> str:

@@ -21,7 +21,7 @@ from bayes_hw.gap.joint.joint_moves import (
     regrown,
 )
 from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
-from bayes_hw.gap.joint.readings import Readings, read_faults, weighted
+from bayes_hw.gap.joint.readings import Readings, read_again, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.gap.joint.tone import Tone, tone_in
 from bayes_hw.identify.experiment import white_noise_level
@@ -100,7 +100,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     if fit.labels:
         fit = pruned(delayed(pruned(fit)))
         told(f"pruned: {described(fit)}")
-        base, fit, readings = _read_again(base, fit, readings)
+        base, fit, readings = read_again(base, fit, readings, lambda f, again: weighted(f, again.weights))
     asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
     fit, nats = verified(fit, [base, *alone.values()], asked, told)
     rivals = {label: one.score - begun for label, one in alone.items()}
@@ -135,16 +135,6 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
             base = weighted(base, readings.weights)
     say(f"without effects: {described(base)}")
     return base, readings
-
-
-def _read_again(base: JointFit, fit: JointFit, readings: Readings) -> tuple[JointFit, JointFit, Readings]:
-    """Faults of timing that only an explanation on the way seemed to show are taken back."""
-    if "timing_jitter.sd" not in readings.parameters:
-        return base, fit, readings
-    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
-    if "timing_jitter" in again.nats:
-        return base, fit, readings
-    return weighted(base, again.weights), weighted(fit, again.weights), again
 
 
 def _structural(fit: JointFit) -> JointFit:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +22,8 @@ from bayes_hw.gap.joint.reading_faults import (
 )
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.holes import with_holes, without_holes
+
+AnyFit = TypeVar("AnyFit", bound=JointFit)
 
 ROUNDED = 1.6
 """Step over the innovations' standard deviation from which rounding is named."""
@@ -99,3 +103,16 @@ def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
     response = replace(fit.response, weights=weights)
     point = evaluate(response, fit.point.coordinates)
     return regrown(pruned(replace(fit, response=response, point=point).descended()), 3)
+
+
+def read_again(
+    base: AnyFit, fit: AnyFit, readings: Readings, reweighted: Callable[[AnyFit, Readings], AnyFit]
+) -> tuple[AnyFit, AnyFit, Readings]:
+    """Faults of timing that only an explanation on the way seemed to show are taken back, both fits under the
+    weights that are then left."""
+    if "timing_jitter.sd" not in readings.parameters:
+        return base, fit, readings
+    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    if "timing_jitter" in again.nats:
+        return base, fit, readings
+    return reweighted(base, again), reweighted(fit, again), again
