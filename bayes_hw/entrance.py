@@ -5,7 +5,6 @@ One check for the command line and for Python, before anything is fitted.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 from itertools import combinations
 from typing import Protocol
@@ -14,41 +13,22 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.following import Following, following
 from bayes_hw.posing import Origin, Posed, Start, posed
-from bayes_hw.quantities import speed_of, spelt
+from bayes_hw.quantities import is_speed, speed_of, spelt
 from bayes_hw.record import Record, Units
-from bayes_hw.record_checks import CLEAR, Finding, Following, following
+from bayes_hw.record_checks import Finding, mistakes_of, wrong_scale
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference of the sample rates of a model and a record."""
 
-TOO_FAST, TOO_SLOW = (3.0, 11.0), (1 / 40, 1 / 9)
-"""Output speed over command, in one unit, that tells of a rate ten times too high, and too low: axes that
-lag, slip or saturate show 0.2 to 1.3."""
+FAR_BEYOND = 30.0
+"""Half of all commands so many times beyond a model's limits are in another unit."""
 
-RADIANS = ((11.0, 75.0), (1 / 320, 1 / 42))
-"""The same that tells of radians beside degrees."""
-
-RADIAN = 180 / math.pi
-
-FACTORS = (
-    (RADIAN, "deg where the model has rad"),
-    (1 / RADIAN, "rad where the model has deg"),
-    (10.0, "sampled ten times slower than stated"),
-    (0.1, "sampled ten times faster than stated"),
-)
-"""Ratios of measured to simulated speed that a mistake explains, and what the record then is."""
-
-FACTOR_TOLERANCE = 0.3
-"""Relative; a nominal gain is off by some 5 %, and what no model holds takes its share."""
-
-SIGN_CORRELATION = -0.8
+SIGN_CORRELATION = 0.8
 
 MOST_PLACES = 1000
 """Where one record may begin in another, looked at at most."""
-
-SPEEDS = ("/s", "rpm", "/min", "/h")
-"""How units of a speed end: an output in one has no origin to count from."""
 
 
 class SimulatedAxis(Protocol):
@@ -88,8 +68,8 @@ def enter(
     for record in everything:
         told = model is not None and "scale" not in accepted and check_response(record, model)
         warnings += check_record(record, {*accepted, "scale"} if told else accepted, looked_at)
-    is_speed = any(_is_speed(record) for record in everything)
-    done = posed(records, holdout, origin="absolute" if is_speed else origin, start=start)
+    measures_speed = any(is_speed(record.units.output) for record in everything)
+    done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
 
 
@@ -116,64 +96,25 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
 
     `accepted` and `looked_at` as for `enter`.
     """
-    if not record.has_output or _is_speed(record):
+    if not record.has_output or is_speed(record.units.output):
         return []
-    scale = None if "scale" in accepted else scale_finding(record)
-    if scale is not None:
-        raise InputError(f"{_place(record)}: {scale}")
     warnings = []
     for finding in () if looked_at else record.findings():
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(f"{_place(record)}: {finding}")
         warnings.append(f"{_place(record)}: {finding}")
-    found = None if looked_at or warnings else best_following(record)
-    if found is not None and found.correlation < SIGN_CORRELATION:
-        warnings.append(
-            f"{_place(record)}: moves against its command (correlation of the speeds "
-            f"{found.correlation:.2f}): is the sign of one of them inverted?"
-        )
+    scale = None if "scale" in accepted else scale_finding(record)
+    if scale is not None:
+        raise InputError(f"{_place(record)}: {scale}")
     return warnings
-
-
-def _is_speed(record: Record) -> bool:
-    return record.units.output.endswith(SPEEDS)
-
-
-def best_following(record: Record) -> Following | None:
-    """`record_checks.following` over stretches a tenth to ten times as long, speeds at the stated rate."""
-    rate = record.sample_rate_hz
-    found = [(following(record.u, record.y, each), each) for each in (rate, 10 * rate, rate / 10)]
-    stated = [Following(one.correlation, one.slope * rate / each) for one, each in found if one is not None]
-    return max(stated, key=lambda one: abs(one.correlation), default=None)
 
 
 def scale_finding(record: Record) -> Finding | None:
     """A speed that tells of another unit or of another sample rate than stated; None where nothing does."""
-    if not record.has_output or _is_speed(record):
+    if not record.has_output or is_speed(record.units.output):
         return None
     expected = speed_of(record.units.output, record.units.input)
-    found = best_following(record)
-    if expected is None or found is None or abs(found.correlation) < CLEAR:
-        return None
-    ratio, rate = abs(found.slope) / expected, record.sample_rate_hz
-    fast = f"the output moves {ratio:.2g} times as fast as the command says"
-    gear = (
-        "where the command is that of a motor before its gear, say so with --input-unit 'deg/s at the motor'"
-    )
-    if any(low <= ratio <= high for low, high in RADIANS):
-        return Finding(
-            "scale",
-            f"{fast}: one of the two is in radians and the other in degrees",
-            f"give --output-unit or --input-unit, or, {gear}",
-        )
-    for (low, high), right in ((TOO_FAST, rate / 10), (TOO_SLOW, 10 * rate)):
-        if low <= ratio <= high:
-            return Finding(
-                "scale",
-                f"{fast}: its rate is rather {right:g} Hz than {rate:g} Hz",
-                f"correct the time stamps or give --time none --sample-rate {right:g}, or, {gear}",
-            )
-    return None
+    return wrong_scale(record.u, record.y, record.sample_rate_hz, expected)
 
 
 def check_response(record: Record, model: SimulatedAxis) -> bool:
@@ -188,29 +129,42 @@ def check_response(record: Record, model: SimulatedAxis) -> bool:
         expected = np.asarray(simulate(record.u).w)
     if not np.isfinite(expected).all():
         return False
+    _check_within_limits(record, model)
     found = speeds_compared(expected, record.y, record.sample_rate_hz)
-    if found is None or abs(found.correlation) < CLEAR:
+    if found is None or not found.is_clear:
         return False
-    if found.correlation < SIGN_CORRELATION:
+    if found.is_opposed and found.correlation > SIGN_CORRELATION:
         raise InputError(
             f"{_place(record)}: moves against what the model says of its command (correlation of the speeds "
-            f"{found.correlation:.2f}): the sign of the angle or of the command is inverted; turn one of them"
+            f"{found.signed:.2f}): the sign of the angle or of the command is inverted; turn one of them"
         )
-    ratio = abs(found.slope)
-    for factor, meaning in FACTORS:
-        if abs(math.log(ratio / factor)) < FACTOR_TOLERANCE:
-            raise InputError(
-                f"{_place(record)}: moves {ratio:.3g} times as fast as the model says of its command: it is "
-                f"{meaning}; correct its units or its rate"
-            )
+    guesses = mistakes_of(found.gain, record.sample_rate_hz)
+    if guesses:
+        raise InputError(
+            f"{_place(record)}: moves {found.gain:.3g} times as fast as the model says of its command: "
+            f"{guesses}"
+        )
     return True
 
 
+def _check_within_limits(record: Record, model: SimulatedAxis) -> None:
+    """Raise InputError where the usual command is many times what the model's axis takes at most."""
+    limits = getattr(model, "saturation", None)
+    moving = np.abs(record.u[record.u != 0])
+    if limits is None or not len(moving):
+        return
+    usual, largest = float(np.median(moving)), max(abs(limits.lower), abs(limits.upper))
+    if usual > FAR_BEYOND * largest:
+        unit = record.units.input
+        raise InputError(
+            f"{_place(record)}: its usual command of {usual:.3g} {unit} is {usual / largest:.3g} times the "
+            f"model's largest, {largest:.3g} {unit}: it is in another unit, say in which with --input-unit"
+        )
+
+
 def speeds_compared(expected: FloatArray, angle: FloatArray, rate_hz: float) -> Following | None:
-    """Correlation and slope of two angles' speeds; as `record_checks.following`, the model in the command's
-    place."""
-    speed = np.gradient(expected) * rate_hz
-    return following(speed, angle, rate_hz)
+    """How one angle's speed follows another's, as `bayes_hw.following.following`."""
+    return following(np.gradient(expected) * rate_hz, angle, rate_hz)
 
 
 def _check_alike(record: Record, units: Units, rate_hz: float, name: str, tolerance: float = 1e-6) -> None:

@@ -12,13 +12,14 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.clock import Stamps, read_stamps
 from bayes_hw.errors import InputError
+from bayes_hw.following import following, relation
 from bayes_hw.formats.header import is_time_name, split_name, unit_of
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
 from bayes_hw.inspection_mends import after_findings, arguments, findings_of, mended, units_to_ask_for
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record import Record
-from bayes_hw.record_checks import POSITION_SLOPES, Finding, following, wrapped_angle
+from bayes_hw.record_checks import Finding, wrapped_angle
 from bayes_hw.resample import MOST_SAMPLES
 
 MOST_COLUMNS = 24
@@ -49,6 +50,13 @@ SPEED_WORDS = ("vel", "rate", "speed")
 NAME_BONUS = 0.3
 AMBIGUOUS = 0.05
 FOLLOWS = 0.5
+
+RELATED = {"follows": 1.0, "inverted": 1.0, "derivative": 0.8}
+"""What a correlation counts where the angle is so related to the command; an output that is a speed moves as
+a derivative."""
+
+POSITION_GAINS = (0.1, 3.0)
+"""Output speed over the speed of a command that is a position."""
 
 
 @dataclass(frozen=True)
@@ -348,11 +356,13 @@ def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:
     names -= NAME_BONUS * (_has(u.name, OUTPUT_WORDS, "y") * (1 - _has(u.name, COMMAND_WORDS, "u")))
     names -= NAME_BONUS * _has(y.name, COMMAND_WORDS, "u")
     forward = following(command, angle, rate)
-    speed = 0.0 if forward is None else abs(forward.correlation)
-    of_speed = following(np.diff(command) * rate, angle[:-1], rate)
-    same = 0.0 if of_speed is None else of_speed.correlation
-    near_one = of_speed is not None and POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
-    is_position = near_one and same > FOLLOWS and same > speed + AMBIGUOUS
+    related = relation(command, angle, rate)
+    speed = 0.0 if forward is None else RELATED.get(related, 0.0) * forward.correlation
+    of_speed = following(np.diff(command) * rate, angle[:-1], rate) if related == "derivative" else None
+    is_position = (
+        of_speed is not None and of_speed.is_forward and POSITION_GAINS[0] < of_speed.gain < POSITION_GAINS[1]
+    )
+    same = 0.0 if of_speed is None or not is_position else of_speed.correlation
     if any(word in u.name.casefold() for word in SPEED_WORDS):
         names += NAME_BONUS / 2
     if any(word in y.name.casefold() for word in SPEED_WORDS):

@@ -18,8 +18,7 @@ FAST = {"deg/s": 720.0, "rad/s": 12.0}
 
 def findings_of(record: Record) -> tuple[Finding, ...]:
     """Every finding on a record, with that on its scale."""
-    found = record.findings()
-    scale = None if any(each.kind == "scale" for each in found) else scale_finding(record)
+    found, scale = record.findings(), scale_finding(record)
     return found if scale is None else (*found, scale)
 
 
@@ -67,8 +66,6 @@ def _mending(record: Record, finding: Finding, options: ReadingOptions) -> Readi
         return replace(options, reverse=True)
     if finding.kind == "swapped" and options.input_position is None and columns.output is not None:
         return replace(options, columns=replace(columns, input=columns.output, output=columns.input))
-    if finding.kind == "position" and options.input_position is None:
-        return replace(options, columns=replace(columns, input="u"), input_position=columns.input)
     if finding.kind == "stuck" and options.part_s is None:
         rate, length = record.sample_rate_hz, len(record)
         before, after = finding.first, length - finding.stop

@@ -23,11 +23,14 @@ READING = {
         "unwrap",
         "known",
         "reverse",
+        "ignore-units",
     )
 } | {"part": "part_s"}
 """Options that are parts of `ReadingOptions`."""
 
-WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min"
+FLAGS = ("reverse", "ignore-units")
+
+WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h"
 VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|[-+]?\d[-+.\de]*(?<![-+.e])|\w+\.\w+|(?:{WORDS})\b"
 """What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
 
@@ -50,9 +53,7 @@ def _argument(found: re.Match[str]) -> str:
     if name in UNITS:
         return f'units={{"{UNITS[name]}": {literal}}}'
     if name in READING:
-        inside = (
-            "True" if name == "reverse" else f"({literal.replace(' ', ', ')})" if name == "part" else literal
-        )
+        inside = "True" if name in FLAGS else f"({literal.replace(' ', ', ')})" if name == "part" else literal
         return f"options=ReadingOptions({READING[name]}={inside})"
     argument = ARGUMENTS.get(name, name.replace("-", "_"))
     return f"`{argument}`" if value is None else f"{argument}={literal}"

@@ -98,6 +98,15 @@ def conversion(stated: str, wanted: str) -> float:
     return factor * step / step_wanted
 
 
+SPEEDS = ("/s", "rpm", "/min", "/h")
+"""How units of a speed end."""
+
+
+def is_speed(unit: str) -> bool:
+    """Whether an output in it is a speed, which has no origin to count from."""
+    return unit.endswith(SPEEDS)
+
+
 def speed_of(output: str, command: str) -> float | None:
     """The output's speed per s, in its unit, of a command of one that the axis follows exactly; None
     where the

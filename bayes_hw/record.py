@@ -17,7 +17,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.formats.xarray_table import table_of_xarray
 from bayes_hw.python_words import in_python
-from bayes_hw.quantities import conversion, speed_of, spelt
+from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
@@ -305,8 +305,11 @@ class Record:
         )
 
     def findings(self) -> tuple[Finding, ...]:
-        """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`."""
-        if not self.has_output:
+        """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`.
+
+        Nothing is said of an output that is a speed.
+        """
+        if not self.has_output or is_speed(self.units.output):
             return ()
         return check_signals(
             self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)

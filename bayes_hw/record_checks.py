@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.following import following, relation
 
 TURNS = {
     360.0: "360 deg",
@@ -31,61 +32,47 @@ TURN_TOLERANCE = 0.02
 WRAP_FACTOR = 8.0
 """A jump is this many times the largest of the ordinary steps, or it is none."""
 
-SPEED_SECONDS = (0.25, 1.0, 4.0)
-"""Stretches over which speed and command are averaged before they are compared, in s: the one that shows the
-axis following best is taken, beyond its resonances and within its slow drifts."""
+PLAIN_RATIOS = (1 / 9, 3.0)
+"""Output speed over command, in one unit, that needs no explanation."""
 
-POSITION_SLOPES = (0.1, 3.0)
-"""Output speed over the speed of a command that is a position; an output that is itself a speed shows
-others."""
+TRUE_RATIOS = (0.16, 1.4)
+"""And that axes which lag, slip or saturate show."""
 
-POSITION_FOLLOWS = 0.8
-"""Correlation of an output with a command before it that is a position."""
+MOST_GUESSES = 3
+ALIKE = 0.3
+"""Mistakes within so much of each other, as a logarithm, stand in the order of the list."""
 
-LONGEST_LAG_S = 1.5
 
-CLEAR = 0.6
-"""Correlation of speed and command beyond which scale and sign are believed."""
+class UnitMistake(NamedTuple):
+    """A mistake by which the output seems to move `factor` times as fast as the command says."""
 
-CERTAIN = 0.9
+    factor: float
+    said: str
 
-SCALES: tuple[tuple[float, float, str], ...] = (
-    (
-        25.0,
-        75.0,
-        "the command is in radians where the angle is in degrees (--input-unit 'rad/s'), or the clock counts "
-        "in minutes (--time-unit min)",
-    ),
-    (
-        1 / 120,
-        1 / 40,
-        "the angle is in radians where the command is in degrees (--output-unit 'rad'), or the command is in "
-        "minutes of arc (--input-unit 'arcmin/s')",
-    ),
-    (
-        600.0,
-        5000.0,
-        "the angle is in seconds of arc (--output-unit 'arcsec') or in thousandths (--output-unit 'mdeg'), "
-        "or the clock counts in thousands of s",
-    ),
-    (
-        1 / 6000,
-        1 / 700,
-        "the command is in seconds of arc (--input-unit 'arcsec/s') or in thousandths (--input-unit "
-        "'mdeg/s'), or the clock counts in ms (--time-unit ms)",
-    ),
+
+RADIAN = 180 / math.pi
+
+MISTAKES = (
+    UnitMistake(RADIAN, "the command is in radians and the angle in degrees (--input-unit 'rad/s')"),
+    UnitMistake(1 / RADIAN, "the angle is in radians and the command in degrees (--output-unit 'rad')"),
+    UnitMistake(60.0, "the clock counts in minutes (--time-unit min)"),
+    UnitMistake(1 / 60, "the command is in minutes of arc (--input-unit 'arcmin/s')"),
+    UnitMistake(6.0, "the command is in revolutions per minute (--input-unit 'rpm')"),
+    UnitMistake(360.0, "the command is in revolutions per second (--input-unit 'rev/s')"),
+    UnitMistake(1 / 360, "the angle is in revolutions (--output-unit 'rev')"),
+    UnitMistake(3600.0, "the angle is in seconds of arc (--output-unit 'arcsec')"),
+    UnitMistake(3600.0, "the clock counts in hours (--time-unit h)"),
+    UnitMistake(1 / 3600, "the command is in seconds of arc (--input-unit 'arcsec/s')"),
+    UnitMistake(1000.0, "the angle is in thousandths (--output-unit 'mdeg')"),
+    UnitMistake(1 / 1000, "the clock counts in ms (--time-unit ms)"),
 )
-"""Bands of output speed over command, in one unit, that another unit explains, and which. Axes that lag, slip
-or saturate show 0.2 to 1.3."""
+
 
 STUCK_SHARE = 0.02
 STUCK_SECONDS = 2.0
 STUCK_REPEATS = 0.05
 STUCK_COMMAND = 0.1
 CLIPPED_RUN = 5
-
-UNRELATED = 0.25
-"""Correlation at the best of all stretches and lags below which nothing is seen to follow."""
 
 FEWEST_TO_TELL = 1000
 
@@ -144,122 +131,74 @@ def _turn_text(turn: float) -> str:
     return f"{turn:.15g}"
 
 
-@dataclass(frozen=True)
-class Following:
-    """How the speed of one signal follows another: best correlation over lags, with its sign, and slope."""
-
-    correlation: float
-    slope: float
-
-
-def following(command: FloatArray, angle: FloatArray, rate_hz: float) -> Following | None:
-    """The angle's speed against the command at the stretch and lag where they agree best.
-
-    Command and angle have shape (samples,). None where the record is too short to tell, or one is constant.
-    """
-    widths = {min(max(round(stretch * rate_hz), 1), (len(command) - 1) // 120) for stretch in SPEED_SECONDS}
-    found = [_following(command, angle, rate_hz, width) for width in sorted(widths) if width > 0]
-    return max(found, key=lambda each: abs(each.correlation), default=None)
-
-
-def _following(command: FloatArray, angle: FloatArray, rate_hz: float, width: int) -> Following:
-    """The same with averages over `width` samples."""
-    blocks = (len(command) - 1) // width
-    held = command[: blocks * width].reshape(blocks, width).mean(axis=1)
-    speed = np.diff(angle[: blocks * width + 1 : width]) * rate_hz / width
-    best = Following(0.0, 0.0)
-    for lag in range(min(int(LONGEST_LAG_S * rate_hz / width), blocks // 4) + 1):
-        u, v = held[: blocks - lag], speed[lag:]
-        u, v = u - u.mean(), v - v.mean()
-        size_u, size_v = float(u @ u), float(v @ v)
-        if size_u <= 0 or size_v <= 0:
-            continue
-        product = float(u @ v)
-        correlation = product / math.sqrt(size_u * size_v)
-        if abs(correlation) > abs(best.correlation):
-            best = Following(correlation, product / size_u)
-    return best
-
-
-def swapped(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """A command that moves as the angle, and an angle that moves as the command."""
-    forward, back = following(u, y, rate_hz), following(y, u, rate_hz)
-    if forward is None or back is None:
-        return None
-    if back.correlation > 0.8 and back.correlation > abs(forward.correlation) + 0.2:
+def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
+    """What is wrong where the output does not move as behind a velocity command of its own sign."""
+    found = relation(u, y, rate_hz)
+    if found == "swapped":
         return Finding(
             "swapped",
-            f"the speed of the command follows the output (correlation {back.correlation:.2f}), that of the "
-            f"output does not follow the command ({forward.correlation:.2f}): the two are swapped",
+            "the command moves as the speed of an angle does, and the output as the command of that speed: "
+            "the two are swapped",
             "exchange --input and --output",
         )
-    return None
-
-
-def position_command(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """A command that the output itself follows, and whose speed the output's speed follows."""
-    forward = following(u, y, rate_hz)
-    of_speed = following(np.diff(u) * rate_hz, y[:-1], rate_hz)
-    if forward is None or of_speed is None:
-        return None
-    near_one = POSITION_SLOPES[0] < of_speed.slope < POSITION_SLOPES[1]
-    clearer = of_speed.correlation > 0.8 and of_speed.correlation > abs(forward.correlation) + 0.3
-    if near_one and clearer and _best_lagged(u, y, rate_hz) > POSITION_FOLLOWS:
+    if found == "derivative":
         return Finding(
             "position",
-            f"the output's speed follows that of the command (correlation {of_speed.correlation:.2f}), not "
-            "the "
-            f"command itself ({forward.correlation:.2f}): the command is a position",
-            "give --input-position NAME instead of --input NAME",
+            "the output moves as the command itself does and not as its sum: the command is a position, or "
+            "the output is a speed",
+            "give --input-position NAME instead of --input NAME, or the speed's unit, such as --output-unit "
+            "'deg/s'",
         )
-    return None
+    if found == "inverted":
+        return Finding(
+            "inverted",
+            "the output moves against the command: its sign is inverted",
+            "give --reverse to count it the other way",
+            "warning",
+        )
+    return unrelated(u, y, rate_hz)
 
 
-def _best_lagged(u: FloatArray, y: FloatArray, rate_hz: float) -> float:
-    """Largest correlation of the output, no speed, with the command up to `LONGEST_LAG_S` before."""
-    width = max(round(min(SPEED_SECONDS) * rate_hz / 4), 1)
-    slow_u, slow_y = u[::width], y[::width]
-    lags = min(int(LONGEST_LAG_S * rate_hz / width), len(slow_u) // 4) + 1
-    return max(_correlation(slow_u[: len(slow_u) - lag], slow_y[lag:]) for lag in range(lags))
+def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None) -> Finding | None:
+    """Speed and command that differ by the factor of another unit or of another rate.
 
-
-def _correlation(a: FloatArray, b: FloatArray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    size = float(a @ a) * float(b @ b)
-    return float(a @ b) / math.sqrt(size) if size > 0 else 0.0
-
-
-def inverted(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """An angle that runs against the command."""
+    `expected` is the speed, in the output's unit, of a command of one that the axis follows exactly; None
+    where the units do not tell.
+    """
     forward = following(u, y, rate_hz)
-    if forward is None or forward.correlation > -CERTAIN:
+    if expected is None or forward is None or relation(u, y, rate_hz) not in ("follows", "inverted"):
+        return None
+    ratio = forward.gain / expected
+    guesses = mistakes_of(ratio, rate_hz)
+    if not guesses:
         return None
     return Finding(
-        "inverted",
-        f"the output moves against the command (correlation of speed and command {forward.correlation:.2f}): "
-        "its sign is inverted",
-        "give --reverse to count it the other way",
-        "warning",
+        "scale",
+        f"the output moves {ratio:.3g} times as fast as the command says: {guesses}",
+        "give the option that is so, with --ignore-units where the file states a wrong unit; a command of "
+        "the motor before its gear is said with --input-unit 'deg/s at the motor'",
     )
 
 
-def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:
-    """Speed and command that differ by the factor of another unit.
-
-    `expected` is the speed, in the output's unit, of a command of one that the axis follows exactly.
-    """
-    forward = following(u, y, rate_hz)
-    if forward is None or abs(forward.correlation) < CLEAR or not expected > 0:
-        return None
-    ratio = abs(forward.slope) / expected
-    for lower, upper, said in SCALES:
-        if lower <= ratio <= upper:
-            return Finding(
-                "scale",
-                f"the output moves {ratio:.3g} times as fast as the command says: {said}",
-                "give the option that is so, and --ignore-units with it where the file states a wrong unit",
-            )
-    return None
+def mistakes_of(ratio: float, rate_hz: float) -> str:
+    """What may make a speed `ratio` times what is expected, in words, the likeliest first; empty where it
+    needs no explanation or none is known."""
+    if PLAIN_RATIOS[0] <= ratio <= PLAIN_RATIOS[1]:
+        return ""
+    rates = tuple(
+        UnitMistake(
+            factor,
+            f"its rate is rather {right:g} Hz than {rate_hz:g} Hz (--time none --sample-rate {right:g})",
+        )
+        for factor, right in ((10.0, rate_hz / 10), (0.1, 10 * rate_hz))
+    )
+    fitting = [
+        mistake
+        for mistake in (*MISTAKES, *rates)
+        if TRUE_RATIOS[0] <= ratio / mistake.factor <= TRUE_RATIOS[1]
+    ]
+    fitting.sort(key=lambda mistake: round(abs(math.log(ratio / mistake.factor)) / ALIKE))
+    return ", or ".join(mistake.said for mistake in fitting[:MOST_GUESSES])
 
 
 def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:
@@ -345,16 +284,14 @@ def _longest_run(y: FloatArray) -> tuple[int, int]:
 
 
 def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """An output that moves, and whose speed has nothing of the command at any stretch and lag."""
+    """An output that moves, and whose speed has nothing of the command at any frequency."""
     forward = following(u, y, rate_hz)
-    if forward is None or len(u) < FEWEST_TO_TELL or abs(forward.correlation) > UNRELATED:
-        return None
-    if abs(_correlation(u, y)) > UNRELATED:
+    if forward is None or len(u) < FEWEST_TO_TELL or forward.gain > 0:
         return None
     return Finding(
         "unrelated",
-        f"the output does not follow the command (correlation of speed and command "
-        f"{forward.correlation:.2f} at best)",
+        f"the output does not follow the command (coherence of speed and command "
+        f"{forward.correlation**2:.2f} at best)",
         "are --input and --output the columns that they should be, and was the drive on?",
         "warning",
     )
@@ -384,23 +321,19 @@ def clock_change(t: FloatArray) -> Finding | None:
 def check_signals(
     u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None = None
 ) -> tuple[Finding, ...]:
-    """Every finding on one record, the gravest first; `u`, `y` have shape (samples,).
+    """Every finding on one record, its scale apart, the gravest first; `u`, `y` have shape (samples,).
 
-    `expected` is the output speed of a command of one in the record's units, None where the units do not
-    tell (a command in V).
+    `expected` as in `wrong_scale`.
     """
     wrapped = wrapped_angle(y)
     if wrapped is not None:
         return (wrapped,)
-    mixed = swapped(u, y, rate_hz) or position_command(u, y, rate_hz)
-    if mixed is not None:
-        return (mixed,)
-    scale = None if expected is None else wrong_scale(u, y, rate_hz, expected)
+    relation_found = related(u, y, rate_hz)
+    if relation_found is not None and relation_found.severity == "fatal":
+        return (relation_found,)
     found = (
-        scale,
         stuck_output(u, y, rate_hz, expected or 1.0),
-        inverted(u, y, rate_hz),
+        relation_found,
         saturated_output(y),
-        unrelated(u, y, rate_hz),
     )
     return tuple(finding for finding in found if finding is not None)

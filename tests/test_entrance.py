@@ -32,7 +32,7 @@ def at_rate(factor: float) -> Change:
 
 MISTAKES: dict[str, tuple[Change, str]] = {
     "swapped": (lambda r: replace(r, u=r.y, y=r.u), "the two are swapped"),
-    "radians": (lambda r: replace(r, y=np.radians(r.y)), "in radians and the other in degrees"),
+    "radians": (lambda r: replace(r, y=np.radians(r.y)), "the angle is in radians"),
     "ten times too fast": (at_rate(10.0), "its rate is rather 20 Hz than 200 Hz"),
     "ten times too slow": (at_rate(0.1), "its rate is rather 20 Hz than 2 Hz"),
 }
@@ -40,7 +40,9 @@ MISTAKES: dict[str, tuple[Change, str]] = {
 
 AGAINST_A_MODEL: dict[str, tuple[Change, str]] = {
     "swapped": MISTAKES["swapped"],
-    "radians": (MISTAKES["radians"][0], "it is rad where the model has deg"),
+    "radians": (MISTAKES["radians"][0], "the angle is in radians"),
+    "command in radians": (lambda r: replace(r, u=np.radians(r.u)), "the command is in radians"),
+    "command in arcsec": (lambda r: replace(r, u=3600 * r.u), "it is in another unit"),
     "inverted": (lambda r: replace(r, y=-r.y), "moves against what the model says"),
     "rate": (at_rate(10.0), "sampled at 200 Hz"),
     "units": (lambda r: replace(r, units=RADIANS), "in rad/s, that of"),

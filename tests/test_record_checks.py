@@ -11,7 +11,7 @@ from simulated_records import measured
 
 from bayes_hw import record_checks
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record_checks import check_signals
+from bayes_hw.record_checks import check_signals, wrong_scale
 
 RATE_HZ = 20.0
 T = np.arange(3000) / RATE_HZ
@@ -22,7 +22,9 @@ STUCK = np.where((T > 50) & (T < 58), Y[1001], Y)
 
 
 def kinds(u: np.ndarray, y: np.ndarray, rate_hz: float = RATE_HZ, expected: float | None = 1.0) -> list[str]:
-    return [finding.kind for finding in check_signals(u, y, rate_hz, expected)]
+    scale = wrong_scale(u, y, rate_hz, expected)
+    found = (*check_signals(u, y, rate_hz, expected), *([] if scale is None else [scale]))
+    return [finding.kind for finding in found]
 
 
 @pytest.mark.parametrize(
