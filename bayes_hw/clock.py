@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column
+from bayes_hw.formats.text_layout import MISSING
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,6 +47,9 @@ SMALLEST_DAY_STEP = 1.2e-4
 """A step of 10 s in days: clocks in days are known by theirs being smaller."""
 
 _ZONE = re.compile(r"\s*(?:UTC|GMT|utc|gmt)$|\s*\[[^\]]*\]$")
+_ZONE_NAME = re.compile(r"(?<=\d) ?([A-Z]{3,5})$")
+"""Abbreviations of zones say no offset for certain: CST is one of three."""
+
 _BARE = re.compile(
     r"(?P<whole>.*?\d)(?:[.,](?P<fraction>\d+))?(?P<zone>\s*(?:Z|z|[+-]\d\d:?\d\d|AM|PM|am|pm))?$"
 )
@@ -179,7 +183,7 @@ def _iso(origin_ns: int) -> str:
 
 def _from_text(values: Column) -> Stamps:
     cells = np.char.strip(values.astype(np.str_))
-    missing = np.isin(np.char.lower(cells), ["", "nan", "null", "nat", "none", "na", "n/a"])
+    missing = np.isin(np.char.lower(cells), sorted(MISSING))
     present = np.flatnonzero(~missing)
     if len(cells) == 0:
         return Stamps(np.zeros(0), None, "")
@@ -237,6 +241,7 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
     import pandas as pd
 
     given = pd.Series(cells[present].tolist(), dtype="object").str.replace(_ZONE, "Z", regex=True)
+    given, zone = _without_zone_name(given, present)
     plain = given.str.replace(r"(?<![\d:])(\d{1,2}:\d{2}:\d{2})[,:](\d+)", r"\1.\2", regex=True)
     plain = plain.str.replace(r"\s+([+-]\d\d:?\d\d)$", r"\1", regex=True)
     plain = plain.str.replace(r"^(\d{4}-\d\d-\d\d)[_ ]+(?=\d)", r"\1T", regex=True)
@@ -249,8 +254,28 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
                 int(present[at]), f"time stamp {str(cells[present[at]])[:40]!r} is not ISO 8601; correct it"
             )
         zones = "ISO 8601 stamps" + ("" if _has_zone(str(plain.iloc[0])) else " without a zone, taken as UTC")
-        return _nanoseconds(iso), zones
-    return _other_dates(cells, present, plain)
+        return _nanoseconds(iso), zones + zone
+    nanoseconds, said = _other_dates(cells, present, plain)
+    return nanoseconds, said + zone
+
+
+def _without_zone_name(given: pd.Series[str], present: IntArray) -> tuple[pd.Series[str], str]:
+    """Stamps without the abbreviation of a zone that all of them have, and what to say of it.
+
+    Raises StampError where it changes: the clock went over to or from summer time.
+    """
+    names = given.str.extract(_ZONE_NAME)[0]
+    first = names.iloc[0]
+    if not isinstance(first, str):
+        return given, ""
+    other = np.flatnonzero((names != first).to_numpy())
+    if len(other):
+        raise StampError(
+            int(present[other[0]]),
+            f"time stamps go from {first} to {names.iloc[other[0]]}, a zone of another name; give stamps "
+            "in UTC",
+        )
+    return given.str.replace(_ZONE_NAME, "", regex=True), f" ({first} left out)"
 
 
 def _has_zone(text: str) -> bool:

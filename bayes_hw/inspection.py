@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,10 +18,12 @@ from bayes_hw.formats.header import is_time_name, split_name, unit_of
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
 from bayes_hw.inspection_mends import after_findings, arguments, findings_of, mended, units_to_ask_for
+from bayes_hw.log_columns import cut_stamps
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record import Record
 from bayes_hw.record_checks import Finding, wrapped_angle
 from bayes_hw.resample import MOST_SAMPLES
+from bayes_hw.time_stamps import rate_of_cut_stamps
 
 MOST_COLUMNS = 24
 """Columns that are compared with each other."""
@@ -50,6 +53,9 @@ SPEED_WORDS = ("vel", "rate", "speed")
 NAME_BONUS = 0.3
 AMBIGUOUS = 0.05
 FOLLOWS = 0.5
+
+CLOCK_NAME = re.compile(r"(^|[_. ])(t|time|timestamp|stamp|clock)([_. ]|$)|time$", re.IGNORECASE)
+"""Names of columns that may be the clock of a signal."""
 
 RELATED = {"follows": 1.0, "inverted": 1.0, "derivative": 0.8}
 """What a correlation counts where the angle is so related to the command; an output that is a speed moves as
@@ -112,6 +118,9 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = _roles(facts, rate, options, given or ReadingOptions())
     lines += sentences
+    if not questions and options.output_time is None and clock is not None:
+        options, sentences = _second_clock(table, clock, options)
+        lines += sentences
     if questions:
         return Inspection(tuple(lines), None, (), tuple(questions), ())
     return _tried(path, options, lines)
@@ -182,12 +191,38 @@ def _clock(table: Table, options: ReadingOptions) -> tuple[Stamps | None, str | 
     return None, None, ""
 
 
+def _second_clock(table: Table, clock: Stamps, options: ReadingOptions) -> tuple[ReadingOptions, list[str]]:
+    """The clock of the output, where one of its own stands before it in the table."""
+    names = list(table.values)
+    output = next((name for name in names if split_name(name)[0] == options.columns.output), None)
+    if output is None or options.columns.time is None:
+        return options, []
+    for name in reversed(names[: names.index(output)]):
+        if name == options.columns.time:
+            break
+        stamps = _stamps(table, name) if CLOCK_NAME.search(name) else None
+        if stamps is None or not (_increases(stamps.seconds) and _is_even(stamps.seconds)):
+            continue
+        if len(stamps.seconds) == len(clock.seconds) and np.array_equal(stamps.seconds, clock.seconds):
+            continue
+        return replace(options, output_time=name), [f"clock of {output!r}: {name!r}, one of its own"]
+    return options, []
+
+
 def _no_clock(table: Table, options: ReadingOptions) -> str:
     """What is asked where no column is a clock."""
     if _rows(table) < 4:
         return f"holds {_rows(table)} rows of data; give a log with samples"
     asked = options.columns.time
     named = [name for name in table.values if name == asked or is_time_name(name)]
+    if named:
+        try:
+            seconds = read_stamps(table.values[named[0]], named[0], table.units.get(named[0])).seconds
+        except InputError as error:
+            return f"which column is the clock? {named[0]!r}: {error}"
+        cut = rate_of_cut_stamps(seconds[np.isfinite(seconds)])
+        if cut is not None:
+            return cut_stamps(cut)
     why = f" {named[0]!r} holds no stamps that increase;" if named else ""
     return f"which column is the clock?{why} give --time NAME, or --time none --sample-rate HZ"
 
@@ -200,8 +235,9 @@ def _stamps(table: Table, name: str) -> Stamps | None:
 
 
 def _increases(t: FloatArray) -> bool:
+    """Or, the newest standing first, decreases."""
     steps = np.diff(t[np.isfinite(t)])
-    return len(steps) > 2 and float(np.mean(steps > 0)) > 0.9
+    return len(steps) > 2 and max(float(np.mean(steps > 0)), float(np.mean(steps < 0))) > 0.9
 
 
 def _is_even(t: FloatArray) -> bool:
@@ -213,7 +249,7 @@ def _is_even(t: FloatArray) -> bool:
 def _rate(clock: Stamps | None, options: ReadingOptions) -> float | None:
     if clock is None:
         return options.sample_rate_hz
-    step = float(np.nanmedian(np.diff(clock.seconds)))
+    step = abs(float(np.nanmedian(np.diff(clock.seconds))))
     return 1 / step if step > 0 else None
 
 
@@ -317,6 +353,8 @@ def _no_pair(facts: Sequence[ColumnFacts], moving: Sequence[str]) -> str:
         remedy = f"give --input NAME and --output NAME, of {', '.join(map(repr, moving))}"
     else:
         remedy = "give a log of an axis that moves"
+    if not words:
+        return "which columns are command and output? several have the same name: give each one of its own"
     return f"which columns are command and output? {'; '.join(words)}: {remedy}"
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.entrance import scale_finding
+from bayes_hw.quantities import COUNTS
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record import Record
 from bayes_hw.record_checks import Finding
@@ -24,6 +25,11 @@ def findings_of(record: Record) -> tuple[Finding, ...]:
 
 def units_to_ask_for(record: Record) -> list[str]:
     """A sentence where nobody stated the command's unit and its numbers speak against the usual one."""
+    if record.units.output.lower() in COUNTS:
+        return [
+            "the output is in counts: say what one is worth, such as --output-unit '360/4096 deg' "
+            "--ignore-units"
+        ]
     largest = float(np.abs(record.u).max())
     unit = record.units.input
     if "input" in record.stated_units or largest <= FAST.get(unit, np.inf):

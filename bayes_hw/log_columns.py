@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bayes_hw import time_stamps
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.clock import StampError, Stamps, read_stamps
 from bayes_hw.clock_offset import clock_offset
@@ -283,6 +284,9 @@ def _in_order(path: Path, log: LogColumns) -> LogColumns:
     """Without rows that repeat one before; raises InputError where a stamp repeats with other values."""
     if not log.is_clock:
         return log
+    if time_stamps.runs_backwards(log.t):
+        said = "rows turned round: the newest stood first"
+        log = replace(log.chosen(np.arange(len(log.t))[::-1]), said=(*log.said, said))
     _, first, inverse = np.unique(log.t, return_index=True, return_inverse=True)
     if len(first) == len(log.t):
         return log
@@ -300,6 +304,9 @@ def _in_order(path: Path, log: LogColumns) -> LogColumns:
                 f"{path}: {log.place_of(at)}: time stamp goes back from {float(log.t[at - 1])!r} to "
                 f"{float(log.t[at])!r}; remove the row, or give --time none --sample-rate RATE"
             )
+        cut = time_stamps.rate_of_cut_stamps(log.t)
+        if cut is not None:
+            raise InputError(f"{path}: {log.place_of(at)}: {cut_stamps(cut)}")
         raise InputError(
             f"{path}: {log.place_of(at)}: time stamp repeats {float(log.t[at])!r} with other values; "
             "remove one of "
@@ -308,6 +315,14 @@ def _in_order(path: Path, log: LogColumns) -> LogColumns:
     kept = log.chosen(np.setdiff1d(np.arange(len(log.t)), again))
     said = f"{len(again)} rows dropped that repeat one before, the first at {log.place_of(int(again[0]))}"
     return replace(kept, said=(*log.said, said))
+
+
+def cut_stamps(rate_hz: float) -> str:
+    """What is said of stamps without their fractions of a second."""
+    return (
+        f"time stamps are cut to whole seconds, some {rate_hz:g} rows having the same one; give --time none "
+        f"--sample-rate {rate_hz:g}"
+    )
 
 
 def _trimmed(log: LogColumns, is_joined: bool) -> LogColumns:

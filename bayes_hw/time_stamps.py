@@ -33,6 +33,21 @@ def first_not_increasing(t: FloatArray) -> int | None:
     return int(faults[0]) + 1 if len(faults) else None
 
 
+def runs_backwards(t: FloatArray) -> bool:
+    """Whether the newest stamp of (samples,) stands first."""
+    return len(t) > 2 and t[-1] < t[0] and bool((np.diff(t) <= 0).all())
+
+
+def rate_of_cut_stamps(t: FloatArray) -> float | None:
+    """Rate in Hz of stamps (samples,), in s, that are cut to whole seconds and so repeat; None of others."""
+    if len(t) < 3 or (np.diff(t) < 0).any() or t[-1] - t[0] < 2:
+        return None
+    distinct, counts = np.unique(t, return_counts=True)
+    usual = float(np.median(counts[1:-1])) if len(counts) > 2 else 1.0
+    is_whole = resolution(distinct) >= 1 or float(np.median(np.diff(distinct))) >= 1
+    return usual if usual > 1.5 and is_whole else None
+
+
 def gaps(t: FloatArray) -> IntArray:
     """Index of each stamp that ends a step longer than `GAP_STEPS` median steps."""
     steps = np.diff(t)

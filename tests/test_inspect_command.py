@@ -122,3 +122,20 @@ def test_a_file_with_a_clock_of_its_own_is_joined(tmp_path: Path, capsys: pytest
     assert convert[-2:][0] == "--out"
     assert "--output angle" in shlex.join(convert)
     assert "--join" in convert
+
+
+def test_the_clock_of_the_output_is_found_beside_that_of_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "log.csv", "t_cmd,cmd,t_enc,enc", T, U, T + 0.013, Y)
+    assert main(["inspect", str(path)]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert "--output-time t_enc" in shlex.join(convert)
+
+
+def test_counts_without_their_worth_are_asked_about(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "log.csv", "t,u [deg/s],enc [counts]", T, U, np.round(1e4 * Y))
+    assert main(["inspect", str(path)]) == 0
+    assert "say what one is worth" in capsys.readouterr().out

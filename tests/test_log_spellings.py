@@ -442,3 +442,69 @@ def test_anything_is_read_or_refused_in_one_line(
     with pytest.raises(InputError) as caught:
         Record.read_all(path, ReadingOptions(gaps=gaps))  # type: ignore[arg-type]
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("mark", ["-", "---", "#N/A", "#VALUE!", "N/A", "null"])
+def test_marks_of_nothing_are_unmeasured(tmp_path: Path, mark: str) -> None:
+    lines = table(STAMPS["s"]).decode().splitlines()
+    lines[101] = lines[101].rsplit(",", 1)[0] + f",{mark}"
+    record = read(tmp_path / "log.csv", "\n".join(lines).encode(), gaps="bridge")
+    assert np.flatnonzero(~record.measured_samples).tolist() == [100]
+
+
+def test_signs_and_exponents_of_other_programs(tmp_path: Path) -> None:
+    """The typeset minus, and Fortran's D."""
+    minus = table(STAMPS["s"]).decode().replace("-", "\u2212")
+    assert_same(read(tmp_path / "minus.csv", minus.encode()))
+    rows = [
+        f"{t:.10e} {u:.10e} {y:.10e}".replace("e", "D")
+        for t, u, y in zip(T.tolist(), U.tolist(), Y.tolist(), strict=True)
+    ]
+    record = read(tmp_path / "fortran.dat", ("time u y\n" + "\n".join(rows)).encode())
+    np.testing.assert_allclose(record.y, Y, atol=1e-10)
+
+
+@pytest.mark.parametrize("end", ["EOF", "Total samples: 400", "End of log"])
+def test_a_line_after_the_last_row_is_no_row(tmp_path: Path, end: str) -> None:
+    for kind in ("s", "iso_z"):
+        assert_same(read(tmp_path / f"{kind}.csv", table(STAMPS[kind]) + f"{end}\n".encode()))
+
+
+def test_a_row_of_types_is_no_row(tmp_path: Path) -> None:
+    lines = table(STAMPS["s"]).decode().splitlines()
+    assert_same(
+        read(tmp_path / "log.csv", "\n".join([lines[0], "double,double,double", *lines[1:]]).encode())
+    )
+
+
+@pytest.mark.parametrize("kind", ["s", "unix_ms", "iso_z"])
+def test_the_newest_first(tmp_path: Path, kind: str) -> None:
+    header, *rows = table(STAMPS[kind]).decode().splitlines()
+    record = read(tmp_path / "log.csv", "\n".join([header, *rows[::-1]]).encode())
+    np.testing.assert_allclose(record.y, Y, atol=1e-12)
+    assert any("newest stood first" in said for said in record.treatment)
+
+
+def test_an_abbreviated_zone(tmp_path: Path) -> None:
+    """One throughout is left out; two are a clock that went over to summer time."""
+    assert_same(read(tmp_path / "log.csv", table(iso(" ", milliseconds, " CET"))))
+    stamps = iso(" ", milliseconds, " CET")
+    stamps[200:] = iso(" ", milliseconds, " CEST")[200:]
+    with pytest.raises(InputError, match=r"go from CET to CEST, .* give stamps in UTC"):
+        read(tmp_path / "log.csv", table(stamps))
+
+
+def test_stamps_cut_to_whole_seconds_are_named_with_their_rate(tmp_path: Path) -> None:
+    content = table(iso("T", lambda _: "", "Z"))
+    with pytest.raises(InputError, match=r"cut to whole seconds, some 20 rows .* sample_rate_hz=20"):
+        read(tmp_path / "log.csv", content)
+    record = read(tmp_path / "log.csv", content, columns=Columns(None), sample_rate_hz=20.0)
+    np.testing.assert_array_equal(record.y, Y)
+
+
+@pytest.mark.parametrize(
+    ("first", "said"), [(b"\x1f\x8b\x08", "gunzip"), (b"PK\x03\x04", "CSV"), (b"\x93NUMPY", "from_arrays")]
+)
+def test_files_that_are_no_text_say_what_they_are(tmp_path: Path, first: bytes, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / "log.csv", first + bytes(range(256)) * 4)

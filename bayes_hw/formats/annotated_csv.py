@@ -15,7 +15,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.formats.csv_file import _check_lines
 from bayes_hw.formats.header import matches
 from bayes_hw.formats.table import Column, Table
-from bayes_hw.formats.text_layout import MISSING, NUMBER
+from bayes_hw.formats.text_layout import MISSING, NUMBER, number_of
 
 ANNOTATIONS = ("#datatype", "#group", "#default")
 TIME, FIELD, VALUE = "_time", "_field", "_value"
@@ -93,8 +93,8 @@ def _numbers(path: Path, name: str, cells: Sequence[str]) -> Column:
     for i, cell in enumerate(cells):
         if cell.lower() in MISSING:
             found[i] = np.nan
-        elif NUMBER.fullmatch(cell) and np.isfinite(float(cell)):
-            found[i] = float(cell)
+        elif NUMBER.fullmatch(cell) and np.isfinite(number_of(cell)):
+            found[i] = number_of(cell)
         else:
             raise InputError(
                 f"{path}: field {name!r}, value {i + 1}: {cell[:40]!r} is not a finite number; correct it"

@@ -16,7 +16,16 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.header import is_time_name, matches
 from bayes_hw.formats.table import Column, Table
-from bayes_hw.formats.text_layout import COMMENTS, MISSING, NUMBER, Layout, cells_of, find_layout
+from bayes_hw.formats.text_layout import (
+    COMMENTS,
+    MISSING,
+    NUMBER,
+    Layout,
+    cells_of,
+    find_layout,
+    is_value,
+    number_of,
+)
 
 LONGEST_LINE = 2**20
 ROWS_AT_ONCE = 2**16
@@ -213,12 +222,12 @@ def _read_cells(
 
 
 def _without_end(stretch: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
-    """Less the mark that some programs write after the last row, such as EOF."""
-    while (
-        stretch
-        and len(list(filter(None, stretch[-1][1]))) == 1
-        and re.fullmatch("[A-Za-z]+", stretch[-1][1][0])
-    ):
+    """Less what some programs write after the last row, such as EOF or `Total samples: 1800`: one cell of
+    text."""
+    while stretch:
+        filled = list(filter(None, stretch[-1][1]))
+        if len(filled) != 1 or is_value(filled[0]) or not re.match("[A-Za-z]", filled[0]):
+            break
         stretch = stretch[:-1]
     return stretch
 
@@ -234,7 +243,7 @@ def _stamps(cells: Column, layout: Layout) -> Column:
         if not bad:
             if all(re.fullmatch("[+-]?[0-9]{1,18}|[+-]?[0-8][0-9]{18}", cell) for cell in plain):
                 return np.array(plain).astype(np.int64)
-            return np.array(plain).astype(np.float64)
+            return np.array([number_of(cell) for cell in plain])
     return cells
 
 
@@ -244,7 +253,7 @@ def _numbers(
     values = np.empty(len(cells))
     for i, cell in enumerate(cells):
         if NUMBER.fullmatch(cell) or (layout.decimal == "," and NUMBER.fullmatch(cell.replace(",", ".", 1))):
-            values[i] = float(cell.replace(",", ".", 1) if layout.decimal == "," else cell)
+            values[i] = number_of(cell.replace(",", ".", 1) if layout.decimal == "," else cell)
             if math.isfinite(values[i]):
                 continue
         elif cell.lower() in MISSING:

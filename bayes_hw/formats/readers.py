@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Table
 
 HDF5, PARQUET = (".h5", ".hdf5", ".hdf"), (".parquet", ".pq")
@@ -41,12 +42,34 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
         from bayes_hw.formats.json_file import read_json
 
         return read_json(path, wanted, most_rows=most_rows, text=clocks)
+    _refuse_packed(path)
     from bayes_hw.formats.annotated_csv import is_annotated, read_annotated
     from bayes_hw.formats.csv_file import read_csv
 
     if is_annotated(path):
         return read_annotated(path, wanted, most_rows=most_rows, text=clocks)
     return read_csv(path, wanted, most_rows=most_rows, text=clocks)
+
+
+PACKED = {
+    b"\x1f\x8b": "is compressed with gzip; unpack it first (gunzip)",
+    b"BZh": "is compressed with bzip2; unpack it first (bunzip2)",
+    b"\xfd7zXZ": "is compressed with xz; unpack it first (unxz)",
+    b"\x28\xb5\x2f\xfd": "is compressed with zstd; unpack it first (unzstd)",
+    b"PK\x03\x04": "is a ZIP archive, as .npz and .xlsx files are; save the table in it as CSV",
+    b"\x93NUMPY": "is an array of NumPy; save it as CSV, or give its columns to Record.from_arrays in Python",
+    b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel; save its sheet as CSV",
+    b"ARROW1": "is an Arrow (Feather) file; save it as Parquet or CSV",
+}
+"""First bytes of files that hold no text, and what to do with them."""
+
+
+def _refuse_packed(path: Path) -> None:
+    with path.open("rb") as stream:
+        first = stream.read(8)
+    for mark, said in PACKED.items():
+        if first.startswith(mark):
+            raise InputError(f"{path}: {said}")
 
 
 def _hdf5_or_matlab(

@@ -24,10 +24,30 @@ SEPARATORS = ("\t", ";", "|", ",", " ")
 WORDS = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "blanks"}
 MISSING = frozenset(
     {"", "nan", "-nan", "null", "na", "n/a", "#n/a", "none", "nil", "nat", "-nan(ind)", "1.#qnan"}
+    | {"-", "--", "---", "#na", "#num!", "#value!", "#div/0!"}
 )
+TYPES = frozenset(
+    {
+        "double",
+        "float",
+        "float32",
+        "float64",
+        "single",
+        "int",
+        "integer",
+        "int32",
+        "int64",
+        "uint32",
+        "uint64",
+    }
+    | {"long", "string", "str", "text", "char", "bool", "boolean", "datetime", "timestamp", "object"}
+)
+"""Words of a row that says what the columns hold, as some programs write it beneath the names."""
+
+MINUS = "\u2212"
 COMMENTS = ("#", "%", "//", "!")
 
-NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*", re.ASCII)
+NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][+-]?[0-9]+)?\s*", re.ASCII)
 COMMA_NUMBER = re.compile(r"\s*[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?\s*", re.ASCII)
 STAMP = re.compile(
     r"\s*([0-9]{1,4}[-/.:][0-9A-Za-z]{1,3}[-/.:][0-9]{1,4}.*|[0-9]{4}-?[0-9]{2,4}T.*|[0-9]+:[0-9]{2}.*"
@@ -65,9 +85,15 @@ class Layout:
 
 def cells_of(line: str, separator: str) -> list[str]:
     """The cells of a line, without the blanks around them; raises csv.Error on one that cannot be a row."""
+    line = line.replace(MINUS, "-")
     if separator == " ":
         return _DATE_AND_TIME.sub(r"\1T", line).split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+
+
+def number_of(cell: str) -> float:
+    """The number that a cell matching `NUMBER` is; Fortran writes D for the exponent of a double."""
+    return float(cell.replace("D", "e").replace("d", "e"))
 
 
 def is_value(cell: str) -> bool:
@@ -141,7 +167,8 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
     if first is None:
         first = last + 1 if plain else filled[-1] + 1
     elif plain:
-        first = next((i for i in filled if i > last and not lines[i].lstrip().startswith(COMMENTS)), first)
+        after = [i for i in filled if i > last and not lines[i].lstrip().startswith(COMMENTS)]
+        first = next((i for i in after if not _is_types(rows[i])), first)
     if names:
         columns = max(columns, len(names))
     units = tuple(
@@ -216,7 +243,14 @@ def _is_data(row: Sequence[str], is_numeric: Sequence[bool]) -> bool:
 def _is_header(row: Sequence[str], columns: int) -> bool:
     """Whether a row can be one of names or units: as many cells as columns, and not one a number."""
     enough = columns <= len(row) <= columns + 1 or len(row) - 1 == columns
-    return enough and any(row) and not any(NUMBER.fullmatch(cell) for cell in row if cell != "1")
+    return (
+        enough and any(row) and not _is_types(row) and not any(NUMBER.fullmatch(c) for c in row if c != "1")
+    )
+
+
+def _is_types(row: Sequence[str]) -> bool:
+    """Whether a row says what its columns hold, one word twice: names differ."""
+    return all(cell.lower() in TYPES for cell in row if cell) and len(set(row)) < len(row)
 
 
 def _names_and_units(rows: Sequence[list[str]]) -> tuple[list[str], list[str]]:
