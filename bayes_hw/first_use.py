@@ -9,8 +9,8 @@ from typing import Any
 from numba.core import event
 
 WORDS = (
-    "the first use of this installation compiles the numerical code and keeps it: up to a minute or two, "
-    "once ..."
+    "numerical code that was not needed before is compiled, and kept for the next time: up to a minute or "
+    "two ..."
 )
 
 

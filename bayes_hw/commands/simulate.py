@@ -66,4 +66,8 @@ def run(parsed: argparse.Namespace) -> None:
     write_csv(out, columns | {"w": simulation.w + record.origin, "y_model": simulation.y + record.origin})
     say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
     again = reading_options(parsed)
-    say_next(parsed, "sample", "--model", parsed.model, parsed.record, *again, "--out", "posterior/")
+    if corrected is None:
+        named = ["--train", "TRAIN.csv", "--holdout", parsed.record, *again, "--out", "diagnosis/"]
+        say_next(parsed, "diagnose", "--model", parsed.model, *named)
+    else:
+        say_next(parsed, "design", "--posterior", str(Path(parsed.model).parent), "--out", "design/")

@@ -16,6 +16,10 @@ from bayes_hw.record import Units
 
 Roots = TypeVar("Roots", FloatArray, ComplexArray)
 
+SLOWEST = 1e-5
+"""Corner frequency, over the sample rate, below which a real pole is taken as an integrator: a tenth of the
+lowest frequency at which loops are looked at."""
+
 GRID_POINTS = 100
 """Frequencies from which a response is kept, to be asked for again."""
 
@@ -91,7 +95,8 @@ class AxisDraws:
 
     @classmethod
     def of_values(cls, axis: AxisParameters, values: FloatArray) -> AxisDraws:
-        """The axes of every column of `values` (parameters, draws).
+        """The axes of every column of `values` (parameters, draws), poles slower than `SLOWEST` added to the
+        integrator: that of an identified axis may be split between both, with opposite signs.
 
         Raises InputError unless G has an integrator: a position loop is closed around a velocity drive.
         """
@@ -102,11 +107,12 @@ class AxisDraws:
                 f"{axis.model.name}: G has no integrator, so that a velocity command does not move the axis; "
                 "design is for position loops around velocity drives"
             )
+        real_poles, real = _with_slow_poles(batch.real_poles, real)
         gains = axis.model.normalization
         return cls(
             sample_rate_hz=axis.model.sample_rate_hz,
             units=axis.model.units,
-            real_poles=batch.real_poles,
+            real_poles=real_poles,
             pair_poles=batch.pair_poles,
             real_residues=real,
             pair_residues=pairs,
@@ -228,6 +234,19 @@ class AxisDraws:
             direct=direct,
             delay_samples=delay,
         )
+
+
+def _with_slow_poles(poles: FloatArray, residues: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Real poles and residues, both (real poles, draws), the slowest poles added to the integrator, which
+    stands at one: where it had to be put apart from another, it does not."""
+    integrator = int(np.argmin(np.abs(poles[:, 0] - 1)))
+    is_slow = np.abs(poles - 1) < 2 * np.pi * SLOWEST
+    is_slow[integrator] = False
+    own = np.where(is_slow, 0.0, residues)
+    own[integrator] += np.where(is_slow, residues, 0.0).sum(axis=0)
+    moved = poles.copy()
+    moved[integrator, is_slow.any(axis=0)] = 1.0
+    return moved, own
 
 
 def _pair_response(pole: ComplexArray, residue: ComplexArray, z: ComplexArray) -> ComplexArray:

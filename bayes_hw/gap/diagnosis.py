@@ -205,7 +205,7 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
         "hi": diagnosis.high,
     }
     columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
-    with staged(out, instead_of=[FREE_RESIDUAL]) as place:
+    with staged(out, instead_of=[FREE_RESIDUAL, "corrected.json"]) as place:
         write_csv(place / "holdout_prediction.csv", columns)
         if diagnosis.verdict.answer == (OTHER,):
             noise = diagnosis.decision.explanation.encoder_noise

@@ -100,3 +100,17 @@ def test_a_response_asked_for_again_is_that_of_its_own_grid(axis: AxisDraws) -> 
     np.testing.assert_allclose(second[:, 7], axis.response_at(at, np.full(axis.count, other[7])), rtol=1e-9)
     with pytest.raises(ValueError, match="read-only"):
         again[0, 0] = 0.0
+
+
+def test_a_pole_slower_than_every_loop_is_the_integrator(small_axis: HammersteinWiener) -> None:
+    """An identified pair near z = 1 may turn the sign of the integrator's own part."""
+    linear = small_axis.linear
+    near = replace(linear, zeros=np.append(linear.zeros, 1 + 8e-6), poles=np.append(linear.poles, 1 - 1.3e-6))
+    axis = AxisDraws.nominal(spread_posterior(replace(small_axis, linear=near)))
+    plain = AxisDraws.nominal(spread_posterior(small_axis))
+    assert axis.velocity_gain()[0] == pytest.approx(plain.velocity_gain()[0], rel=1e-3)
+    grid = np.geomspace(1e-4 * axis.sample_rate_hz, axis.sample_rate_hz / 2, 200)
+    np.testing.assert_allclose(axis.response(grid), plain.response(grid), rtol=0.03)
+    slower = replace(linear, zeros=np.append(linear.zeros, 0.98), poles=np.append(linear.poles, 0.99))
+    lead = AxisDraws.nominal(spread_posterior(replace(small_axis, linear=slower)))
+    assert lead.velocity_gain()[0] == pytest.approx(2 * plain.velocity_gain()[0], rel=1e-6)
