@@ -14,7 +14,11 @@ from command_files import write_axis, write_record
 from simulated_records import measured
 
 from bayes_hw.cli import main
+from bayes_hw.commands.report_cause import from_rest_on
+from bayes_hw.errors import InputError
+from bayes_hw.gap.joint.held_out import HeldOut
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import posed
 
 
 def column(path: Path, name: str) -> np.ndarray:
@@ -93,3 +97,23 @@ def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path
     content = read(out, "experiment.json")
     assert content["winner"]["family"] == "slow reversals, then rest"
     assert content["winner"]["expected_gain_nats"] > 0
+
+
+def test_a_record_in_motion_is_searched_from_where_it_first_rests(small_axis: HammersteinWiener) -> None:
+    """Its angles count from there; one that never rests is refused in a sentence."""
+    u = measured(small_axis, 1200, seed=4).u.copy()
+    u[:80], u[80:200] = 0.6, 0.0
+    y = small_axis.simulate(u).y + 0.001 * np.random.default_rng(1).standard_normal(1200)
+    record = replace(measured(small_axis, 1200, seed=4), u=u, y=y).window(2.0, 60.0)
+    given = posed([record]).records
+    chosen = HeldOut(given, (measured(small_axis, 600, seed=5),), 0, "")
+    found, cut = from_rest_on(chosen, "auto")
+    assert len(cut) == 1 and "left out" in cut[0]
+    (train,) = found.train
+    assert 600 < len(train) < len(record) and abs(float(train.y[:20].mean())) < 0.005
+    assert found.holdout == chosen.holdout
+    still = replace(chosen, train=(measured(small_axis, 600, seed=6, rest=40),))
+    assert from_rest_on(still, "auto") == (still, ())
+    restless = replace(record, u=np.where(record.u == 0, 0.1, record.u))
+    with pytest.raises(InputError, match="begins in motion, and comes to rest nowhere"):
+        from_rest_on(replace(chosen, train=(restless,)), "auto")

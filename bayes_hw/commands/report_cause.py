@@ -6,6 +6,7 @@ import argparse
 import json
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,13 @@ from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.csv_output import write_csv
+from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.joint.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.held_out import HeldOut, held_out_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records, write_results
-from bayes_hw.posing import Posed
+from bayes_hw.posing import Posed, Start, posed, rested
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
 from bayes_hw.report.diagnosis.joint_report import joint_report
@@ -58,26 +60,29 @@ def suspicions(beginning: Beginning) -> tuple[str, ...]:
 def report_cause(
     parsed: argparse.Namespace, title: str, given: Posed, beginning: Beginning, progress: Progress
 ) -> bool:
-    """Search for what the model lacks, and report it; False where nothing is found or records begin in
-    motion, which the search cannot start from."""
+    """Search for what the model lacks, and report it; False where nothing is found, or records that begin in
+    motion come to rest too late for the search to start there."""
     begin = parsed.begin
-    if given.start == "free":
-        note("the plain model is doubted; what is missing is sought only of records that begin at rest")
-        return False
     for suspicion in suspicions(beginning):
         progress.say(f"the plain model is doubted: {suspicion}")
-    chosen = held_out_of(given.records, given.holdout)
-    if chosen.said:
-        note(chosen.said)
+    try:
+        chosen, cut = from_rest_on(held_out_of(given.records, given.holdout), parsed.start)
+    except InputError as error:
+        note(f"the plain model is doubted, and what is missing cannot be sought: {error}")
+        return False
+    for sentence in (chosen.said, *cut):
+        if sentence:
+            note(sentence)
     diagnosis = diagnose_records(
         chosen.train,
         chosen.holdout,
         np.random.default_rng(parsed.seed),
         name=title,
-        notes=(chosen.said,) if chosen.said else (),
+        notes=tuple(filter(None, (chosen.said, *cut))),
         progress=progress,
         lead=chosen.lead,
         drive=drive_of(parsed),
+        start=parsed.start,
     )
     if not diagnosis.verdict.answer:
         return False
@@ -94,6 +99,18 @@ def report_cause(
     say_page(page, written)
     say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
     return True
+
+
+def from_rest_on(chosen: HeldOut, start: Start) -> tuple[HeldOut, tuple[str, ...]]:
+    """The same, records to train on that begin in motion cut to where they first rest, their angles counted
+    from there; in words what was cut.
+
+    Raises InputError where one does not come to rest in its first half.
+    """
+    train, cut = rested(chosen.train, start)
+    if not cut:
+        return chosen, ()
+    return replace(chosen, train=posed(train).records), cut
 
 
 def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chosen: HeldOut) -> None:
