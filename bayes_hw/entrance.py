@@ -60,14 +60,20 @@ def enter(
     """
     everything = (*records, *holdout)
     check_repeats(records, holdout)
+    rates = [one.sample_rate_hz for one in (*everything, *(() if model is None else (model,)))]
+    if max(rates, default=1.0) > (1 + RATE_TOLERANCE) * min(rates, default=1.0) and "scale" not in accepted:
+        for record in everything:
+            check_scale(record)
     for record in everything:
         _check_alike(record, everything[0].units, everything[0].sample_rate_hz, everything[0].name)
         if model is not None:
             _check_alike(record, model.units, model.sample_rate_hz, "the model", RATE_TOLERANCE)
     warnings: list[str] = []
     for record in everything:
+        warnings += check_record(record, accepted, looked_at)
         told = model is not None and "scale" not in accepted and check_response(record, model)
-        warnings += check_record(record, {*accepted, "scale"} if told else accepted, looked_at)
+        if not told and "scale" not in accepted:
+            check_scale(record)
     measures_speed = any(is_speed(record.units.output) for record in everything)
     done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
@@ -103,10 +109,14 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(f"{_place(record)}: {finding}")
         warnings.append(f"{_place(record)}: {finding}")
-    scale = None if "scale" in accepted else scale_finding(record)
-    if scale is not None:
-        raise InputError(f"{_place(record)}: {scale}")
     return warnings
+
+
+def check_scale(record: Record) -> None:
+    """Raise InputError where a record's speed tells of another unit or rate than stated."""
+    found = scale_finding(record)
+    if found is not None:
+        raise InputError(f"{_place(record)}: {found}")
 
 
 def scale_finding(record: Record) -> Finding | None:

@@ -31,7 +31,8 @@ READING = {
 FLAGS = ("reverse", "ignore-units")
 
 WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h"
-VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|[-+]?\d[-+.\de]*(?<![-+.e])|\w+\.\w+|(?:{WORDS})\b"
+NUMBER = r"[-+]?\d[-+.\de]*(?<![-+.e])"
+VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|{NUMBER}(?: {NUMBER}(?![\w.]))?|\w+\.\w+|(?:{WORDS})\b"
 """What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
 
 OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]*)(?: (?P<value>{VALUE}))?")

@@ -44,7 +44,9 @@ AGAINST_A_MODEL: dict[str, tuple[Change, str]] = {
     "command in radians": (lambda r: replace(r, u=np.radians(r.u)), "the command is in radians"),
     "command in arcsec": (lambda r: replace(r, u=3600 * r.u), "it is in another unit"),
     "inverted": (lambda r: replace(r, y=-r.y), "moves against what the model says"),
-    "rate": (at_rate(10.0), "sampled at 200 Hz"),
+    "rate": (at_rate(10.0), "its rate is rather 20 Hz than 200 Hz"),
+    "another rate": (lambda r: r.resampled(16.0), "sampled at 16 Hz"),
+    "wrapped": (lambda r: replace(r, y=(r.y - r.y.mean()) % 360), "it wraps at 360 deg"),
     "units": (lambda r: replace(r, units=RADIANS), "in rad/s, that of"),
 }
 
@@ -219,6 +221,10 @@ def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
             "exchange --input and --output",
             "exchange columns=Columns(input=...) and columns=Columns(output=...)",
         ),
+        ("such as --part 60 120.5 (s)", "such as options=ReadingOptions(part_s=(60, 120.5)) (s)"),
+        ("rather 20 Hz (--sample-rate 20)", "rather 20 Hz (sample_rate_hz=20)"),
+        ("clock in minutes (--time-unit min)", 'clock in minutes (options=ReadingOptions(time_unit="min"))'),
+        ("with --ignore-units where", "with options=ReadingOptions(ignore_units=True) where"),
         ("give --unwrap 360", "give options=ReadingOptions(unwrap=360)"),
         ("or --start rest to take it so", 'or start="rest" to take it so'),
         (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -17,13 +17,37 @@ from bayes_hw.record import Record
 
 def records_given(records: Record | Sequence[Record], name: str = "records") -> tuple[Record, ...]:
     """One record or several as a tuple; raises InputError where there is none, or anything else."""
+    if not isinstance(records, Record) and not _is_list(records):
+        raise InputError(f"{name}: is a {type(records).__name__}; {_made_of(records)}")
     given: tuple[Any, ...] = (records,) if isinstance(records, Record) else tuple(records)
     for record in given:
         if not isinstance(record, Record):
-            raise InputError(f"{name}: holds a {type(record).__name__}; give what Record.read returns")
+            raise InputError(f"{name}: holds a {type(record).__name__}; {_made_of(record)}")
     if not given:
         raise InputError(f"{name}: is empty; give at least one record")
     return given
+
+
+def _is_list(given: Any) -> bool:
+    """Whether it is a sequence of what may be records; a table, an array or a path is none."""
+    return (
+        isinstance(given, Iterable)
+        and not isinstance(given, (str, Record, Mapping))
+        and (not hasattr(given, "columns") and not hasattr(given, "dtype"))
+    )
+
+
+def _made_of(given: Any) -> str:
+    """How a record is made of what was given instead."""
+    if isinstance(given, (str, os.PathLike)):
+        return "give Record.read(path)"
+    if hasattr(given, "columns"):
+        return "give Record.from_dataframe(table)"
+    if hasattr(given, "data_vars"):
+        return "give Record.from_xarray(dataset)"
+    if hasattr(given, "dtype"):
+        return "give Record.from_arrays(t, u, y)"
+    return "give what Record.read or Record.from_arrays returns"
 
 
 def model_given(model: Any) -> HammersteinWiener:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import bayes_hw
@@ -27,7 +28,11 @@ def test_what_is_as_good_as_asked_for() -> None:
 
 @pytest.mark.parametrize(("arguments", "options", "said"), [
     (([],), {}, "records: is empty"),
-    ((["axis.csv"],), {}, "records: holds a str; give what Record.read returns"),
+    ((["axis.csv"],), {}, "records: holds a str; give Record.read(path)"),
+    (("axis.csv",), {}, "records: is a str; give Record.read(path)"),
+    ((pd.DataFrame({"t": T}),), {}, "records: is a DataFrame; give Record.from_dataframe(table)"),
+    ((T,), {}, "records: is a ndarray; give Record.from_arrays(t, u, y)"),
+    ((7,), {}, "records: is a int; give what Record.read or Record.from_arrays returns"),
     ((RECORD,), {"seed": -1}, "seed: is -1; give a whole number"),
     ((RECORD,), {"seed": 1.5}, "seed: is 1.5"),
     ((RECORD,), {"start": "soon"}, "start='soon': unknown; use one of auto, rest, free"),

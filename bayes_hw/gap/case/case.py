@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.entrance import check_scale
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case_file import read_case_file
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -80,6 +81,7 @@ def check_records(name: str, rate: float, train: Sequence[Record], holdout: Sequ
         )
     for record in (*train, *holdout):
         if abs(record.sample_rate_hz / rate - 1) > RATE_TOLERANCE:
+            check_scale(record)
             raise InputError(
                 f"{record.name}: sampled at {record.sample_rate_hz:g} Hz, the model at {rate:g} Hz; "
                 "resample one of them"
