@@ -82,6 +82,9 @@ def plus_minus(draws: FloatArray) -> str:
     return f"{mean:.{max(decimals, 0)}f} +- {sd:.{max(decimals, 0)}f}"
 
 
+TELLING = 2.0
+"""Standard deviations that a size must be above zero to be advised on."""
+
 Size: TypeAlias = Callable[[Sized, str], list[str]]
 """Sentences on how large an effect is."""
 
@@ -114,8 +117,8 @@ def _torque(sized: Sized, label: str) -> list[str]:
 
 def _friction(sized: Sized, label: str) -> list[str]:
     said = _torque(sized, label)
-    step = sized.said("friction.displacement", 2.0)
-    if step is not None:
+    step, draws = sized.said("friction.displacement", 2.0), sized.draws("friction.displacement")
+    if step is not None and (draws is None or float(draws.mean()) > TELLING * float(draws.std())):
         said.append(f"a slow reversal lags by {step} {sized.unit} until the velocity loop has wound up")
     return said
 

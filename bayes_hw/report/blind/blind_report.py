@@ -17,6 +17,9 @@ from bayes_hw.report.page.rounding import format_duration, format_number, format
 SINGLE = "single effects named right"
 NAMED_WRONG = "Cases named wrong"
 PROVENANCE = "Provenance"
+MOST_CARDS = 4
+ORDER: tuple[State, ...] = ("bad", "warn", "good")
+"""Of cards: what misses its goal comes first."""
 
 
 def blind_report(
@@ -35,15 +38,7 @@ def blind_report(
         title="Blind check of the diagnosis",
         subtitle=f"{score.cases} cases whose effect was withheld; {evidence.diagnosis}",
         verdict=_verdict(score),
-        badges=tuple(
-            Badge(
-                name,
-                share_state(score.headline[name], goal),
-                f"{share_text(score.headline[name])}; goal {format_percent(goal)}",
-            )
-            for name, goal in GOALS.items()
-            if score.headline[name].trials
-        ),
+        badges=_badges(score),
         key_figure=shares(score.by_effect, "Single effects", GOALS[SINGLE]),
         sections=(
             _counts_section(score),
@@ -56,6 +51,20 @@ def blind_report(
             Section(PROVENANCE, (KeyValues(_origin(evidence, provenance)),)),
         ),
     )
+
+
+def _badges(score: Score) -> tuple[Badge, ...]:
+    """The four figures worst against their goals, those that miss theirs first; all stand in the table."""
+    found = [
+        Badge(
+            name,
+            share_state(score.headline[name], goal),
+            f"{share_text(score.headline[name])}; goal {format_percent(goal)}",
+        )
+        for name, goal in GOALS.items()
+        if score.headline[name].trials
+    ]
+    return tuple(sorted(found, key=lambda badge: ORDER.index(badge.state))[:MOST_CARDS])
 
 
 def _verdict(score: Score) -> str:
@@ -84,9 +93,13 @@ def share_state(entry: Share, goal: float) -> State:
 
 
 def _share_table(groups: dict[str, Share], first: str, caption: str) -> Table:
-    return Table(
-        (first, "share, 95 % interval"), tuple((n, share_text(s)) for n, s in groups.items()), caption
-    )
+    """Shares by name, with their goals where any has one."""
+    rows = tuple((name, share_text(share)) for name, share in groups.items())
+    if not any(name in GOALS for name in groups):
+        return Table((first, "share, 95 % interval"), rows, caption)
+    goals = [format_percent(GOALS[name]) if name in GOALS else "none" for name in groups]
+    with_goals = tuple((*row, goal) for row, goal in zip(rows, goals, strict=True))
+    return Table((first, "share, 95 % interval", "goal"), with_goals, caption)
 
 
 def _figure_table(groups: Mapping[str, Mapping[str, Share]], first: str) -> Table:
