@@ -25,6 +25,6 @@ def warn_of_refuted(posterior: Posterior) -> None:
     """A warning where tests of the residuals refute the model that was sampled."""
     if posterior.failed_tests:
         warn(
-            f"the model does not hold: {posterior.failed_tests[0]}; bayes-hw diagnose RECORD... --holdout "
+            f"the model does not hold: {posterior.refuted_by[0]}; bayes-hw diagnose RECORD... --holdout "
             "RECORD finds what it lacks and gives a corrected posterior"
         )

@@ -258,16 +258,9 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
     return any(record.sha256 in digests for record in train)
 
 
-def axis_name(records: Sequence[str]) -> str:
-    """What a page on records alone is called: the folder that holds them all, else the first record."""
-    folders = {Path(record).resolve().parent for record in records}
-    name = folders.pop().name if len(folders) == 1 else ""
-    return name or Path(records[0]).stem
-
-
 def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
     """Diagnose records without any model."""
-    from bayes_hw.commands.records import records_of
+    from bayes_hw.commands.records import axis_name, records_of
     from bayes_hw.files import check_output_folder
 
     if parsed.train:

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 
 from bayes_hw.commands.inputs import read_records
 from bayes_hw.commands.speech import note
 from bayes_hw.entrance import SimulatedAxis, enter
 from bayes_hw.posing import Posed, rested
 from bayes_hw.record import Record
+
+
+def axis_name(records: Sequence[str]) -> str:
+    """What the axis of some records is called: the folder that holds them all, else the first record."""
+    folders = {Path(record).resolve().parent for record in records}
+    name = folders.pop().name if len(folders) == 1 else ""
+    return name or Path(records[0]).stem
 
 
 def records_of(

@@ -71,6 +71,11 @@ class Posterior:
         return f"<Posterior of {self.axis.model.name!r}: {state}, draws {self.values.shape}>"
 
     @property
+    def refuted_by(self) -> tuple[str, ...]:
+        """What the tests of the residuals that failed mean, in words, without their names."""
+        return tuple(failed.partition(": ")[2] or failed for failed in self.failed_tests)
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         return (*self.axis.parameters, *self.noise_parameters)
 

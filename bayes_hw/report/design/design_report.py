@@ -58,8 +58,8 @@ def _verdict(design: Design) -> str:
         )
     if design.posterior.failed_tests:
         sentences.append(
-            "The model does NOT hold: its own residuals refute it "
-            f"({design.posterior.failed_tests[0]}); no probability below is to be relied on."
+            "The model does NOT hold, what it leaves of its records refutes it "
+            f"({design.posterior.refuted_by[0]}): no probability below is to be relied on."
         )
     if design.effects is not None:
         sentences.append(f"This axis has {design.effects.words}; it is in every simulation in time.")
@@ -175,7 +175,7 @@ def _badges(design: Design) -> tuple[Badge, ...]:
 
 def _holds(design: Design) -> tuple[Badge, ...]:
     """Whether the model itself holds, and what was added to it: the first card."""
-    failed, effects = design.posterior.failed_tests, design.effects
+    failed, effects = design.posterior.refuted_by, design.effects
     if failed:
         return (Badge("the model does not hold", "bad", "; ".join(failed[:2])),)
     if effects is None:

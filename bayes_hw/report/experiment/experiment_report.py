@@ -66,7 +66,7 @@ def _holds(posterior: Posterior) -> tuple[Badge, ...]:
     """The first card where tests of the residuals refute the model."""
     if not posterior.failed_tests:
         return ()
-    return (Badge("the model does not hold", "bad", "; ".join(posterior.failed_tests[:2])),)
+    return (Badge("the model does not hold", "bad", "; ".join(posterior.refuted_by[:2])),)
 
 
 def _verdict(design: Design, check: WidthCheck | None) -> str:
