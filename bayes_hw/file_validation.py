@@ -42,6 +42,8 @@ def kind_of(path: Path, content: Any) -> str:
     for kind in MAKERS:
         if (isinstance(said, str) and said.startswith(f"bayes-hw/{kind}/")) or path.stem == kind:
             return kind
+    if isinstance(content, dict) and {"linear", "saturation", "effects"} <= set(content):
+        return "model"
     raise InputError(f"{path}: neither name nor content say what it is; give --kind {' or '.join(MAKERS)}")
 
 

@@ -88,7 +88,7 @@ def test_an_output_that_is_a_file_is_refused(folder: Path, capsys: pytest.Captur
 def verdict(folder: Path, name: str, *arguments: str) -> dict[str, object]:
     given = ["diagnose", *arguments, "--out", name, "--no-report", "--jobs", "1", *FEW]
     assert main(given) == 0
-    assert files_below(folder / name) == {"verdict.json", "holdout_prediction.csv"}
+    assert files_below(folder / name) == {"verdict.json", "holdout_prediction.csv", "corrected.json"}
     content: dict[str, object] = json.loads((folder / name / "verdict.json").read_text())
     assert content.pop("seconds") > 0  # type: ignore[operator]
     return content
@@ -119,7 +119,7 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     )
     assert main(["diagnose", ".", "--out", "new", "--jobs", "1", "--quiet", *FEW]) == 0
     found = files_below(folder / "new")
-    assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}
+    assert found == {"verdict.json", "holdout_prediction.csv", "corrected.json", "report.html", "report.pdf"}
 
 
 def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:

@@ -10,6 +10,7 @@ from bayes_hw.commands.options import RECORD_HELP, add_common, add_output, add_r
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
+    from bayes_hw.gap.answer.corrected_train import TrainSimulation
     from bayes_hw.gap.joint.joint_response import Simulated
     from bayes_hw.model.hammerstein_wiener import Simulation
 
@@ -53,7 +54,7 @@ def run(parsed: argparse.Namespace) -> None:
     add_known_inputs(parsed, model)
     given = records_of(parsed, [parsed.record], model=model, needs_output=False)
     (record,) = given.records
-    simulation: Simulation | Simulated
+    simulation: Simulation | Simulated | TrainSimulation
     if corrected is not None:
         simulation = simulate_corrected(corrected, record.u, record.known)
     elif given.start == "free" and record.has_output:
@@ -70,4 +71,5 @@ def run(parsed: argparse.Namespace) -> None:
         named = ["--train", "TRAIN.csv", "--holdout", parsed.record, *again, "--out", "diagnosis/"]
         say_next(parsed, "diagnose", "--model", parsed.model, *named)
     else:
-        say_next(parsed, "design", "--posterior", str(Path(parsed.model).parent), "--out", "design/")
+        folder = ["--posterior", str(Path(parsed.model).parent)]
+        say_next(parsed, "predict", *folder, parsed.record, *again, "--out", "bands.csv")

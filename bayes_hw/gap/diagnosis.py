@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,9 +14,10 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.csv_output import write_csv
-from bayes_hw.files import staged
+from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
+from bayes_hw.gap.answer.corrected_train import corrected_train
 from bayes_hw.gap.answer.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
 from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
@@ -39,7 +41,7 @@ from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
 
-FREE_RESIDUAL = "free_residual.csv"
+FREE_RESIDUAL, CORRECTED = "free_residual.csv", "corrected.json"
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +195,8 @@ def diagnose_case(
 
 
 def write_results(diagnosis: Diagnosis, out: Path) -> None:
-    """verdict.json and holdout_prediction.csv; where the answer is `other`, free_residual.csv too.
+    """verdict.json, holdout_prediction.csv, and of a given model corrected.json; where the answer is `other`,
+    free_residual.csv too.
 
     All or none: see `staged`.
     """
@@ -205,7 +208,13 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
         "hi": diagnosis.high,
     }
     columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
-    with staged(out, instead_of=[FREE_RESIDUAL, "corrected.json"]) as place:
+    with staged(out, instead_of=[FREE_RESIDUAL, CORRECTED]) as place:
+        if isinstance(diagnosis.case, Case):
+            verdict = diagnosis.verdict
+            content = corrected_train(
+                diagnosis.case, diagnosis.final, diagnosis.draws, verdict.base, verdict.parameters
+            )
+            write_text_atomically(place / CORRECTED, json.dumps(content, indent=1, allow_nan=False) + "\n")
         write_csv(place / "holdout_prediction.csv", columns)
         if diagnosis.verdict.answer == (OTHER,):
             noise = diagnosis.decision.explanation.encoder_noise

@@ -88,7 +88,7 @@ class GapDiagnosis:
         return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
-        """verdict.json, holdout_prediction.csv; of records without a model corrected.json, of a simulator's
+        """verdict.json, holdout_prediction.csv and corrected.json; of a function's none, of a simulator's
         file the folder corrected/ with that simulator and the effect in it."""
         if isinstance(self.diagnosis, JointDiagnosis):
             joint_diagnosis.write_results(self.diagnosis, Path(folder))

@@ -12,6 +12,8 @@ import pytest
 from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
+from bayes_hw.errors import InputError
+from bayes_hw.file_validation import check_file
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.notes import of_left_out
 from bayes_hw.gap.answer.sentence import sentence
@@ -20,7 +22,10 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
+from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected, simulate_corrected
 from bayes_hw.model.blocks import Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 SAMPLES = 500
@@ -143,7 +148,7 @@ def test_the_gap_shrinks_to_the_floor(diagnosis: Diagnosis, clean: list[np.ndarr
     assert 0.88 < np.mean((diagnosis.low <= y) & (y <= diagnosis.high)) <= 0.99
 
 
-def test_writes_both_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> None:
+def test_writes_all_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> None:
     out = tmp_path / "new"
     write_results(diagnosis, out)
     content = json.loads((out / "verdict.json").read_text())
@@ -154,7 +159,8 @@ def test_writes_both_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> 
     table = np.array(rows, dtype=float)
     np.testing.assert_allclose(table[:, 0], case.holdout[0].t)
     assert (table[:, 3] < table[:, 2]).all() and (table[:, 2] < table[:, 4]).all()
-    assert {path.name for path in out.iterdir()} == {"verdict.json", "holdout_prediction.csv"}
+    written = {path.name for path in out.iterdir()}
+    assert written == {"verdict.json", "holdout_prediction.csv", "corrected.json"}
 
 
 def test_the_missing_force_is_written_for_other_alone(diagnosis: Diagnosis, tmp_path: Path) -> None:
@@ -193,3 +199,37 @@ def test_another_answer_is_spoken_of_where_left_out_blocks_are_clearly_for_it(
     assert len(notes) == said
     assert all("better by no effect, by 20 ± 4 " in note for note in notes)
     assert of_left_out((), compared) == of_left_out(("friction",), compared) == []
+
+
+def test_its_corrected_model_simulates_and_predicts_what_it_said(
+    diagnosis: Diagnosis, case: Case, tmp_path: Path
+) -> None:
+    """From the file alone: the record held out to the last digit, and a band that holds it."""
+    write_results(diagnosis, tmp_path)
+    data = read_corrected(tmp_path / "corrected.json")
+    assert data is not None and [item["label"] for item in data["effects"]] == ["encoder_eccentricity"]
+    (held_out,) = case.holdout
+    simulation = simulate_corrected(data, held_out.u)
+    np.testing.assert_allclose(simulation.y, diagnosis.after, atol=1e-12)
+    assert np.std(held_out.y - simulation.y) < 0.7 * np.std(held_out.y - diagnosis.before)
+    mean, low, high = predict_corrected(data, held_out.u)
+    np.testing.assert_allclose(mean, diagnosis.after, atol=1e-12)
+    assert 0.88 < float(np.mean((low < held_out.y) & (held_out.y < high))) < 0.99
+    model = HammersteinWiener.from_dict(data)
+    assert model.saturation.upper == pytest.approx(diagnosis.verdict.base["saturation.upper"].mean, rel=0.02)
+    assert check_file(tmp_path / "corrected.json") == "model"
+    with pytest.raises(InputError, match="no design simulates"):
+        CorrectedAxis.read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change", [{"effects": ["slip (silent)"]}, {"values": [1.0]}, {"scale": {}}, {"draws": [["a"]]}]
+)
+def test_a_damaged_corrected_model_is_refused(
+    diagnosis: Diagnosis, tmp_path: Path, change: dict[str, object]
+) -> None:
+    write_results(diagnosis, tmp_path)
+    data = read_corrected(tmp_path / "corrected.json")
+    assert data is not None
+    with pytest.raises(InputError, match=r"give a corrected\.json"):
+        simulate_corrected({**data, "train": {**data["train"], **change}}, np.zeros(10))

@@ -12,6 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.corrected_train import KEY
 from bayes_hw.gap.joint.corrected_model import joint_response_of, read_corrected
 from bayes_hw.gap.joint.effect_loop import EffectLoop
 from bayes_hw.gap.joint.finding import percent, words_of
@@ -59,6 +60,12 @@ class CorrectedAxis:
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> CorrectedAxis:
         """Of the content of corrected.json. Raises InputError where it is not what diagnose writes."""
+        if KEY in data:
+            raise InputError(
+                f"{CORRECTED}: its effects act in the drive train of a given model, which no design "
+                "simulates; diagnose the records without the model (bayes-hw diagnose RECORD... --holdout "
+                "RECORD) and give that folder"
+            )
         response, centre, draws = joint_response_of(data)
         model = HammersteinWiener.from_dict(data)
         values = response.values(centre)

@@ -12,6 +12,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
+from bayes_hw.gap.answer.corrected_train import KEY, TrainSimulation, predict_train, simulate_train
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.effect_form import FORMS, JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
@@ -178,8 +179,10 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
 
 def simulate_corrected(
     data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
-) -> Simulated:
+) -> Simulated | TrainSimulation:
     """Noise-free response of a corrected.json to a command and known inputs (samples,) from rest."""
+    if KEY in data:
+        return simulate_train(data, u)
     response, coordinates, _ = joint_response_of(data)
     return response.simulate(response.values(coordinates), u, known)
 
@@ -189,6 +192,8 @@ def predict_corrected(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean and 94 % band of y (samples,) under a command and known inputs, parameters and noise both
     counted."""
+    if KEY in data:
+        return predict_train(data, u)
     response, coordinates, draws = joint_response_of(data)
     mean = response.simulate(response.values(coordinates), u, known).y
     spread = np.zeros_like(mean)
@@ -207,4 +212,4 @@ def read_corrected(path: Path | str) -> dict[str, Any] | None:
         data = json.loads(read_small_text(Path(path)))
     except (OSError, ValueError, RecursionError):
         return None
-    return data if isinstance(data, dict) and "joint" in data else None
+    return data if isinstance(data, dict) and ("joint" in data or KEY in data) else None
