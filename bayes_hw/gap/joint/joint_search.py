@@ -37,8 +37,11 @@ STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
 
 MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 2, 0.4, 8
-"""Labels that are followed further, the share of the best one's nats from which, and the order of G above
-which it is pruned first."""
+"""Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
+and the order of G above which it is pruned first."""
+
+FOLLOWED_SHARE = 0.7
+"""Of the best label's nats, from which another is followed to the end beside it."""
 
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
@@ -53,9 +56,10 @@ MOST_EFFECTS, MOST_STEPS = 3, 10
 @dataclass(frozen=True, eq=False)
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
-    label, the best score over the base's that every label reached alone, faults of the readings, and what is
-    left. `known` says of every known input what was found; those accepted are part of `base`. `tone` is a
-    motion of one frequency in time that was taken out of the records of both."""
+    label, the best score over the base's that every label reached alone (those of `followed` at the end of
+    the search, in place of the answer), faults of the readings, and what is left. `known` says of every known
+    input what was found; those accepted are part of `base`. `tone` is a motion of one frequency in time that
+    was taken out of the records of both."""
 
     fit: JointFit
     base: JointFit
@@ -65,6 +69,7 @@ class JointAnswer:
     remainder: Remainder
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
+    followed: tuple[str, ...] = ()
 
     @property
     def bare(self) -> JointFit:
@@ -93,18 +98,45 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     return replace(found, known=known)
 
 
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """An explanation on its way, and the cascade without effects under the same weights of the readings."""
+
+    fit: JointFit
+    base: JointFit
+    readings: Readings
+
+    @property
+    def gained(self) -> float:
+        """Nats, less what a law without a name must be better by than one that has one."""
+        gained = self.fit.score - self.base.score
+        return gained - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in self.fit.labels)
+
+    def reread(self) -> _Path:
+        """With the readings' faults looked for again, if there were none."""
+        if not self.fit.labels or self.readings.nats:
+            return self
+        later = read_faults(self.fit)
+        if not later.nats:
+            return self
+        return _Path(weighted(self.fit, later.weights), weighted(self.base, later.weights), later)
+
+
 def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
-    """Effects found over a cascade without any, pruned and verified."""
-    begun = base.score
-    fit, base, readings, alone = _grown(base, readings, told)
-    if fit.labels:
-        fit = pruned(delayed(pruned(fit)))
-        told(f"pruned: {described(fit)}")
-        base, fit, readings = read_again(base, fit, readings, lambda f, again: weighted(f, again.weights))
-    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
-    fit, nats = verified(fit, [base, *alone.values()], asked, told)
-    rivals = {label: one.score - begun for label, one in alone.items()}
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+    """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
+    the best one is followed to its end as well: which of them is better may show only there."""
+    begun = _Path(base, base, readings)
+    contenders, alone = _contenders(begun)
+    rivals = {label: one.score - base.score for label, one in alone.items()}
+    ends: dict[str, _Path] = {}
+    for path in contenders:
+        told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
+        end = ends[path.fit.labels[0]] = _followed(path, told)
+        rivals[path.fit.labels[0]] = end.fit.score - end.base.score
+    best = max(ends.values(), key=lambda path: path.gained, default=begun)
+    asked = VERIFIED_BESIDE_NATS if best.readings.nats else VERIFIED_NATS
+    fit, nats = verified(best.fit, [best.base, *alone.values()], asked, told)
+    return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), followed=tuple(ends))
 
 
 def described(fit: JointFit) -> str:
@@ -177,37 +209,36 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
     return found
 
 
-def _with_handicap(fit: JointFit, begun: float) -> float:
-    """Score, less what a law without a name must be better by than one that has one."""
-    gained = max(fit.score - begun, 0.0)
-    return fit.score - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in fit.labels)
+def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
+    """The best explanations by one label, best first, and every label's."""
+    fit = begun.fit
+    trials = effect_candidates(fit, FORMS)
+    settled = _settled(fit, trials)
+    paths = [replace(begun, fit=_finer(one)).reread() for one in settled]
+    paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
+    contenders = [p for p in paths if p.gained >= FOLLOWED_SHARE * paths[0].gained]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled)}
 
 
-def _grown(
-    base: JointFit, readings: Readings, say: Callable[[str], None]
-) -> tuple[JointFit, JointFit, Readings, dict[str, JointFit]]:
-    """The fit with effects, the base and the readings under the last weights, and the best explanation by
-    every label alone."""
-    fit, alone = base, dict[str, JointFit]()
-    for step in range(MOST_STEPS):
-        best = _structural(fit) if step else fit
+def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
+    """More effects, ports and poles as long as they pay; then what does not is taken out."""
+    for _ in range(1, MOST_STEPS):
+        fit = path.fit
+        best = _structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            trials = effect_candidates(fit, FORMS)
-            settled = _settled(fit, trials)
-            if step == 0:
-                alone = {t.labels[-1]: t for t in (*trials, *settled)}
-            best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
+            settled = _settled(fit, effect_candidates(fit, FORMS))
+            best = max([best, *settled], key=lambda one: replace(path, fit=one).gained)
         best = _finer(best)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        fit = best
-        if fit.labels and not readings.nats:
-            later = read_faults(fit)
-            if later.nats:
-                readings = later
-                base, fit = weighted(base, later.weights), weighted(fit, later.weights)
-    return fit, base, readings, alone
+        path = replace(path, fit=best).reread()
+    fit = pruned(delayed(pruned(path.fit)))
+    say(f"pruned: {described(fit)}")
+    base, fit, readings = read_again(
+        path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
+    )
+    return _Path(fit, base, readings)
 
 
 def verified(
