@@ -46,9 +46,8 @@ FOLLOWED_SHARE = 0.7
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
-UNNAMED_NATS, UNNAMED_SHARE = 20.0, 0.1
-"""What a law without a name must be better by than one that has one: in nats, and as a share of what it
-gains, since laws within G's ports are approximate."""
+UNNAMED_NATS = 20.0
+"""What a law without a name must be better by than one that has one."""
 
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
@@ -109,8 +108,7 @@ class _Path:
     @property
     def gained(self) -> float:
         """Nats, less what a law without a name must be better by than one that has one."""
-        gained = self.fit.score - self.base.score
-        return gained - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in self.fit.labels)
+        return self.fit.score - self.base.score - UNNAMED_NATS * (OTHER in self.fit.labels)
 
     def reread(self) -> _Path:
         """With the readings' faults looked for again, if there were none."""
