@@ -291,7 +291,7 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "other", "slip beyond the spring", "law",
-        lambda s: (Slot(0, "grip", True, 0.05 * _twist(s), 30 * _twist(s)),),
+        lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
         lambda s: [(share * _twist(s),) for share in (0.1, 0.3, 1.0, 3.0)],
         K.SLIP, K.BASE_TWIST,
     ),

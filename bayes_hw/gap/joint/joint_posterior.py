@@ -294,7 +294,7 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
             ):
                 value = value * rate
-            elif name == "gap":
+            elif name in ("gap", "yield", "acceleration"):
                 name, value = "acceleration", value * rate**2
             found[f"{label}.{name}"] = value
         if effect.ports is not None:

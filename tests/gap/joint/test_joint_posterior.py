@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from joint_axis import CASCADE, STRUCTURE, measured, scale
+import pytest
+from joint_axis import CASCADE, RATE, STRUCTURE, form, measured, response_with, scale, torque
 
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import DRAWS, laplace
+from bayes_hw.gap.joint.joint_posterior import DRAWS, effect_quantities, effect_units, laplace
 from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units
@@ -28,3 +29,13 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
     a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
     assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
     assert np.mean(a1 * a1 / 4 < a2) > 0.99
+
+
+@pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])
+def test_a_twist_is_stated_as_an_acceleration(name: str) -> None:
+    """Laws see it as a second difference over a sample."""
+    effect = torque(form("other", name), (2e-5,), 1e-6)
+    response, values = response_with((effect,), SAMPLES)
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    assert effect_quantities(fit, values)["other.acceleration"] == pytest.approx(2e-5 * RATE**2)
+    assert effect_units(fit, Units())["other.acceleration"] == "deg/s^2"
