@@ -119,9 +119,12 @@ def _probabilities(
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
     certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
-    nothing = calibration.nothing(evidence.values())
+    doubts = [1 - p for p in certain.values()]
+    if remains > 0:
+        doubts.append(1 - calibration.sure(remains, calibration.other_floor))
+    nothing = calibration.nothing([*evidence.values(), *([remains] if remains > 0 else [])])
     # What is no longer sure of a label that many nats speak for is another cause, not none.
-    elsewhere = max((1 - p for p in certain.values()), default=0.0) - nothing
+    elsewhere = max(doubts, default=0.0) - nothing
     p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
     if remains > 0:
         p_other = calibration.sure(remains, calibration.other_floor)

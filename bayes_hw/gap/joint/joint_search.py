@@ -31,7 +31,8 @@ VERIFIED_NATS = 25.0
 """That a label must be worth when it is dropped and G grown again."""
 
 VERIFIED_BESIDE_NATS = 80.0
-"""Where readings are rounded, held or late, so that the noise is not normal."""
+"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
+which is something that no label explains."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -132,8 +133,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
         end = ends[path.fit.labels[0]] = _followed(path, told)
         rivals[path.fit.labels[0]] = end.fit.score - end.base.score
     best = max(ends.values(), key=lambda path: path.gained, default=begun)
-    asked = VERIFIED_BESIDE_NATS if best.readings.nats else VERIFIED_NATS
-    fit, nats = verified(best.fit, [best.base, *alone.values()], asked, told)
+    fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), followed=tuple(ends))
 
 
@@ -168,10 +168,13 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 
 def _structural(fit: JointFit) -> JointFit:
-    """The best of the present effects with other ports, another form of their law, or a larger G."""
+    """The best of the present effects with other ports, another form of their law, or a larger G; where the
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    trials = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
-    return highest([fit, *(t.descended() for t in trials)])
+    begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    if fit.point.whitener.order > 1:
+        begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
+    return highest([fit, *(t.descended() for t in begun)])
 
 
 def _finer(fit: JointFit) -> JointFit:
@@ -240,9 +243,9 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
 
 
 def verified(
-    fit: JointFit, others: Sequence[JointFit], asked: float, say: Callable[[str], None]
+    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
 ) -> tuple[JointFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and G grown again, with those nats.
+    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
 
     Any of the `others`, of the labels that are left and under the same weights, may do better than that.
     """
@@ -258,6 +261,8 @@ def verified(
             alternatives.append(without)
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
+        doubtful = readings.nats or fit.point.whitener.order > 1
+        asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
