@@ -11,6 +11,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
 
 COLOURED_NATS = 60.0
@@ -118,7 +119,11 @@ def _probabilities(
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
-    certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
+    coloured = max(floor, calibration.coloured_floor) if found.remainder.order > 1 else floor
+    certain = {
+        label: calibration.sure(nats, coloured if label in found.nats else floor)
+        for label, nats in evidence.items()
+    }
     doubts = [1 - p for p in certain.values()]
     if remains > 0:
         doubts.append(1 - calibration.sure(remains, calibration.other_floor))
@@ -179,4 +184,15 @@ def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, s
         if label not in found.labels
         and nats > 0
         and (label in found.followed or (alone and label != OTHER and nats > own - AS_GOOD))
+    ]
+
+
+def rivals_of(found: JointAnswer, decision: JointDecision) -> list[tuple[JointFit, float]]:
+    """Explanations that were followed to the end beside the answer's, each with its probability."""
+    followed = {label: decision.probability[label] for label in found.followed}
+    total = max(sum(followed.values()), 1e-300)
+    return [
+        (found.ends[label], share / total)
+        for label, share in followed.items()
+        if label not in found.fit.labels and label not in decision.answer
     ]

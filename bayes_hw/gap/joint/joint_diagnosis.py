@@ -30,11 +30,17 @@ from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.given_search import search_given
-from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly, rivals_of
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import widened
 from bayes_hw.gap.joint.joint_notes import notes_on_search
-from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, dominant_sections, laplace
+from bayes_hw.gap.joint.joint_posterior import (
+    INFLATION,
+    JointPosterior,
+    averaged,
+    dominant_sections,
+    laplace,
+)
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
@@ -140,6 +146,7 @@ def diagnose_records(
                 wider = fitted_to(wider, whole, found.base.response.weights)
             inflation = OF_ROUNDED if poorly else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
+            posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive, start,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -56,10 +56,10 @@ MOST_EFFECTS, MOST_STEPS = 3, 10
 @dataclass(frozen=True, eq=False)
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
-    label, the best score over the base's that every label reached alone (those of `followed` at the end of
-    the search, in place of the answer), faults of the readings, and what is left. `known` says of every known
-    input what was found; those accepted are part of `base`. `tone` is a motion of one frequency in time that
-    was taken out of the records of both."""
+    label, the best score over the base's that every label reached alone (those that were followed to the end
+    in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
+    says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
+    frequency in time that was taken out of the records of both."""
 
     fit: JointFit
     base: JointFit
@@ -69,7 +69,12 @@ class JointAnswer:
     remainder: Remainder
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
-    followed: tuple[str, ...] = ()
+    ends: Mapping[str, JointFit] = field(default_factory=dict)
+
+    @property
+    def followed(self) -> tuple[str, ...]:
+        """Labels that were followed to the end."""
+        return tuple(self.ends)
 
     @property
     def bare(self) -> JointFit:
@@ -134,7 +139,8 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
         rivals[path.fit.labels[0]] = end.fit.score - end.base.score
     best = max(ends.values(), key=lambda path: path.gained, default=begun)
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
-    return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), followed=tuple(ends))
+    fits = {label: path.fit for label, path in ends.items()}
+    return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), ends=fits)
 
 
 def described(fit: JointFit) -> str:
