@@ -67,7 +67,11 @@ def decide(
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
-    if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
+    if found.remainder.rhythm > RHYTHM_NATS:
+        # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
+        evidence.pop("timing_jitter", None)
+        remains = max(remains, found.remainder.rhythm)
+    elif not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
         cause, nats = cause_of_remainder(found)
         if cause == OTHER:
             remains = max(remains, nats)
@@ -93,8 +97,6 @@ def decide(
 def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
     """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
     left, spectrum = found.remainder, found.remainder.spectrum
-    if left.rhythm > RHYTHM_NATS:
-        return OTHER, left.rhythm
     if found.nats and left.ratio < COARSE_RATIO:
         return None, 0.0
     closest = max(spectrum.autoregression, spectrum.first_order)

@@ -109,6 +109,8 @@ def test_a_rhythm_of_samples_has_no_name() -> None:
     quiet = Remainder(0, 1.0, 0.2, QUIET, 90.0)
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
+    late = decide(JointEvidence({}, {"timing_jitter": 600.0}, {}, 0.0, (), quiet))
+    assert late.answer == ("other",)
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
 
 

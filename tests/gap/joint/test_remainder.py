@@ -26,6 +26,8 @@ def test_a_rhythm_is_told_from_even_noise_and_from_a_burst() -> None:
     burst = [e.copy() for e in even]
     burst[0][300:400] *= 3
     assert rhythm_nats(burst) < 20
+    heavy = [rng.standard_t(2.5, 2000) for _ in range(20)]
+    assert max(rhythm_nats([e]) for e in heavy) < 20
     beat = [e.copy() for e in even]
     for e in beat:
         e[::5] *= 1.5
