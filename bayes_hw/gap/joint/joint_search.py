@@ -37,7 +37,7 @@ which is something that no label explains."""
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
 
-MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 2, 0.4, 8
+MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
 
@@ -116,6 +116,10 @@ class _Path:
         """Nats, less what a law without a name must be better by than one that has one."""
         return self.fit.score - self.base.score - UNNAMED_NATS * (OTHER in self.fit.labels)
 
+    def is_without(self, best: _Path) -> bool:
+        """Whether it explains by other labels than `best`, in their place and not beside them."""
+        return not set(self.fit.labels) & set(best.fit.labels)
+
     def reread(self) -> _Path:
         """With the readings' faults looked for again, if there were none."""
         if not self.fit.labels or self.readings.nats:
@@ -132,14 +136,16 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     begun = _Path(base, base, readings)
     contenders, alone = _contenders(begun)
     rivals = {label: one.score - base.score for label, one in alone.items()}
-    ends: dict[str, _Path] = {}
+    ended = []
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
-        end = ends[path.fit.labels[0]] = _followed(path, told)
-        rivals[path.fit.labels[0]] = end.fit.score - end.base.score
-    best = max(ends.values(), key=lambda path: path.gained, default=begun)
+        ended.append(_followed(path, told))
+    best = max(ended, key=lambda path: path.gained, default=begun)
+    instead = [path for path in ended if path is best or path.is_without(best)]
+    ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
+    rivals |= {label: end.fit.score - end.base.score for label, end in ends.items()}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
-    fits = {label: path.fit for label, path in ends.items()}
+    fits = {label: end.fit for label, end in ends.items()}
     return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), ends=fits)
 
 
