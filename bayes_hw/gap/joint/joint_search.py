@@ -47,9 +47,6 @@ FOLLOWED_SHARE = 0.7
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
-UNNAMED_NATS = 20.0
-"""What a law without a name must be better by than one that has one."""
-
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
 
@@ -113,8 +110,8 @@ class _Path:
 
     @property
     def gained(self) -> float:
-        """Nats, less what a law without a name must be better by than one that has one."""
-        return self.fit.score - self.base.score - UNNAMED_NATS * (OTHER in self.fit.labels)
+        """Nats over the cascade without effects."""
+        return self.fit.score - self.base.score
 
     def is_without(self, best: _Path) -> bool:
         """Whether it explains by other labels than `best`, in their place and not beside them."""
@@ -143,7 +140,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
-    rivals |= {label: end.fit.score - end.base.score for label, end in ends.items()}
+    rivals |= {label: end.gained for label, end in ends.items()}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     fits = {label: end.fit for label, end in ends.items()}
     return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), ends=fits)
@@ -240,7 +237,7 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         best = _structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             settled = _settled(fit, effect_candidates(fit, FORMS))
-            best = max([best, *settled], key=lambda one: replace(path, fit=one).gained)
+            best = highest([best, *settled])
         best = _finer(best)
         if best.score <= fit.score:
             break
