@@ -32,7 +32,11 @@ VERIFIED_NATS = 25.0
 
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains."""
+which is something that no label explains. Also of all labels beside wind or a walk, where that explains as
+much of what the cascade alone leaves."""
+
+SLOW_SHARE = 0.5
+"""Of the nats of all labels, from which wind or a walk explains as much: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -142,8 +146,16 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     rivals |= {label: end.gained for label, end in ends.items()}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
+    left = remainder_of(fit)
+    if fit.labels:
+        slow = remainder_of(best.base)
+        own = fit.score - best.base.score
+        worth = own + left.slow_nats - slow.slow_nats
+        if slow.slow_nats > SLOW_SHARE * own and worth < VERIFIED_BESIDE_NATS:
+            told(f"slow noise explains as much: {slow.slow_nats:.0f} nats, {worth:.0f} beside it")
+            fit, nats, left = best.base, {}, slow
     fits = {label: end.fit for label, end in ends.items()}
-    return JointAnswer(fit, best.base, nats, rivals, best.readings, remainder_of(fit), ends=fits)
+    return JointAnswer(fit, best.base, nats, rivals, best.readings, left, ends=fits)
 
 
 def described(fit: JointFit) -> str:
