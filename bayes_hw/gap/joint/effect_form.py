@@ -290,6 +290,12 @@ FORMS: tuple[Form, ...] = (
         K.BRISTLE, K.BASE_TWIST_RATE,
     ),
     Form(
+        "other", "slip beyond the spring", "law",
+        lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 0.3, 1.0, 3.0)],
+        K.SLIP, K.BASE_TWIST,
+    ),
+    Form(
         "other", "torque limit", "law",
         lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
         lambda s: [(share * _twist(s),) for share in (0.3, 1.0, 3.0)],

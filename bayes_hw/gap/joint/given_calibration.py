@@ -18,12 +18,10 @@ class GivenCalibration(JointCalibration):
     logarithm: how well the cases that it was fitted to tell it.
 
     G as given cannot take up an effect, so they are not those of records alone. `excess_doubt` is the doubt
-    of `other` where more is left than the noise that the model states; of two labels that the records hardly
-    tell apart, the odds are e for every `nats_between` that one explains more.
+    of `other` where more is left than the noise that the model states.
     """
 
     excess_doubt: float
-    nats_between: float
 
     @classmethod
     def built_in(cls) -> Self:

@@ -61,7 +61,7 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     """The answer, and its probabilities by the constants of `calibration` (built in unless given)."""
     calibration = calibration or GivenCalibration.built_in()
     evidence = found.joint
-    decided = shared_by_nats(decide(evidence, calibration, part_of_g=()), evidence, calibration)
+    decided = decide(evidence, calibration, part_of_g=())
     if (
         not found.left > TOO_MUCH * found.noise
         or OTHER in decided.answer
@@ -78,19 +78,6 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     probability["none"] = min(probability["none"], calibration.excess_doubt)
     probability[OTHER] = 1 - calibration.excess_doubt
     return replace(decided, answer=answer, probability=probability, confusable=())
-
-
-def shared_by_nats(
-    decided: JointDecision, evidence: JointEvidence, calibration: GivenCalibration
-) -> JointDecision:
-    """The probability of a label and of a rival that explains nearly as much, divided by their nats."""
-    probability = dict(decided.probability)
-    for named, rival in decided.confusable:
-        lead = max(evidence.rivals.get(named, 0.0), evidence.own) - evidence.rivals[rival]
-        together = probability[named] + probability[rival]
-        probability[named] = together / (1 + float(np.exp(-lead / calibration.nats_between)))
-        probability[rival] = together - probability[named]
-    return replace(decided, probability=probability)
 
 
 def evidence_given(found: JointAnswer) -> JointEvidence:

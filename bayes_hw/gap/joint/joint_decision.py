@@ -11,6 +11,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
 
 COLOURED_NATS = 60.0
@@ -18,6 +19,8 @@ COLOURED_NATS = 60.0
 
 TORQUE_NATS = 40.0
 AS_GOOD = 15.0
+"""Nats within which another spectrum of the noise, or a rival label, explains the records as well."""
+
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
 
@@ -27,17 +30,14 @@ GAUSSIAN = 0.6
 COARSE_RATIO = 1.5
 """Root mean square residual over innovations, beside a label, from which something else is said to remain."""
 
-CONFUSABLE_NATS = 15.0
-"""Within which a rival label explains the records as well as the one named."""
-
 MOST_NAMED = 2
 SMALL = 0.002
 OTHERS_SHARE = 0.3
 """Of the doubt of a label that many nats speak for, what goes to causes without a name."""
 
 NEAR = 0.7
-"""Share of the answer's nats that a form without a name earns alone, from which `other` is not ruled out; and
-one with a name, beside an answer without."""
+"""Share of the answer's nats that a form without a name, not followed to the end, earns alone, from which
+`other` is not ruled out; and one with a name, beside an answer without."""
 
 
 PART_OF_G = ("transport_delay", "unmodelled_mode")
@@ -67,7 +67,11 @@ def decide(
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
-    if not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
+    if found.remainder.rhythm > RHYTHM_NATS:
+        # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
+        evidence.pop("timing_jitter", None)
+        remains = max(remains, found.remainder.rhythm)
+    elif not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
         cause, nats = cause_of_remainder(found)
         if cause == OTHER:
             remains = max(remains, nats)
@@ -79,19 +83,20 @@ def decide(
     if remains > 0:
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)
-    confusable = confusions(found, answer)
-    return JointDecision(
-        answer,
-        _probabilities(found, answer, evidence, remains, confusable, calibration, part_of_g),
-        confusable,
-    )
+    probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
+    confusable = []
+    for named, rival, lead in contests(found, answer):
+        if lead < AS_GOOD:
+            confusable.append((named, rival))
+        together = probability[named] + probability[rival]
+        probability[named] = together / (1 + float(np.exp(-lead / calibration.nats_between)))
+        probability[rival] = together - probability[named]
+    return JointDecision(answer, probability, tuple(confusable))
 
 
 def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
     """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
     left, spectrum = found.remainder, found.remainder.spectrum
-    if left.rhythm > RHYTHM_NATS:
-        return OTHER, left.rhythm
     if found.nats and left.ratio < COARSE_RATIO:
         return None, 0.0
     closest = max(spectrum.autoregression, spectrum.first_order)
@@ -112,26 +117,32 @@ def _probabilities(
     answer: tuple[str, ...],
     evidence: Mapping[str, float],
     remains: float,
-    confusable: tuple[tuple[str, str], ...],
     calibration: JointCalibration,
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
-    certain = {label: calibration.sure(nats, floor) for label, nats in evidence.items()}
-    nothing = calibration.nothing(evidence.values())
+    coloured = max(floor, calibration.coloured_floor) if found.remainder.order > 1 else floor
+    certain = {
+        label: calibration.sure(nats, coloured if label in found.nats else floor)
+        for label, nats in evidence.items()
+    }
+    doubts = [1 - p for p in certain.values()]
+    if remains > 0:
+        doubts.append(1 - calibration.sure(remains, calibration.other_floor))
+    nothing = calibration.nothing([*evidence.values(), *([remains] if remains > 0 else [])])
     # What is no longer sure of a label that many nats speak for is another cause, not none.
-    elsewhere = max((1 - p for p in certain.values()), default=0.0) - nothing
+    elsewhere = max(doubts, default=0.0) - nothing
     p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
     if remains > 0:
         p_other = calibration.sure(remains, calibration.other_floor)
     p_other = max(p_other, OTHERS_SHARE * elsewhere)
-    own = found.own
-    if answer and OTHER not in answer and found.nats and found.rivals.get(OTHER, -np.inf) > NEAR * own:
+    begun = {label: nats for label, nats in found.rivals.items() if label not in found.followed}
+    if answer and OTHER not in answer and found.nats and begun.get(OTHER, -np.inf) > NEAR * found.own:
         p_other = max(p_other, 0.3)
         certain = {label: 0.7 * p if label in found.nats else p for label, p in certain.items()}
-    if answer == (OTHER,) and OTHER in found.labels and found.rivals:
-        named = max(found.rivals, key=lambda label: found.rivals[label] * (label != OTHER))
-        if found.rivals[named] > NEAR * own:
+    if answer == (OTHER,) and OTHER in found.labels and begun:
+        named = max(begun, key=lambda label: begun[label] * (label != OTHER))
+        if begun[named] > NEAR * found.own:
             certain[named], p_other = 0.25 * p_other, 0.75 * p_other
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(certain)
@@ -139,9 +150,6 @@ def _probabilities(
         probability = {label: min(p, 0.3) for label, p in probability.items()}
     for label in part_of_g:
         probability[label] = 0.0
-    for named, rival in confusable:
-        shared = probability[named]
-        probability[named], probability[rival] = 0.6 * shared, max(probability[rival], 0.35 * shared)
     if answer:
         none = nothing * (1 - p_other)
         rest = max((1 - OTHERS_SHARE) * elsewhere, SMALL * len(LABEL_BLOCKS))
@@ -158,19 +166,35 @@ def _probabilities(
     return probability
 
 
-def confusions(found: JointEvidence, answer: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """Of a single effect: rivals whose own best explanation is as good; of slow noise, wind and a walk of
-    nearly the same spectrum."""
+def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+    """Labels of the answer, rivals in place of each, and the nats by which it leads: of effects, rivals that
+    were followed to the end, and beside a single one those whose own best explanation is as good; of slow
+    noise, wind and a walk of nearly the same spectrum."""
     slow = ("wind", "sensor_drift")
     spectrum = found.remainder.spectrum
     if answer in ((slow[0],), (slow[1],)) and answer[0] not in found.nats:
-        close = abs(spectrum.torque - spectrum.walk) < AS_GOOD
-        return ((answer[0], slow[answer[0] == slow[0]]),) if close else ()
-    if len(found.labels) != 1 or len(answer) != 1 or answer[0] not in found.nats:
-        return ()
-    own = max(found.rivals.get(answer[0], 0.0), found.own)
-    return tuple(
-        (answer[0], label)
+        lead = abs(spectrum.torque - spectrum.walk)
+        return [(answer[0], slow[answer[0] == slow[0]], lead)] if lead < AS_GOOD else []
+    named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
+    if named is None or named not in answer:
+        return []
+    own = found.own if named in found.followed else max(found.rivals.get(named, 0.0), found.own)
+    alone = len(found.labels) == 1 and len(answer) == 1
+    return [
+        (named, label, own - nats)
         for label, nats in found.rivals.items()
-        if label not in (answer[0], OTHER) and nats > own - CONFUSABLE_NATS and nats > 0
-    )
+        if label not in found.labels
+        and nats > 0
+        and (label in found.followed or (alone and label != OTHER and nats > own - AS_GOOD))
+    ]
+
+
+def rivals_of(found: JointAnswer, decision: JointDecision) -> list[tuple[JointFit, float]]:
+    """Explanations that were followed to the end beside the answer's, each with its probability."""
+    followed = {label: decision.probability[label] for label in found.followed}
+    total = max(sum(followed.values()), 1e-300)
+    return [
+        (found.ends[label], share / total)
+        for label, share in followed.items()
+        if label not in found.fit.labels and label not in decision.answer
+    ]

@@ -30,11 +30,17 @@ from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.given_search import search_given
-from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
+from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly, rivals_of
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import widened
 from bayes_hw.gap.joint.joint_notes import notes_on_search
-from bayes_hw.gap.joint.joint_posterior import INFLATION, JointPosterior, dominant_sections, laplace
+from bayes_hw.gap.joint.joint_posterior import (
+    INFLATION,
+    JointPosterior,
+    averaged,
+    dominant_sections,
+    laplace,
+)
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
@@ -140,6 +146,7 @@ def diagnose_records(
                 wider = fitted_to(wider, whole, found.base.response.weights)
             inflation = OF_ROUNDED if poorly else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
+            posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive, start,
@@ -147,15 +154,16 @@ def diagnose_records(
 
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
-    """Standard deviation of the encoder's noise, output units, as far as the fit tells."""
+    """Standard deviation of the encoder's noise, output units, as far as the fit tells: noise of higher order
+    than one is of the motion."""
     answer = set(decision.answer)
-    sigma = fit.point.rms
-    if (
-        "wind" in answer
+    moves = (
+        found.remainder.order > 1
+        or "wind" in answer
         or (OTHER in answer and OTHER not in fit.labels)
         or (answer == {"sensor_drift"} and not fit.labels)
-    ):
-        sigma = innovation_sigma(fit)
+    )
+    sigma = innovation_sigma(fit) if moves else fit.point.rms
     if "encoder_quantization" in answer and found.readings.step is not None:
         sigma = max(
             float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, 0.0))), 0.15 * found.readings.step
@@ -163,12 +171,12 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
     return sigma
 
 
-def noise_doubt(decision: JointDecision) -> float:
+def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
     """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it."""
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return 0.15 if answer & {"wind", "timing_jitter", OTHER} else 0.02
+    return 0.15 if found.remainder.order > 1 or answer & {"wind", "timing_jitter", OTHER} else 0.02
 
 
 def _finished(
@@ -189,7 +197,7 @@ def _finished(
     starts = Starts.of(fit, train, holdout, lead, start)
     sigma = encoder_sigma(found, decision, fit)
     samples = samples_of_variance(fit.point.residuals)
-    noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(decision))
+    noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(found, decision))
     some = [
         fit.response.values(posterior.coordinates[i])
         for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)

@@ -17,7 +17,8 @@ REMAINS = [each.name for each in fields(Remainder)]
 class JointEvidence:
     """Nats of every label of the fit after regrowth (`nats`), of the readings' faults (`reading_nats`), of
     every label's best explanation alone over the base (`rivals`) and of the fit over the base (`own`); the
-    labels of the fit and what it leaves."""
+    labels of the fit and what it leaves; the labels that were `followed` to the end of the search, whose
+    nats are those of that end."""
 
     nats: Mapping[str, float]
     reading_nats: Mapping[str, float]
@@ -25,6 +26,7 @@ class JointEvidence:
     own: float
     labels: tuple[str, ...]
     remainder: Remainder
+    followed: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, found: JointAnswer) -> JointEvidence:
@@ -36,6 +38,7 @@ class JointEvidence:
             found.fit.score - found.base.score,
             found.fit.labels,
             found.remainder,
+            found.followed,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -55,4 +58,5 @@ class JointEvidence:
             Remainder(
                 **{name: left[name] for name in REMAINS} | {"spectrum": NoiseSpectrum(**left["spectrum"])}
             ),
+            tuple(content.get("followed", ())),
         )

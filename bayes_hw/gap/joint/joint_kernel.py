@@ -25,7 +25,7 @@ BIAS, CHANGE, WARMING, EVEN_CURVE, ODD_CURVE = range(6, 11)
 INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG = range(10)
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG, SLIP = range(11)
 BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
 THETAS = 3
 DIRECT_WEIGHT, DIRECT_POLE = range(2)
@@ -336,6 +336,14 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 by_z = decay_z
                 by_q = -rest * sign * share / t0
                 g0 = -rest * path / t0**2
+            elif law == SLIP:
+                # What slipped follows the twist beyond what grips, like play.
+                by_z = 1.0
+                if q - t0 > memory[j]:
+                    memory[j], by_q, by_z, g0 = q - t0, 1.0, 0.0, -1.0
+                elif q + t0 < memory[j]:
+                    memory[j], by_q, by_z, g0 = q + t0, 1.0, 0.0, 1.0
+                tau = memory[j] / t0
             elif law == RIPPLE:
                 s = math.sin(t0 * q + t1)
                 s2 = math.sin(2 * t0 * q + t1)
@@ -384,6 +392,15 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     d_z[c_thetas[j, 0]] -= g0
                 for c in range(columns):
                     d_tau[c] = -d_z[c]
+            elif law == SLIP:
+                for c in range(columns):
+                    d_z[c] = by_z * d_z[c] + by_q * d_q[c]
+                if c_thetas[j, 0] >= 0:
+                    d_z[c_thetas[j, 0]] += g0
+                for c in range(columns):
+                    d_tau[c] = d_z[c] / t0
+                if c_thetas[j, 0] >= 0:
+                    d_tau[c_thetas[j, 0]] -= tau / t0
             else:
                 for c in range(columns):
                     d_tau[c] = by_q * d_q[c] + by_w * d_w[c]

@@ -85,9 +85,9 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
 
 
 def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[float, ...]]]:
-    """Forms of the same label that act at the same place, with a start: where one extends the present form by
-    parameters, at its values."""
-    own = [slot.row for slot in effect.form.slots(scale)]
+    """Forms of the same label that act at the same place and look at the same signal, with a start:
+    parameters of one name keep their values."""
+    own = {slot.name: float(x) for slot, x in zip(effect.form.slots(scale), effect.values, strict=True)}
     found = []
     for form in FORMS:
         present = effect.form
@@ -97,11 +97,15 @@ def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[flo
             present.base,
         ):
             continue
-        start = form.starts(scale)[0]
-        if [slot.row for slot in form.slots(scale)][: len(own)] == own and form.law == present.law:
-            found.append((form, (*(float(x) for x in effect.values), *start[len(own) :])))
-        elif form.label == "friction":
-            found.append((form, tuple(start)))
+        slots, start = form.slots(scale), form.starts(scale)[0]
+        names = [slot.name for slot in slots]
+        extends = form.law == present.law and names[: len(own)] == list(own)
+        if extends or form.is_law:
+            kept = [
+                float(np.clip(own.get(slot.name, x), slot.lower, slot.upper))
+                for slot, x in zip(slots, start, strict=True)
+            ]
+            found.append((form, tuple(kept)))
     return found
 
 

@@ -117,6 +117,28 @@ def laplace(
     )
 
 
+def averaged(
+    posterior: JointPosterior,
+    rivals: Sequence[tuple[JointFit, float]],
+    rng: np.random.Generator,
+    inflation: float = INFLATION,
+) -> JointPosterior:
+    """`posterior` with base parameters of explanations in its place, each in so many of the draws as its
+    probability says; a mode that one of them lacks is there as in `posterior`."""
+    base = {name: draws.copy() for name, draws in posterior.base.items()}
+    share = rng.uniform(size=len(posterior.coordinates))
+    begin = 0.0
+    for fit, probability in rivals:
+        taken = (share >= begin) & (share < begin + probability)
+        begin += probability
+        if not taken.any():
+            continue
+        for name, draws in laplace(fit, fit.response.records[0].units, rng, inflation).base.items():
+            if name in base:
+                base[name][taken] = draws[taken]
+    return replace(posterior, base=base)
+
+
 def base_units(names: Iterable[str], units: Units) -> dict[str, str]:
     """Units of base parameters."""
     gain = f"{units.output}/{units.input}" if units.input.isalnum() else f"{units.output}/({units.input})"
@@ -294,7 +316,7 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
             ):
                 value = value * rate
-            elif name == "gap":
+            elif name in ("gap", "yield", "acceleration"):
                 name, value = "acceleration", value * rate**2
             found[f"{label}.{name}"] = value
         if effect.ports is not None:

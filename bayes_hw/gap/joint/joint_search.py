@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,21 +31,25 @@ VERIFIED_NATS = 25.0
 """That a label must be worth when it is dropped and G grown again."""
 
 VERIFIED_BESIDE_NATS = 80.0
-"""Where readings are rounded, held or late, so that the noise is not normal."""
+"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
+which is something that no label explains. Also of all labels beside wind or a walk, where that explains as
+much of what the cascade alone leaves."""
+
+SLOW_SHARE = 0.5
+"""Of the nats of all labels, from which wind or a walk explains as much: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
 
-MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 2, 0.4, 8
-"""Labels that are followed further, the share of the best one's nats from which, and the order of G above
-which it is pruned first."""
+MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
+"""Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
+and the order of G above which it is pruned first."""
+
+FOLLOWED_SHARE = 0.7
+"""Of the best label's nats, from which another is followed to the end beside it."""
 
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
-
-UNNAMED_NATS, UNNAMED_SHARE = 20.0, 0.1
-"""What a law without a name must be better by than one that has one: in nats, and as a share of what it
-gains, since laws within G's ports are approximate."""
 
 MOST_EFFECTS, MOST_STEPS = 3, 10
 
@@ -53,9 +57,10 @@ MOST_EFFECTS, MOST_STEPS = 3, 10
 @dataclass(frozen=True, eq=False)
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
-    label, the best score over the base's that every label reached alone, faults of the readings, and what is
-    left. `known` says of every known input what was found; those accepted are part of `base`. `tone` is a
-    motion of one frequency in time that was taken out of the records of both."""
+    label, the best score over the base's that every label reached alone (those that were followed to the end
+    in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
+    says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
+    frequency in time that was taken out of the records of both."""
 
     fit: JointFit
     base: JointFit
@@ -65,6 +70,12 @@ class JointAnswer:
     remainder: Remainder
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
+    ends: Mapping[str, JointFit] = field(default_factory=dict)
+
+    @property
+    def followed(self) -> tuple[str, ...]:
+        """Labels that were followed to the end."""
+        return tuple(self.ends)
 
     @property
     def bare(self) -> JointFit:
@@ -93,18 +104,58 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     return replace(found, known=known)
 
 
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """An explanation on its way, and the cascade without effects under the same weights of the readings."""
+
+    fit: JointFit
+    base: JointFit
+    readings: Readings
+
+    @property
+    def gained(self) -> float:
+        """Nats over the cascade without effects."""
+        return self.fit.score - self.base.score
+
+    def is_without(self, best: _Path) -> bool:
+        """Whether it explains by other labels than `best`, in their place and not beside them."""
+        return not set(self.fit.labels) & set(best.fit.labels)
+
+    def reread(self) -> _Path:
+        """With the readings' faults looked for again, if there were none."""
+        if not self.fit.labels or self.readings.nats:
+            return self
+        later = read_faults(self.fit)
+        if not later.nats:
+            return self
+        return _Path(weighted(self.fit, later.weights), weighted(self.base, later.weights), later)
+
+
 def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
-    """Effects found over a cascade without any, pruned and verified."""
-    begun = base.score
-    fit, base, readings, alone = _grown(base, readings, told)
+    """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
+    the best one is followed to its end as well: which of them is better may show only there."""
+    begun = _Path(base, base, readings)
+    contenders, alone = _contenders(begun)
+    rivals = {label: one.score - base.score for label, one in alone.items()}
+    ended = []
+    for path in contenders:
+        told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
+        ended.append(_followed(path, told))
+    best = max(ended, key=lambda path: path.gained, default=begun)
+    instead = [path for path in ended if path is best or path.is_without(best)]
+    ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
+    rivals |= {label: end.gained for label, end in ends.items()}
+    fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
+    left = remainder_of(fit)
     if fit.labels:
-        fit = pruned(delayed(pruned(fit)))
-        told(f"pruned: {described(fit)}")
-        base, fit, readings = read_again(base, fit, readings, lambda f, again: weighted(f, again.weights))
-    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
-    fit, nats = verified(fit, [base, *alone.values()], asked, told)
-    rivals = {label: one.score - begun for label, one in alone.items()}
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+        slow = remainder_of(best.base)
+        own = fit.score - best.base.score
+        worth = own + left.slow_nats - slow.slow_nats
+        if slow.slow_nats > SLOW_SHARE * own and worth < VERIFIED_BESIDE_NATS:
+            told(f"slow noise explains as much: {slow.slow_nats:.0f} nats, {worth:.0f} beside it")
+            fit, nats, left = best.base, {}, slow
+    fits = {label: end.fit for label, end in ends.items()}
+    return JointAnswer(fit, best.base, nats, rivals, best.readings, left, ends=fits)
 
 
 def described(fit: JointFit) -> str:
@@ -138,10 +189,13 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 
 def _structural(fit: JointFit) -> JointFit:
-    """The best of the present effects with other ports, another form of their law, or a larger G."""
+    """The best of the present effects with other ports, another form of their law, or a larger G; where the
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    trials = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
-    return highest([fit, *(t.descended() for t in trials)])
+    begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    if fit.point.whitener.order > 1:
+        begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
+    return highest([fit, *(t.descended() for t in begun)])
 
 
 def _finer(fit: JointFit) -> JointFit:
@@ -177,43 +231,42 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
     return found
 
 
-def _with_handicap(fit: JointFit, begun: float) -> float:
-    """Score, less what a law without a name must be better by than one that has one."""
-    gained = max(fit.score - begun, 0.0)
-    return fit.score - max(UNNAMED_NATS, UNNAMED_SHARE * gained) * (OTHER in fit.labels)
+def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
+    """The best explanations by one label, best first, and every label's."""
+    fit = begun.fit
+    trials = effect_candidates(fit, FORMS)
+    settled = _settled(fit, trials)
+    paths = [replace(begun, fit=_finer(one)).reread() for one in settled]
+    paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
+    contenders = [p for p in paths if p.gained >= FOLLOWED_SHARE * paths[0].gained]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled)}
 
 
-def _grown(
-    base: JointFit, readings: Readings, say: Callable[[str], None]
-) -> tuple[JointFit, JointFit, Readings, dict[str, JointFit]]:
-    """The fit with effects, the base and the readings under the last weights, and the best explanation by
-    every label alone."""
-    fit, alone = base, dict[str, JointFit]()
-    for step in range(MOST_STEPS):
-        best = _structural(fit) if step else fit
+def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
+    """More effects, ports and poles as long as they pay; then what does not is taken out."""
+    for _ in range(1, MOST_STEPS):
+        fit = path.fit
+        best = _structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            trials = effect_candidates(fit, FORMS)
-            settled = _settled(fit, trials)
-            if step == 0:
-                alone = {t.labels[-1]: t for t in (*trials, *settled)}
-            best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
+            settled = _settled(fit, effect_candidates(fit, FORMS))
+            best = highest([best, *settled])
         best = _finer(best)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        fit = best
-        if fit.labels and not readings.nats:
-            later = read_faults(fit)
-            if later.nats:
-                readings = later
-                base, fit = weighted(base, later.weights), weighted(fit, later.weights)
-    return fit, base, readings, alone
+        path = replace(path, fit=best).reread()
+    fit = pruned(delayed(pruned(path.fit)))
+    say(f"pruned: {described(fit)}")
+    base, fit, readings = read_again(
+        path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
+    )
+    return _Path(fit, base, readings)
 
 
 def verified(
-    fit: JointFit, others: Sequence[JointFit], asked: float, say: Callable[[str], None]
+    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
 ) -> tuple[JointFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and G grown again, with those nats.
+    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
 
     Any of the `others`, of the labels that are left and under the same weights, may do better than that.
     """
@@ -229,6 +282,8 @@ def verified(
             alternatives.append(without)
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
+        doubtful = readings.nats or fit.point.whitener.order > 1
+        asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]

@@ -42,6 +42,7 @@ from bayes_hw.gap.joint.joint_kernel import (
     SETTLING_TIME,
     SINE,
     SINE2,
+    SLIP,
     STRIBECK,
     WARMING,
     WAVENUMBER,
@@ -65,6 +66,9 @@ def law_value(law, q, w, theta, memory, steps):  # type: ignore[no-untyped-def]
         sign = 1.0 if q >= 0 else -1.0
         after = sign + (memory - sign) * math.exp(-abs(q) / (t0 * steps))
         return -after, after
+    if law == SLIP:
+        after = min(max(memory, q - t0), q + t0)
+        return after / t0, after
     if law == RIPPLE:
         return math.sin(t0 * q + t1) + t2 * math.sin(2 * t0 * q + t1) - (1 + t2) * math.sin(t1), memory
     r = q / t0

@@ -29,6 +29,13 @@ class Remainder:
     spectrum: NoiseSpectrum
     rhythm: float = 0.0
 
+    @property
+    def slow_nats(self) -> float:
+        """By which wind or an angle that walks explains the noise better than an autoregression does."""
+        spectrum = self.spectrum
+        plain = max(spectrum.autoregression, spectrum.first_order)
+        return max(spectrum.torque - plain, spectrum.walk - plain, 0.0)
+
 
 def remainder_of(fit: JointFit) -> Remainder:
     """Of a fit's weighted residuals; for spectra those that were not measured lie between their

@@ -68,13 +68,15 @@ def test_two_labels_hardly_told_apart_share_by_nats() -> None:
     found = answer_of(quiet, quiet, {"wind": 120.0})
     evidence = GivenEvidence.of(found, SIGMA)
     calibration = GivenCalibration.built_in()
-    between, sure = calibration.nats_between, calibration.sure(120.0, calibration.floor)
+    between = calibration.nats_between
+    alone = replace(evidence.joint, labels=("wind",), own=120.0, rivals={"wind": 120.0})
+    before = decide_given(replace(evidence, joint=alone)).probability
     for lead in (0.0, between):
-        joint = replace(evidence.joint, labels=("wind",), own=120.0)
-        joint = replace(joint, rivals={"wind": 120.0, "sensor_drift": 120.0 - lead})
+        joint = replace(alone, rivals={"wind": 120.0, "sensor_drift": 120.0 - lead})
         said = decide_given(replace(evidence, joint=joint)).probability
         assert said["wind"] / said["sensor_drift"] == pytest.approx(np.exp(lead / between), rel=1e-6)
-        assert 0.9 * sure < said["wind"] + said["sensor_drift"] < 1.02 * sure
+        together = before["wind"] + before["sensor_drift"]
+        assert said["wind"] + said["sensor_drift"] == pytest.approx(together)
 
 
 def test_evidence_in_a_file_is_decided_the_same() -> None:

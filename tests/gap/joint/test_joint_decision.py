@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
@@ -25,6 +26,7 @@ def _decided(
     readings: dict[str, float] | None = None,
     rivals: dict[str, float] | None = None,
     kurtosis: float = 0.0,
+    followed: tuple[str, ...] = (),
 ) -> JointDecision:
     order = 0 if spectrum is QUIET else 8
     found = SimpleNamespace(
@@ -34,6 +36,7 @@ def _decided(
         remainder=Remainder(order, 1.0 if order == 0 else 2.0, kurtosis, spectrum),
         fit=SimpleNamespace(labels=tuple(nats), score=sum(nats.values())),
         base=SimpleNamespace(score=0.0),
+        followed=followed,
     )
     return decide_jointly(cast(JointAnswer, found))
 
@@ -77,6 +80,18 @@ def test_a_rival_as_good_is_stated() -> None:
     assert found.probability["torque_ripple"] > 0.3
 
 
+@pytest.mark.parametrize("rival", ["backlash", "other"])
+def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
+    """However far it falls behind, and whether it has a name or not; one that is near is confusable."""
+    between = JointCalibration.built_in().nats_between
+    for lead in (5.0, 100.0):
+        rivals = {"friction": 900.0, rival: 900.0 - lead}
+        found = _decided({"friction": 900.0}, rivals=rivals, followed=("friction", rival))
+        odds = found.probability["friction"] / found.probability[rival]
+        assert odds == pytest.approx(np.exp(lead / between))
+        assert found.confusable == ((("friction", rival),) if lead == 5.0 else ())
+
+
 def test_readings_and_a_law_without_a_name() -> None:
     assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
     assert _decided({"other": 300.0}).answer == ("other",)
@@ -94,6 +109,8 @@ def test_a_rhythm_of_samples_has_no_name() -> None:
     quiet = Remainder(0, 1.0, 0.2, QUIET, 90.0)
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
+    late = decide(JointEvidence({}, {"timing_jitter": 600.0}, {}, 0.0, (), quiet))
+    assert late.answer == ("other",)
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
 
 

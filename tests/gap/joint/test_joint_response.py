@@ -109,3 +109,19 @@ def test_the_twist_is_what_the_axis_would_do_left_alone(name: str, order: int) -
     coming = np.diff(run.w, order)
     assert np.ptp(coming[begin:]) > 1e-4
     np.testing.assert_allclose(run.signals[0, begin : len(coming)], coming[begin:], atol=1e-12)
+
+
+def test_what_slips_follows_the_twist_beyond_what_grips() -> None:
+    """Like play: nothing until the grip is passed, and what slipped stays."""
+    grip = 1e-4
+    response, values = response_with(
+        (torque(form("other", "slip beyond the spring"), (grip,), 1e-6, 0.0),), SAMPLES
+    )
+    run = response.simulate(values, command(SAMPLES, 1))
+    slipped, expected = 0.0, []
+    for twist in run.signals[0]:
+        slipped = min(max(slipped, twist - grip), twist + grip)
+        expected.append(slipped / grip)
+    assert np.mean(np.diff(expected) == 0) > 0.3
+    assert np.ptp(expected) > 1.0
+    np.testing.assert_allclose(run.torques[0], expected, atol=1e-12)

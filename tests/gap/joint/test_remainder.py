@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lfilter
 
+from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.noise_rhythm import rhythm_nats
-from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.remainder import Remainder, samples_of_variance
 
 
 def test_the_variance_of_coloured_noise_is_known_worse() -> None:
@@ -26,7 +27,20 @@ def test_a_rhythm_is_told_from_even_noise_and_from_a_burst() -> None:
     burst = [e.copy() for e in even]
     burst[0][300:400] *= 3
     assert rhythm_nats(burst) < 20
+    heavy = [rng.standard_t(2.5, 2000) for _ in range(20)]
+    assert max(rhythm_nats([e]) for e in heavy) < 20
     beat = [e.copy() for e in even]
     for e in beat:
         e[::5] *= 1.5
     assert rhythm_nats(beat) > 30
+
+
+def test_slow_noise_has_nats_over_an_autoregression() -> None:
+    """The better of both causes, over the better of both plain models, and none where it is worse."""
+
+    def slow(spectrum: NoiseSpectrum) -> float:
+        return Remainder(12, 2.0, 0.0, spectrum).slow_nats
+
+    assert slow(NoiseSpectrum(0.0, 900.0, 700.0, 930.0, 960.0, 0.1)) == 60.0
+    assert slow(NoiseSpectrum(0.0, 700.0, 900.0, 930.0, 910.0, 0.1)) == 30.0
+    assert slow(NoiseSpectrum(0.0, 700.0, 900.0, 830.0, 810.0, 0.1)) == 0.0
