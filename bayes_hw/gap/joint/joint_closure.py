@@ -53,8 +53,13 @@ class Floor:
             doubt = max(doubt, MIMICKED_DOUBT)
         error = level * (ESTIMATED / np.sqrt(2 * samples_of_variance(fit.point.residuals)) + doubt)
         least = min(innovation_sigma(fit) / fit.point.rms, 1.0) if fit.point.whitener.order > 1 else 1.0
-        walks = DRIFT in answer and not any(e.form.label == DRIFT for e in fit.response.template)
-        return cls(level, float(error), min(level, level * least if uneven else sigma * least), walks)
+        lowest = level * least if uneven else min(level, fit.point.rms * least)
+        return cls(level, float(error), lowest, walks(fit, answer))
+
+
+def walks(fit: JointFit, answer: Sequence[str]) -> bool:
+    """Whether the answer says that readings drift in no way that the fit describes."""
+    return DRIFT in answer and not any(e.form.label == DRIFT for e in fit.response.template)
 
 
 def of_axis(values: JointValues) -> JointValues:

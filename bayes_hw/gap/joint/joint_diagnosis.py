@@ -37,6 +37,7 @@ from bayes_hw.gap.joint.joint_closure import (
     closure_of,
     of_axis,
     spread,
+    walks,
     without_glitches,
 )
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly
@@ -158,11 +159,7 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
     """Standard deviation of the encoder's noise, output units, as far as the fit tells."""
     answer = set(decision.answer)
     sigma = fit.point.rms
-    if (
-        "wind" in answer
-        or (OTHER in answer and OTHER not in fit.labels)
-        or (answer == {"sensor_drift"} and not fit.labels)
-    ):
+    if "wind" in answer or (OTHER in answer and OTHER not in fit.labels) or walks(fit, decision.answer):
         sigma = innovation_sigma(fit)
     if "encoder_quantization" in answer and found.readings.step is not None:
         sigma = max(

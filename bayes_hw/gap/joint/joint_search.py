@@ -144,13 +144,13 @@ def _structural(fit: JointFit) -> JointFit:
     return highest([fit, *(t.descended() for t in trials)])
 
 
-def _finer(fit: JointFit) -> JointFit:
+def finer(fit: JointFit) -> JointFit:
     """With laws that act several times a sample, where that is better."""
     laws = any(e.ports is not None and not e.form.column for e in fit.response.template)
     if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
         return fit
-    finer = fit.finer().descended()
-    return finer if finer.score > fit.score + STRUCTURAL_NATS else fit
+    trial = fit.finer().descended()
+    return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
@@ -197,7 +197,7 @@ def _grown(
             if step == 0:
                 alone = {t.labels[-1]: t for t in (*trials, *settled)}
             best = max([best, *settled], key=lambda t: _with_handicap(t, base.score))
-        best = _finer(best)
+        best = finer(best)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
