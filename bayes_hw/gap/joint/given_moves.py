@@ -52,8 +52,8 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
 def every_law(fit: GivenFit) -> list[GivenFit]:
     """Of every label that the fit lacks the best law through ports of its own, looking at the states of G.
 
-    All of its starts are followed: neither what a start promises nor a few steps without the states tell which
-    law it is. Laws of the position are left out, their starts are too many.
+    All of its starts are followed: neither what a start promises nor a few steps without the states tell
+    which law it is. Laws of the position are left out, their starts are too many.
     """
     found: dict[str, list[GivenFit]] = {}
     last = len(fit.values.effects)

@@ -17,12 +17,13 @@ from bayes_hw.gap.joint.reading_faults import MASK, glitches
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
 
-DRIFT = "sensor_drift"
-UNEVEN = ("encoder_quantization", "timing_jitter")
-"""Labels that make the readings' errors as large as the motion has them."""
+DRIFT, ROUNDING = "sensor_drift", "encoder_quantization"
+MIMICKED = ("wind", "timing_jitter", OTHER)
+"""Labels of motion, at the instants of the readings, that noise mimics; it counts as motion."""
 
-UNEVEN_DOUBT, MIMICKED_DOUBT, PLAIN_DOUBT = 0.15, 0.15, 0.02
-"""How far a floor may be off on other motion, a share of it; where unseen motion mimics noise; else."""
+DOUBT, PLAIN_DOUBT = 0.15, 0.02
+"""How far a floor may be off, a share of it: where rounding makes it depend on the motion or where motion
+mimics noise; else."""
 
 ESTIMATED = 1.5
 """Of the standard error of a variance from finitely many samples."""
@@ -46,15 +47,11 @@ class Floor:
     @classmethod
     def of(cls, fit: JointFit, answer: Sequence[str], sigma: float) -> Floor:
         """Of the training records' residuals under this answer, with the encoder's noise `sigma`."""
-        uneven = bool(set(answer) & set(UNEVEN))
-        level = spread(fit) if uneven else sigma
-        doubt = UNEVEN_DOUBT if uneven else PLAIN_DOUBT
-        if set(answer) & {"wind", OTHER}:
-            doubt = max(doubt, MIMICKED_DOUBT)
+        level = spread(fit) if ROUNDING in answer else sigma
+        doubt = DOUBT if set(answer) & {ROUNDING, *MIMICKED} else PLAIN_DOUBT
         error = level * (ESTIMATED / np.sqrt(2 * samples_of_variance(fit.point.residuals)) + doubt)
-        least = min(innovation_sigma(fit) / fit.point.rms, 1.0) if fit.point.whitener.order > 1 else 1.0
-        lowest = level * least if uneven else min(level, fit.point.rms * least)
-        return cls(level, float(error), lowest, walks(fit, answer))
+        white = innovation_sigma(fit) if fit.point.whitener.order > 1 else level
+        return cls(level, float(error), min(level, white), walks(fit, answer))
 
 
 def walks(fit: JointFit, answer: Sequence[str]) -> bool:
