@@ -71,6 +71,12 @@ def without_glitches(measured: Sequence[FloatArray], shown: Sequence[FloatArray]
     return [np.where(m, np.nan, y) for y, m in zip(measured, masks, strict=True)]
 
 
+def rms(measured: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> float:
+    """Root mean square of what was measured less what was predicted, where it was."""
+    errors = np.concatenate([y - p for y, p in zip(measured, predicted, strict=True)])
+    return float(np.sqrt(np.nanmean(errors**2)))
+
+
 def spread(fit: JointFit) -> float:
     """Standard deviation of a reading about its prediction, glitches left out, output units."""
     weights = fit.response.weights

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,7 @@ from bayes_hw.gap.joint.joint_closure import (
     Floor,
     closure_of,
     of_axis,
+    rms,
     spread,
     walks,
     without_glitches,
@@ -204,7 +205,7 @@ def _finished(
 
     def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:
         scored = [starts.unscored(r) if r in holdout else 0 for r in records]
-        y = [r.y_or_nan[n:] for r, n in zip(records, scored, strict=True)]
+        measured = [r.y_or_nan[n:] for r, n in zip(records, scored, strict=True)]
         before, shown = (
             [starts.predict(each, r)[n:] for r, n in zip(records, scored, strict=True)]
             for each in (one, other)
@@ -213,14 +214,14 @@ def _finished(
         if drifts:
             steady = of_axis(other.values)
             after = [starts.predict(other, r, steady)[n:] for r, n in zip(records, scored, strict=True)]
-        if "outliers" in decision.answer:
-            y = without_glitches(y, shown)
-        y = [m - (s - a) for m, s, a in zip(y, shown, after, strict=True)]
+        kept = without_glitches(measured, shown) if "outliers" in decision.answer else measured
+        y = [m - (s - a) for m, s, a in zip(kept, shown, after, strict=True)]
         drawn = [
             [starts.predict(other, r, of_axis(values))[n:] for r, n in zip(records, scored, strict=True)]
             for values in (some if floor.hidden else ())
         ]
-        return closure_of(y, before, after, drawn, floor, rng)
+        found = closure_of(y, before, after, drawn, floor, rng)
+        return replace(found, rmse_before=rms(measured, before), rmse_after=rms(measured, shown))
 
     gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit)]
     first = starts.predict(base, holdout[0])[lead:]
