@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.effect_screen import noise_screens
 from bayes_hw.gap.joint.given_model import FURTHER
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import highest
+from bayes_hw.gap.joint.joint_kernel import BASE_POSITION, MODULATED
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 
@@ -20,7 +21,7 @@ FURTHER_DAMPING = 0.02
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
-FEW_STARTS = 3
+FEW_STARTS, STARTS_KEPT = 3, 3
 
 LIGHT = 0.25
 """Damping ratio of the pairs of G that a slow torque is seen to shake."""
@@ -46,6 +47,26 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
         if ports is not None and not ports.signal:
             found.append(as_given(fit.with_signal(len(effects) - 1).descended()))
     return found
+
+
+def every_law(fit: GivenFit) -> list[GivenFit]:
+    """Of every label that the fit lacks the best law through ports of its own, looking at the states of G.
+
+    All of its starts are followed: neither what a start promises nor a few steps without the states tell
+    which law it is. Laws of the position are left out, their starts are too many.
+    """
+    found: dict[str, list[GivenFit]] = {}
+    last = len(fit.values.effects)
+    for form in FORMS:
+        if not form.is_law or form.further or form.base == BASE_POSITION or form.law == MODULATED:
+            continue
+        if form.label not in fit.labels:
+            starts = [fit.with_effect(form, s).with_signal(last) for s in form.starts(fit.response.scale)]
+            found.setdefault(form.label, []).extend(as_given(s.descended(SECOND_STEPS)) for s in starts)
+    return [
+        best_of([t.descended() for t in sorted(begun, key=lambda t: -t.score)[:STARTS_KEPT]])
+        for begun in found.values()
+    ]
 
 
 def other_laws(fit: GivenFit) -> list[GivenFit]:

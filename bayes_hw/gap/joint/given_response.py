@@ -151,7 +151,10 @@ class GivenFit(JointFit):
         """At other coordinates of G, not descended."""
         given = self.response.given
         structure = given.structure(part, further, extra_delay)
-        response = replace(self.response, structure=structure, template=effects, part=part, further=further)
+        steps = self.response.steps if any(e.ports is not None for e in effects) else 1
+        response = replace(
+            self.response, structure=structure, template=effects, part=part, further=further, steps=steps
+        )
         values = JointValues(given.cascade(theta, part, further), effects)
         return GivenFit(response, evaluate(response, response.coordinates(values), self.point.whitener))
 

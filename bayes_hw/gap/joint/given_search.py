@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -16,6 +16,7 @@ from bayes_hw.gap.joint.given_model import GivenModel
 from bayes_hw.gap.joint.given_moves import (
     as_given,
     best_of,
+    every_law,
     further_modes,
     later,
     other_laws,
@@ -31,11 +32,12 @@ from bayes_hw.gap.joint.joint_search import (
     VERIFIED_BESIDE_NATS,
     VERIFIED_NATS,
     JointAnswer,
+    finer,
     silent,
 )
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowWhitener
+from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -155,33 +157,72 @@ def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
 
 
+@dataclass(frozen=True, eq=False)
+class _Trail:
+    """Where a search ended: its fit, the base and the readings under the last weights, what every label alone
+    reached; `whole` is the base of all samples."""
+
+    fit: GivenFit
+    base: GivenFit
+    whole: GivenFit
+    readings: Readings
+    rivals: dict[str, float]
+
+
 def _extended(
     base: GivenFit, readings: Readings, say: Callable[[str], None]
 ) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
-    """The fit with effects, base and readings under the last weights, what every label alone reached."""
+    """The fit with effects, base and readings under the last weights, what every label alone reached.
+
+    Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
+    where such noise is part of the answer, effects are sought without it too.
+    """
+    trail = _followed(base, readings, say)
+    fit = pruned(trail.fit)
+    if fit.response.cause is not None:
+        say("without wind and walk:")
+        plain = _followed(trail.whole, trail.readings, say, causes=False)
+        other = pruned(plain.fit)
+        if on_records(other, fit.response.records).score > fit.score:
+            trail, fit = plain, other
+    fit, base = exchanged(fit, trail.rivals, say), trail.base
+    if fit.response.cause is None and base.response.records is not trail.whole.response.records:
+        base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
+    return fit, base, trail.readings, trail.rivals
+
+
+def _trials(begun: GivenFit) -> list[GivenFit]:
+    """The best explanations with one label more, or with other ports and forms of those present."""
+    trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
+    if len(set(begun.labels)) < MOST_EFFECTS:
+        found = [as_given(t) for t in effect_candidates(begun, FORMS)]
+        found += with_signals(found) + further_modes(begun) + later(begun) + every_law(begun)
+        found += other_laws(best_of(found)) if found else []
+        trials += found
+    if begun.response.cause is not None and trials:
+        trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
+    return trials
+
+
+def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
+    """One label after the other while the score improves; without `causes` the noise has none, and faults of
+    the readings are as they were found."""
     whole, fit, rivals = base, base, dict[str, float]()
+    carried: list[GivenFit] = []
     steps = 0
     while steps < MOST_STEPS:
         steps += 1
-        slow = slow_causes(fit)
+        slow = slow_causes(fit) if causes else []
         begun = best_of([fit, *slow])
-        trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
-        if len(set(begun.labels)) < MOST_EFFECTS:
-            found = [as_given(t) for t in effect_candidates(begun, FORMS)]
-            found += with_signals(found) + further_modes(begun) + later(begun)
-            if found:
-                found += other_laws(best_of(found))
-            trials += found
-        if begun.response.cause is not None and trials:
-            trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
-        trials += slow
+        trials = [*_trials(begun), *slow, *carried]
+        carried = []
         if not trials:
             break
         if fit is base:
             for t in (t for t in trials if len(set(t.labels)) == 1):
                 label = t.labels[0]
                 rivals[label] = max(rivals.get(label, -np.inf), t.score - base.score)
-        best = best_of(trials)
+        best = as_given(finer(best_of(trials)))
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
@@ -189,12 +230,13 @@ def _extended(
             clear = away_from_zero(best, base)
             if clear is not None:
                 say("what a slow error may shift into the dead zone is left out")
+                carried = [on_records(best, clear.response.records)]
                 fit = base = clear
                 steps = 0
                 continue
         finished = best is begun
         fit = best
-        if not readings.nats:
+        if causes and not readings.nats:
             faults = read_faults(fit)
             if faults.nats:
                 readings = faults
@@ -205,10 +247,7 @@ def _extended(
                 finished = False
         if finished:
             break
-    fit = exchanged(pruned(fit), rivals, say)
-    if fit.response.cause is None and base.response.records is not whole.response.records:
-        base, fit = (on_records(one, whole.response.records) for one in (base, fit))
-    return fit, base, readings, rivals
+    return _Trail(fit, base, whole, readings, rivals)
 
 
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
@@ -225,8 +264,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         if len(set(fit.labels)) < 2:
             return fit
         trials: list[GivenFit] = []
-        causes = (WIND, WALK) if fit.response.cause is not None else ()
-        for label in dict.fromkeys(label for label in fit.labels if label not in causes):
+        for label in dict.fromkeys(fit.labels):
             rest = as_given(fit.without(label).descended())
             forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]

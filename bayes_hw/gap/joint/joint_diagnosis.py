@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from bayes_hw.files import staged
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
-from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict, highest_density_interval
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
@@ -30,6 +30,17 @@ from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.given_search import search_given
+from bayes_hw.gap.joint.joint_closure import (
+    DRIFT,
+    ESTIMATED,
+    Floor,
+    closure_of,
+    of_axis,
+    rms,
+    spread,
+    walks,
+    without_glitches,
+)
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly, rivals_of
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import widened
@@ -46,7 +57,6 @@ from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.moving_start import Starts
-from bayes_hw.gap.joint.reading_faults import MASK
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
@@ -58,7 +68,6 @@ from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
-BOOTSTRAPS = 300
 SEGMENTS = 12
 MOST_SAMPLES = 40_000
 """Of all records together that a search sees: of longer ones each record's beginning, in proportion."""
@@ -70,7 +79,8 @@ or where something without a name remains."""
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What was found from records alone; predictions (samples,) are of the first record held out."""
+    """What was found from records alone; predictions (samples,) are of the first record held out: `after` is
+    the angle of the axis, `low` and `high` the band of what the encoder shows, its drift included."""
 
     name: str
     train: tuple[Record, ...]
@@ -161,7 +171,7 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
         found.remainder.order > 1
         or "wind" in answer
         or (OTHER in answer and OTHER not in fit.labels)
-        or (answer == {"sensor_drift"} and not fit.labels)
+        or walks(fit, decision.answer)
     )
     sigma = innovation_sigma(fit) if moves else fit.point.rms
     if "encoder_quantization" in answer and found.readings.step is not None:
@@ -197,7 +207,9 @@ def _finished(
     starts = Starts.of(fit, train, holdout, lead, start)
     sigma = encoder_sigma(found, decision, fit)
     samples = samples_of_variance(fit.point.residuals)
-    noise_error = sigma * (1.5 / np.sqrt(2 * samples) + noise_doubt(found, decision))
+    noise_error = sigma * (ESTIMATED / np.sqrt(2 * samples) + noise_doubt(found, decision))
+    floor = Floor.of(fit, decision.answer, sigma)
+    drifts = DRIFT in fit.labels
     some = [
         fit.response.values(posterior.coordinates[i])
         for i in rng.choice(len(posterior.coordinates), PREDICTED_DRAWS, replace=False)
@@ -205,21 +217,33 @@ def _finished(
 
     def closure_on(records: Sequence[Record], one: JointFit, other: JointFit) -> Closure:
         scored = [starts.unscored(r) if r in holdout else 0 for r in records]
-        y = [r.y_or_nan[n:] for r, n in zip(records, scored, strict=True)]
-        before, after = (
+        measured = [r.y_or_nan[n:] for r, n in zip(records, scored, strict=True)]
+        before, shown = (
             [starts.predict(each, r)[n:] for r, n in zip(records, scored, strict=True)]
             for each in (one, other)
         )
-        return _closure(y, before, after, sigma, noise_error, rng)
+        after = shown
+        if drifts:
+            steady = of_axis(other.values)
+            after = [starts.predict(other, r, steady)[n:] for r, n in zip(records, scored, strict=True)]
+        kept = without_glitches(measured, shown) if "outliers" in decision.answer else measured
+        y = [m - (s - a) for m, s, a in zip(kept, shown, after, strict=True)]
+        drawn = [
+            [starts.predict(other, r, of_axis(values))[n:] for r, n in zip(records, scored, strict=True)]
+            for values in (some if floor.hidden else ())
+        ]
+        found = closure_of(y, before, after, drawn, floor, rng)
+        return replace(found, rmse_before=rms(measured, before), rmse_after=rms(measured, shown))
 
     gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit)]
     first = starts.predict(base, holdout[0])[lead:]
     last = starts.predict(fit, holdout[0])[lead:]
+    angle = starts.predict(fit, holdout[0], of_axis(fit.values))[lead:] if drifts else last
     drawn = np.array([starts.predict(fit, holdout[0], values, rng)[lead:] for values in some])
     # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
-    spread = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
-    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + _spread(fit) ** 2)
+    doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
+    half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {
@@ -259,7 +283,7 @@ def _finished(
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
-        name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
+        name, train, holdout, found, decision, posterior, verdict, first, angle, last - half, last + half,
         corrected, advice,
     )  # fmt: skip
 
@@ -273,51 +297,6 @@ def _middle_spread(drawn: FloatArray) -> FloatArray:
     coordinates has a few draws whose response is far from any that the records allow."""
     low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
     return np.asarray((high - low) / 2, dtype=np.float64)
-
-
-def _spread(fit: JointFit) -> float:
-    """Standard deviation of a sample about its prediction, glitches left out, output units."""
-    weights = fit.response.weights
-    if weights is None:
-        return fit.point.rms
-    errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
-    kept = np.concatenate([e[(w < MASK / 2) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
-    return float(np.sqrt(np.mean(kept**2)))
-
-
-def _closure(
-    measured: Sequence[FloatArray],
-    before: Sequence[FloatArray],
-    after: Sequence[FloatArray],
-    sigma: float,
-    noise_error: float,
-    rng: np.random.Generator,
-) -> Closure:
-    """Closed fraction 1 - (after^2 - sigma^2) / (before^2 - sigma^2), the noise and the blocks of the records
-    drawn anew for its interval. `measured` is NaN where nothing was measured, which does not count."""
-    e0 = np.concatenate([y - p for y, p in zip(measured, before, strict=True)])
-    e1 = np.concatenate([y - p for y, p in zip(measured, after, strict=True)])
-    known = ~np.isnan(np.concatenate(list(measured)))
-    e0, e1 = e0[known], e1[known]
-    rmse0, rmse1 = float(np.sqrt(np.mean(e0**2))), float(np.sqrt(np.mean(e1**2)))
-    if np.array_equal(e0, e1):
-        return Closure(rmse0, rmse1, sigma, 0.0, (0.0, 0.0))
-
-    def closed(a: float, b: float, s: float) -> float:
-        reducible = max(a - s**2, 0.01 * a)
-        return float(np.clip(1 - max(b - s**2, 0.0) / reducible, -1.0, 1.0))
-
-    parts0 = np.array([np.mean(p**2) for p in np.array_split(e0, 40)])
-    parts1 = np.array([np.mean(p**2) for p in np.array_split(e1, 40)])
-    draws = []
-    for _ in range(BOOTSTRAPS):
-        pick = rng.integers(0, 40, 40)
-        draws.append(
-            closed(parts0[pick].mean(), parts1[pick].mean(), sigma + noise_error * rng.standard_normal())
-        )
-    low, high = highest_density_interval(np.array(draws), 0.94)
-    middle = closed(rmse0**2, rmse1**2, sigma)
-    return Closure(rmse0, rmse1, sigma, middle, (min(low, middle), max(high, middle)))
 
 
 def _location(train: Sequence[Record], found: JointAnswer, decision: JointDecision, sigma: float) -> Location:

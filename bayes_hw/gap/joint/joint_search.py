@@ -198,13 +198,13 @@ def _structural(fit: JointFit) -> JointFit:
     return highest([fit, *(t.descended() for t in begun)])
 
 
-def _finer(fit: JointFit) -> JointFit:
+def finer(fit: JointFit) -> JointFit:
     """With laws that act several times a sample, where that is better."""
     laws = any(e.ports is not None and not e.form.column for e in fit.response.template)
     if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
         return fit
-    finer = fit.finer().descended()
-    return finer if finer.score > fit.score + STRUCTURAL_NATS else fit
+    trial = fit.finer().descended()
+    return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
@@ -236,7 +236,7 @@ def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
     fit = begun.fit
     trials = effect_candidates(fit, FORMS)
     settled = _settled(fit, trials)
-    paths = [replace(begun, fit=_finer(one)).reread() for one in settled]
+    paths = [replace(begun, fit=finer(one)).reread() for one in settled]
     paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
     contenders = [p for p in paths if p.gained >= FOLLOWED_SHARE * paths[0].gained]
     return contenders, {t.labels[-1]: t for t in (*trials, *settled)}
@@ -250,7 +250,7 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             settled = _settled(fit, effect_candidates(fit, FORMS))
             best = highest([best, *settled])
-        best = _finer(best)
+        best = finer(best)
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")

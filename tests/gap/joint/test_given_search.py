@@ -12,17 +12,20 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.joint import given_search
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.given_model import GivenModel
-from bayes_hw.gap.joint.given_response import GivenResponse
+from bayes_hw.gap.joint.given_moves import as_given, every_law
+from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.slow_noise import WIND, SlowNoise
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 
-SAMPLES = 700
+SAMPLES, FEW = 700, 400
 
 
 def model(lower: float = -0.35, upper: float = 0.3, gain: float = 1.0) -> HammersteinWiener:
@@ -139,3 +142,48 @@ def test_beside_rounding_no_period_near_its_step_is_looked_for() -> None:
     assert set(readings.nats) == {"encoder_quantization"}
     assert base.response.scale.shortest == 0
     assert reweighted(base, readings).response.scale.shortest == pytest.approx(3 * step, rel=1e-6)
+
+
+def test_every_start_of_every_law_is_followed() -> None:
+    """No start, followed alone as far as all are at first, is better than what its label ends with."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    found = {fit.labels[0]: fit for fit in every_law(base)}
+    assert found.keys() == {"cubic_stiffness", "friction", "backlash", "other"}
+    assert max(found, key=lambda label: found[label].score) == "friction"
+    law = form("backlash", "dynamic")
+    for start in law.starts(base.response.scale):
+        alone = base.with_effect(law, start).with_signal(0).descended(8)
+        assert found[law.label].score >= alone.score
+    assert "friction" not in {fit.labels[-1] for fit in every_law(found["friction"])}
+
+
+def test_steps_within_the_sample_go_with_the_law() -> None:
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    finer = base.with_effect(rub.form, (0.02,)).finer()
+    assert finer.response.steps == 4
+    assert finer.with_mode(3.0, 0.02).response.steps == 4
+    assert finer.without("friction").response.steps == 1
+
+
+def test_beside_noise_of_a_cause_effects_are_sought_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is better without it is the answer; where the noise has no cause nothing is sought again."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
+    rubbing = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    asked: list[bool] = []
+    ends: list[GivenFit] = []
+
+    def followed(*args: object, causes: bool = True) -> object:
+        del args
+        asked.append(causes)
+        return given_search._Trail(ends[0] if causes else rubbing, base, base, readings, {})
+
+    monkeypatch.setattr(given_search, "_followed", followed)
+    for first, calls in ((windy, [True, False]), (rubbing, [True])):
+        asked.clear()
+        ends[:] = [first]
+        assert given_search._extended(base, readings, lambda _: None)[0].labels == ("friction",)
+        assert asked == calls
