@@ -19,6 +19,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import levelled, simulated_outputs
+from bayes_hw.infer.centred_weights import CentredWeights
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.log_posterior import LogPosterior
@@ -146,6 +147,9 @@ def infer(
                 settings=settings,
                 others=origin.others,
                 straightening=Reparameterisation.of(axis.parameters, records),
+                centring=CentredWeights.of(
+                    axis, target.values(origin.coordinates), origin.noise, records, origin.power
+                ),
                 jobs=jobs,
                 progress=progress,
                 checkpoint=checkpoint,

@@ -1,4 +1,4 @@
-"""The Laplace approximation of a log-density at its modes, in plain coordinates or in straight ones."""
+"""The Laplace approximation of a log-density at its modes, in the parameters' coordinates or in others."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.mixture import StudentTMixture, several_laplace
-from bayes_hw.infer.reparameterisation import Reparameterisation
 
 VALLEY = 2.0
 """Two modes are two where the log-density between them falls this far below the lower one."""
 PATH_POINTS = 17
+JACOBIAN_STEP = 1e-4
+"""Of a standard deviation."""
 
 
 class LogDensity(Protocol):
@@ -28,12 +29,25 @@ class LogDensity(Protocol):
     def __call__(self, coordinates: FloatArray) -> FloatArray: ...
 
 
-class StraightDensity:
-    """A log-density as a function of straight coordinates, Jacobian included."""
+class CoordinateMap(Protocol):
+    """A one-to-one map between some coordinates and those of the parameters, for points (..., parameters)."""
 
-    def __init__(self, density: LogDensity, straightening: Reparameterisation) -> None:
+    def to_plain(self, points: FloatArray, /) -> tuple[FloatArray, FloatArray]:
+        """Coordinates of the parameters, and the log-Jacobian of going there, without the last axis; NaN
+        where there are none."""
+        ...
+
+    def from_plain(self, plain: FloatArray) -> FloatArray:
+        """The inverse of `to_plain`."""
+        ...
+
+
+class StraightDensity:
+    """A log-density as a function of other coordinates, Jacobian included."""
+
+    def __init__(self, density: LogDensity, mapping: CoordinateMap) -> None:
         self.density = density
-        self.straightening = straightening
+        self.mapping = mapping
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,7 +62,7 @@ class StraightDensity:
         self.density.non_finite = count
 
     def __call__(self, coordinates: FloatArray) -> FloatArray:
-        plain, log_jacobian = self.straightening.to_plain(coordinates)
+        plain, log_jacobian = self.mapping.to_plain(coordinates)
         log_density = self.density(plain)
         return np.where(np.isfinite(log_density), log_density + log_jacobian, -np.inf)
 
@@ -56,11 +70,13 @@ class StraightDensity:
 @dataclass(frozen=True, eq=False)
 class Laplace:
     """Approximate modes (parameters,) with their covariances, the best first, and the density of every
-    ensemble, all in the same coordinates."""
+    ensemble, all in the same coordinates: those that `maps` lead to, one after the other, from the
+    parameters' own."""
 
     modes: Sequence[tuple[FloatArray, FloatArray]]
     densities: Sequence[LogDensity]
     straight: bool = False
+    maps: tuple[CoordinateMap, ...] = ()
 
     @property
     def dimension(self) -> int:
@@ -80,13 +96,35 @@ class Laplace:
                 kept.append((mode, covariance))
         return replace(self, modes=kept)
 
-    def straightened(self, straightening: Reparameterisation) -> Laplace:
-        """The same in straight coordinates."""
-        return Laplace(
-            [
-                (straightening.from_plain(mode), straightening.covariance_from_plain(mode, covariance))
+    def straightened(self, mapping: CoordinateMap) -> Laplace:
+        """The same in coordinates of straight limits."""
+        return replace(self.carried(mapping), straight=True)
+
+    def carried(self, mapping: CoordinateMap) -> Laplace:
+        """The same in the coordinates of a map."""
+        return replace(
+            self,
+            modes=[
+                (mapping.from_plain(mode), carried_covariance(mapping, mode, covariance))
                 for mode, covariance in self.modes
             ],
-            [StraightDensity(density, straightening) for density in self.densities],
-            True,
+            densities=[StraightDensity(density, mapping) for density in self.densities],
+            maps=(*self.maps, mapping),
         )
+
+    def to_plain(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates of the parameters, and the log-Jacobian of going there, without the last axis."""
+        log_jacobian = np.zeros(points.shape[:-1])
+        for mapping in reversed(self.maps):
+            points, part = mapping.to_plain(points)
+            log_jacobian += part
+        return points, log_jacobian
+
+
+def carried_covariance(mapping: CoordinateMap, mode: FloatArray, covariance: FloatArray) -> FloatArray:
+    """A covariance at `mode` (parameters,) carried over by the Jacobian of `from_plain`."""
+    step = JACOBIAN_STEP * np.diag(np.sqrt(np.diag(covariance)))
+    difference = mapping.from_plain(mode + step) - mapping.from_plain(mode - step)
+    jacobian = difference.T / (2 * np.diag(step))
+    carried = jacobian @ covariance @ jacobian.T
+    return np.asarray(0.5 * (carried + carried.T))

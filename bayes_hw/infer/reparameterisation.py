@@ -24,7 +24,6 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Record
 
 KNOTS = 512
-JACOBIAN_STEP = 1e-4
 NAMES = ("saturation.lower", "saturation.upper")
 GAINS = ("gain", "velocity_gain")
 
@@ -125,14 +124,6 @@ class Reparameterisation:
         straight[..., self.upper_row] = s_upper
         straight[..., self.lower_row] = self._gain(plain) * (self.mean_command - _mean_above(s_upper) + below)
         return straight
-
-    def covariance_from_plain(self, mode: FloatArray, covariance: FloatArray) -> FloatArray:
-        """A covariance at `mode` (parameters,) carried over by the Jacobian of `from_plain`."""
-        step = JACOBIAN_STEP * np.diag(np.sqrt(np.diag(covariance)))
-        difference = self.from_plain(mode + step) - self.from_plain(mode - step)
-        jacobian = difference.T / (2 * np.diag(step))
-        carried = jacobian @ covariance @ jacobian.T
-        return 0.5 * (carried + carried.T)
 
     def _gain(self, points: FloatArray) -> FloatArray:
         if self.gain_row is None:

@@ -14,10 +14,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.checkpoint import Block, Checkpoint, Plan
 from bayes_hw.infer.convergence import Convergence, assess
 from bayes_hw.infer.ensemble import EnsembleState, advance
-from bayes_hw.infer.laplace import Laplace, LogDensity
+from bayes_hw.infer.laplace import CoordinateMap, Laplace, LogDensity
 from bayes_hw.infer.moves import weighted_moves
 from bayes_hw.infer.pilot import run_pilot
-from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.progress import Progress
 
 MIN_STEPS = 50
@@ -65,7 +64,8 @@ def sample(
     *,
     settings: SamplerSettings | None = None,
     others: Sequence[tuple[FloatArray, FloatArray]] = (),
-    straightening: Reparameterisation | None = None,
+    straightening: CoordinateMap | None = None,
+    centring: CoordinateMap | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
@@ -78,6 +78,7 @@ def sample(
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
     the walkers move in straight coordinates, where `straightening` gives some: see `bayes_hw.infer.pilot`.
+    Either way they do in the coordinates of `centring`, where there is one.
     Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of
     their proposals from then on at the side opposite to the walker.
     `make_log_density` gives every ensemble a density of its own, so that they can run in `jobs` threads; the
@@ -89,6 +90,8 @@ def sample(
     densities = [make_log_density() for _ in range(settings.ensembles)]
     names = densities[0].names
     choices = [Laplace([(mode, covariance), *others], densities)]
+    if centring is not None:
+        choices = [choices[0].carried(centring)]
     if straightening is not None:
         choices.append(choices[0].straightened(straightening))
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)
@@ -105,7 +108,7 @@ def sample(
         else:
             plan, blocks, states = stored
         moves = weighted_moves(plan.proposal, plan.independence_weight, opposite=True)
-        chosen, mapping = (choices[1], straightening) if plan.straight else (choices[0], None)
+        chosen = choices[int(plan.straight)]
         with progress.task("sampling", settings.max_steps) as task:
             while True:
                 steps = len(blocks) * settings.block
@@ -124,7 +127,7 @@ def sample(
                         break
                 elif not within_reach:
                     task.reach(steps)
-                block, states = _block(chosen.densities, mapping, states, moves, settings.block, pool)
+                block, states = _block(chosen, states, moves, settings.block, pool)
                 blocks.append(block)
                 if checkpoint is not None:
                     checkpoint.save_block(len(blocks), block, states)
@@ -153,13 +156,13 @@ def _joined(blocks: list[Block]) -> tuple[FloatArray, FloatArray]:
 
 
 def _block(
-    densities: Sequence[LogDensity],
-    straightening: Reparameterisation | None,
+    chosen: Laplace,
     states: list[EnsembleState],
     moves: list[tuple[Move, float]],
     steps: int,
     pool: ThreadPoolExecutor,
 ) -> tuple[Block, list[EnsembleState]]:
+    densities = chosen.densities
     before = sum(density.non_finite for density in densities)
     futures = [
         pool.submit(advance, state, density, moves, steps)
@@ -168,8 +171,8 @@ def _block(
     results = [future.result() for future in futures]
     chain = np.stack([chain for chain, _, _, _ in results])
     log_probability = np.stack([log_probability for _, log_probability, _, _ in results])
-    if straightening is not None:
-        chain, log_jacobian = straightening.to_plain(chain)
+    if chosen.maps:
+        chain, log_jacobian = chosen.to_plain(chain)
         log_probability = log_probability - log_jacobian
     block = Block(
         chain,

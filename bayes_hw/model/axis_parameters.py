@@ -127,6 +127,17 @@ class AxisParameters:
         return tuple(parameter.name for parameter in self.parameters)
 
     @property
+    def free_real(self) -> list[int]:
+        """The real poles but an integrator among those of `linear_batch`, in the order of their weights."""
+        return self._free_real
+
+    @property
+    def weight_rows(self) -> tuple[int, ...]:
+        """The rows of the weights of G's poles: real ones, cosine and sine of pairs, the direct term."""
+        names = [f"{name}.{part}" for name in self._pair_names for part in ("cosine", "sine")]
+        return (*self._weight_rows, *(self._row[name] for name in [*names, "direct"] if name in self._row))
+
+    @property
     def nominal(self) -> FloatArray:
         """Values of the nominal model, shape (parameters,)."""
         return np.array([parameter.nominal for parameter in self.parameters])

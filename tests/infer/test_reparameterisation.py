@@ -9,6 +9,7 @@ import pytest
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.laplace import carried_covariance
 from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -86,7 +87,7 @@ def test_covariance_is_carried_over(small_axis: HammersteinWiener, straightening
     mode = scattered(small_axis, 0.0)[0]
     root = np.tril(np.random.default_rng(5).normal(0, 1e-3, (len(mode), len(mode))))
     cloud = mode + np.random.default_rng(4).standard_normal((40_000, len(mode))) @ root.T
-    carried = straightening.covariance_from_plain(mode, root @ root.T)
+    carried = carried_covariance(straightening, mode, root @ root.T)
     found = np.cov(straightening.from_plain(cloud).T)
     scale = np.sqrt(np.outer(np.diag(carried), np.diag(carried)))
     np.testing.assert_allclose(found / scale, carried / scale, atol=0.03)
