@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serial import SerialExecutor
+from serial_executor import SerialExecutor
 
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from serial import SerialExecutor
+from serial_executor import SerialExecutor
 
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.report.blind.figures_blind import shares

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
-from bayes_hw.gap.blind.joint_calibrate import (
+from blind_check.joint_calibrate import (
     GivenCase,
     JointCase,
     calibrate_jointly,
     left_out_scores,
     log_deviations,
 )
+
 from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.joint_calibration import JointCalibration

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from blind_check.tails import LEVEL, TailFit, Tails, standardized_errors
 from scipy.integrate import trapezoid
 from scipy.stats import norm, t
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
-from bayes_hw.gap.blind.tails import LEVEL, TailFit, Tails, standardized_errors
 
 
 def errors(share: float, scale: float = 1.0, seed: int = 1) -> list[FloatArray]:

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from bayes_hw.gap.answer.judgement import Claim, Remains
-from bayes_hw.gap.blind.ballot import Ballot
-from bayes_hw.gap.blind.calibrate import (
+from blind_check.ballot import Ballot
+from blind_check.calibrate import (
     BY_HAND,
     DOUBTS,
     STEPS,
@@ -21,6 +19,8 @@ from bayes_hw.gap.blind.calibrate import (
     names_fitted,
     total_score,
 )
+
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.progress import Progress
