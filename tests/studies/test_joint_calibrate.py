@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from blind_check.joint_calibrate import (
     GivenCase,
     JointCase,
@@ -49,6 +50,7 @@ def _given(nats: dict[str, float], effects: tuple[str, ...]) -> GivenCase:
     return GivenCase(GivenEvidence(replace(joint, rivals=rivals), 1.0, 1.0 + bool(nats), 1.0), effects)
 
 
+@pytest.mark.slow
 def test_around_a_model_more_cases_tell_a_constant_better() -> None:
     """Pairs are wrong half the time; nulls always right. Neither is stated surer than that."""
     pair = {"friction": 400.0, "transport_delay": 300.0}

@@ -29,6 +29,7 @@ def test_the_tails_that_made_the_errors_are_found_and_hold() -> None:
     assert alone.value < 0.89 < with_tails.interval[0] < LEVEL < with_tails.interval[1]
 
 
+@pytest.mark.slow
 def test_posteriors_that_are_right_are_left_as_they_are() -> None:
     fit = TailFit(errors(0.0))
     assert fit.tails.share < 0.02
