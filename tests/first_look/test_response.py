@@ -28,9 +28,7 @@ def test_no_limit_where_the_command_stays_inside() -> None:
     assert (found.lower, found.upper, found.half_width) == (None, None, None)
 
 
-@pytest.mark.parametrize(
-    "kind", ["both", pytest.param("dead zone", marks=pytest.mark.slow), "multisine"]
-)
+@pytest.mark.parametrize("kind", ["both", pytest.param("dead zone", marks=pytest.mark.slow), "multisine"])
 def test_band_holds_the_linear_block_of_a_nonlinear_twin(kind: str) -> None:
     rng = np.random.default_rng(2)
     if kind == "multisine":

@@ -16,6 +16,7 @@ pytest.importorskip("mujoco")
 from bayes_hw.cli import main
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.fit import draws
 from bayes_hw.simulators.edits import Edit
 from bayes_hw.simulators.mjcf_axis import MjcfAxis
 from bayes_hw.simulators.simulator_diagnosis import open_simulator
@@ -42,14 +43,18 @@ def write_records(folder: Path, path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results of one diagnosis from the command line."""
+    """The results of one diagnosis from the command line, with fewer posterior draws."""
     folder = tmp_path_factory.mktemp("corrected")
     path = write_mjcf(folder)
     write_records(folder, path)
     records = [str(folder / f"{name}.csv") for name in ("a", "b", "c")]
     given = ["--simulator", str(path), "--train", *records[:2], "--holdout", records[2]]
     options = ["--out", str(folder / "out"), "--no-report", "--without", *FEW, *OWN]
-    assert main(["diagnose", *given, *options]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(draws, "WALKERS", 32)
+        patch.setattr(draws, "STEPS", 16)
+        patch.setattr(draws, "DRAWS_A_DIMENSION", 16)
+        assert main(["diagnose", *given, *options]) == 0
     return folder
 
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from calibration_summary import CalibrationStudy, summarize_calibration
 from pages.end_to_end_report import EndToEndStudy, end_to_end_report
+from prior_calibration import DRAWS, CalibrationCase
+from recovery import LEVELS
 from recovery_summary import summarize_recovery
 
-from bayes_hw.infer.calibration import DRAWS, CalibrationCase
-from bayes_hw.infer.recovery import LEVELS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.document import Report, Table

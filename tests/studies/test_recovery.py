@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recovery import KnownAxis, TrueNoise, deviations_of, least_deviations, recover
 
 from bayes_hw.identify.output_error import fit_output_error
-from bayes_hw.infer.recovery import KnownAxis, TrueNoise, deviations_of, least_deviations, recover
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
