@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
+from typing import TextIO
 
 import numpy as np
 import pytest
 from browser import Browser, browser_program
+from matplotlib.figure import Figure as Canvas
 from simulated_records import SAMPLE_RATE_HZ, measured
 
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -38,6 +40,19 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         pytest.skip("no chromium or google-chrome on the PATH: pages were not looked at")
     with Browser(program, tmp_path_factory.mktemp("profile")) as found:
         yield found
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every figure is a stroke: for what a page says, where another test draws the same figures."""
+
+    def stroke(_: Canvas, stream: TextIO, **__: object) -> None:
+        stream.write(
+            '<svg xmlns="http://www.w3.org/2000/svg" width="72" height="36" viewBox="0 0 72 36">'
+            '<path d="M0 0L72 36" stroke="#000"/></svg>'
+        )
+
+    monkeypatch.setattr(Canvas, "savefig", stroke)
 
 
 @pytest.fixture(scope="session")

@@ -128,6 +128,7 @@ def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     verdict(folder, "again", ".")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

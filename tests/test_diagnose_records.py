@@ -73,6 +73,7 @@ def test_records_alone_give_every_file(
 
 
 @pytest.mark.usefixtures("folder")
+@pytest.mark.usefixtures("undrawn")
 def test_a_model_of_the_same_records_is_opened_again() -> None:
     content = json.loads(Path("model/model.json").read_text())
     digest = hashlib.sha256(Path("train_1.csv").read_bytes()).hexdigest()

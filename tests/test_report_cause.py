@@ -71,6 +71,7 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     assert page.split('<ul class="badges">')[1].split("</ul>")[0].count("<li") <= 4
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_design_holds_the_effect_and_says_so_first(
     reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
