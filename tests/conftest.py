@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
-from typing import TextIO
 
 import numpy as np
 import pytest
 from browser import Browser, browser_program
-from matplotlib.figure import Figure as Canvas
 from simulated_records import SAMPLE_RATE_HZ, measured
+from strokes import draw_strokes
 
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -44,15 +43,8 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every figure is a stroke: for what a page says, where another test draws the same figures."""
-
-    def stroke(_: Canvas, stream: TextIO, **__: object) -> None:
-        stream.write(
-            '<svg xmlns="http://www.w3.org/2000/svg" width="72" height="36" viewBox="0 0 72 36">'
-            '<path d="M0 0L72 36" stroke="#000"/></svg>'
-        )
-
-    monkeypatch.setattr(Canvas, "savefig", stroke)
+    """Every figure is a stroke."""
+    draw_strokes(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -113,6 +113,7 @@ def test_a_case_folder_or_its_files_give_one_verdict(
     assert printed.out.splitlines()[-1].startswith("next: bayes-hw diagnose . --")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
     pytest.importorskip(
         "bayes_hw.report.diagnosis.diagnosis_report", reason="the report of a diagnosis is not there"
@@ -122,6 +123,7 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     assert found == {"verdict.json", "holdout_prediction.csv", "report.html", "report.pdf"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     (folder / "again").mkdir()
     (folder / "again" / "report.html").write_text("of the run before")

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command_files import write_axis, write_record
 from simulated_records import measured
+from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -34,6 +35,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     (folder / "azimuth" / "posterior.nc").write_bytes(b"of the run before")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        draw_strokes(patch)
         assert main(["report", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "azimuth"]) == 0
     return folder
 
