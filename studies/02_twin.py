@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from pages.repeats_section import Repeats, with_repeats
 from study import Study, headline, start_study
+from twin import twin_records
 from twin_seeds import recover_seed, repeats_of
 
 from bayes_hw import __version__
@@ -23,7 +24,6 @@ from bayes_hw.analysis import analyse
 from bayes_hw.executor import ResultFolder
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import twin_records
 
 FIRST_SEED = 90210
 """Of the noise of the repeats."""

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from calibration_summary import CalibrationStudy, summarize_calibration
 from pages.end_to_end_report import EndToEndStudy, end_to_end_report
+from prior_calibration import CalibrationCase, calibrate_once, calibration_tasks
 from recovery_summary import RecoverySummary, summarize_recovery
 from study import Study, start_study
 from wide_axes import recover_axis
@@ -28,7 +29,6 @@ from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.executor import ResultFolder
 from bayes_hw.identify.four_steps import MAX_ORDER
-from bayes_hw.infer.calibration import CalibrationCase, calibrate_once, calibration_tasks
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

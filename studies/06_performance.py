@@ -37,11 +37,11 @@ from performance_cases import (
     smallest_ess,
     twin_case,
 )
+from prior_calibration import CalibrationCase, calibrate_once, calibration_tasks
 from rivals import NaivePosterior, StraightGradient, naive_chain
 from study import start_study
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.calibration import CalibrationCase, calibrate_once, calibration_tasks
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.ensemble import advance, start_ensemble
 from bayes_hw.infer.moves import DifferentialEvolutionMove

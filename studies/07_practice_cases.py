@@ -12,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from blind_check.check import joined
 from study import SHARED_DATA, Study, skip_without, start_study
 
-from bayes_hw.gap.blind.check import joined
 from bayes_hw.gap.blind.evidence import Evidence, of_white_choice, read_evidence
 from bayes_hw.gap.blind.run import run_set
 from bayes_hw.gap.blind.score import score_evidence, score_to_dict

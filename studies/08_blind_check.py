@@ -12,13 +12,13 @@ import shutil
 from collections.abc import Mapping
 
 import numpy as np
+from blind_check.check import check_blind, joined
+from blind_check.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from study import Study, start_study
 
-from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
-from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
 from bayes_hw.report.blind.blind_report import blind_report
 from bayes_hw.report.blind.share_words import share_text
 

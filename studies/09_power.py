@@ -14,14 +14,14 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from blind_check.check import check_blind
 from blind_check.power import SmallestGap, smallest_gap
+from blind_check.seeds import REPORT_SEEDS
 from pages.power_report import PowerStudy, power_report
 from study import Study, start_study
 
-from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.counts import named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, Evidence
-from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.plant.kinds import CAMPAIGN
 

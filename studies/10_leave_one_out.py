@@ -24,13 +24,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 import numpy as np
+from blind_check.check import check_blind, verdicts_in
 from blind_check.leave_out import LeftOut, left_out, shown_share
+from blind_check.seeds import REPORT_SEEDS
 from pages.leave_out_report import leave_out_report
 from study import Study, start_study
 
-from bayes_hw.gap.blind.check import check_blind, verdicts_in
 from bayes_hw.gap.blind.evidence import Evidence
-from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.gap.diagnosis import FREE_RESIDUAL
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.plant.case import make_case

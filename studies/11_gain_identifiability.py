@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from study import Study, start_study
+from twin import NOISE_CORRELATION, TwinExperiment, coloured_noise, twin_records
 
 from bayes_hw.identifiability.analysis import Identifiability, analyse_identifiability
 from bayes_hw.identifiability.freed_gains import GAIN_NEGATIVE, HALF_WIDTH_NEGATIVE, FreedGains
@@ -19,7 +20,6 @@ from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.inference import StartCondition
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import NOISE_CORRELATION, TwinExperiment, coloured_noise, twin_records
 from bayes_hw.record import Record
 from bayes_hw.report.identifiability.identifiability_report import identifiability_report
 

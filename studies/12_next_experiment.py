@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from study import start_study
+from twin import twin_records
 
 from bayes_hw.identifiability.excitation_families import Circumstances
 from bayes_hw.identifiability.experiment_check import check_design, write_design
@@ -17,7 +18,6 @@ from bayes_hw.identifiability.motion_limits import MotionLimits
 from bayes_hw.identifiability.next_experiment import EVALUATIONS, design_experiment
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings
-from bayes_hw.model.twin import twin_records
 from bayes_hw.report.experiment.experiment_report import experiment_report
 
 SMALL_AMPLITUDE = 0.25

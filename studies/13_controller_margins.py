@@ -15,7 +15,9 @@ from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
+from pages.figures_control_sweep import GainStep, cycle_probability
 from study import start_study
+from twin import twin_records
 
 from bayes_hw.analysis import identify_with_progress
 from bayes_hw.control.axis_draws import AxisDraws
@@ -29,9 +31,7 @@ from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import twin_records
 from bayes_hw.report.design.design_report import design_report
-from bayes_hw.report.design.figures_control_sweep import GainStep, cycle_probability
 from bayes_hw.report.page.document import Block, Paragraph, Section, Table
 from bayes_hw.report.page.rounding import format_interval, format_number, format_percent
 

@@ -13,11 +13,11 @@ import numpy as np
 from error_sources import REFERENCE, SOURCES, Source
 from pages.error_sources_report import ErrorSource, ParameterError, error_sources_report
 from study import Study, start_study
+from twin import NOISE_CORRELATION, coloured_noise, twin_records
 
 from bayes_hw.infer.inference import Inference, infer
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import NOISE_CORRELATION, coloured_noise, twin_records
 from bayes_hw.record import Record
 
 REPLICATES = 3

@@ -13,6 +13,7 @@ from dataclasses import asdict
 import numpy as np
 from pages.interval_width_report import Experiment, ParameterWidth, interval_width_report
 from study import Study, start_study
+from twin import NOISE_CORRELATION, coloured_noise, twin_records
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
@@ -30,7 +31,6 @@ from bayes_hw.model.excitation import (
     staircase,
 )
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import NOISE_CORRELATION, coloured_noise, twin_records
 from bayes_hw.record import Record
 
 RATE_HZ = 20.0

@@ -23,13 +23,13 @@ from elevation import (
 )
 from pages.two_axes_report import AxisParameter, IdentifiedAxis, two_axes_report
 from study import Study, start_study
+from twin import twin_records
 
 from bayes_hw.identify.four_steps import identify
 from bayes_hw.infer.inference import Inference, infer
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.twin import twin_records
 from bayes_hw.record import Record
 
 MAX_STEPS = 400

@@ -21,30 +21,30 @@ from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from pages.decision_report import decision_report, stated_of_blocks
-from study import Study, start_study
-
-from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.ballot import Ballot
-from bayes_hw.gap.blind.calibrate import CalibrationCase, calibrate
-from bayes_hw.gap.blind.check import check_blind, verdicts_in
-from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.blind.joint_ballot import read_evidence_of, read_given_evidence_of
-from bayes_hw.gap.blind.joint_calibrate import (
+from blind_check.ballot import Ballot
+from blind_check.calibrate import CalibrationCase, calibrate
+from blind_check.check import check_blind, verdicts_in
+from blind_check.joint_calibrate import (
     GivenCase,
     JointCase,
     calibrate_jointly,
     left_out_scores,
     log_deviations,
 )
+from blind_check.seeds import CALIBRATION_SEEDS
+from blind_check.tails import TailFit, standardized_errors
+from pages.decision_report import decision_report, stated_of_blocks
+from study import Study, start_study
+
+from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
+from bayes_hw.gap.blind.joint_ballot import read_evidence_of, read_given_evidence_of
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
-from bayes_hw.gap.blind.seeds import CALIBRATION_SEEDS
-from bayes_hw.gap.blind.tails import TailFit, standardized_errors
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 
-WITH_BALLOT = "bayes_hw.gap.blind.ballot:diagnose_with_ballot"
+WITH_BALLOT = "blind_check.ballot:diagnose_with_ballot"
 SEEDS_OF_A_STUDY = 20
 BLOCK = 46
 """Blocks of seeds on which the diagnosis was developed come before: it looks surer of cases it was

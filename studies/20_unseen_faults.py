@@ -16,13 +16,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from blind_check.check import check_blind, joined
+from blind_check.seeds import REPORT_SEEDS
 from study import Study, start_study
 
-from bayes_hw.gap.blind.check import check_blind, joined
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.score import GOALS, score_evidence, score_to_dict
-from bayes_hw.gap.blind.seeds import REPORT_SEEDS
 from bayes_hw.report.blind.blind_report import NAMED_WRONG, PROVENANCE, blind_report
 from bayes_hw.report.blind.figures_blind import shares
 from bayes_hw.report.blind.share_words import share_text

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from prior_calibration import DRAWS, PROBABILITIES, CalibrationCase
 from rank_statistics import (
     IntervalCoverage,
     SimultaneousBands,
@@ -16,7 +17,6 @@ from rank_statistics import (
 )
 
 from bayes_hw.arrays import IntArray
-from bayes_hw.infer.calibration import DRAWS, PROBABILITIES, CalibrationCase
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 
 SIGNIFICANCE = 0.05

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
+from twin import NOISE_CORRELATION, NOISE_SHARE, coloured_noise
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import estimate_noise
@@ -16,7 +17,6 @@ from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import as_coordinates, as_values
-from bayes_hw.model.twin import NOISE_CORRELATION, NOISE_SHARE, coloured_noise
 from bayes_hw.record import Record
 
 GRAVITY_DEG_PER_S = 0.02

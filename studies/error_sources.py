@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from backlash import Backlash
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from bayes_hw.identify.output_error import fit_output_error
 from bayes_hw.infer.inference import axis_for
-from bayes_hw.model.blocks import Backlash, DeadZone
+from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.record import Record

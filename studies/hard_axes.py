@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from twin import coloured_noise
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.twin import coloured_noise
 from bayes_hw.record import Record
 
 SAMPLE_RATE_HZ = 20.0

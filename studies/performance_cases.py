@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from twin import coloured_noise, twin_records
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.convergence import effective_sample_size
@@ -25,7 +26,6 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.lanes import LANES, load, store
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.twin import coloured_noise, twin_records
 from bayes_hw.record import Record
 
 SAMPLE_RATE_HZ = 20.0
@@ -179,7 +179,7 @@ def peak_memory_mb() -> float:
 
 FIRST_CALL = """
 import time, numpy as np
-from bayes_hw.model.twin import twin_records
+from twin import twin_records
 from bayes_hw.infer.inference import axis_for
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 from rank_statistics import BAND_PROBABILITY, ROUNDING, SIMULATIONS, IntervalCoverage
+from recovery import LEVELS
 from scipy import stats
 
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.infer.recovery import LEVELS
 
 KINDS = {
     "saturation.lower": "limits",

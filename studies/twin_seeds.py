@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from pages.repeats_section import Repeats
 from rank_statistics import IntervalCoverage
+from recovery import LEVELS, KnownAxis, TrueNoise, recover
+from twin import NOISE_CORRELATION, twin_records
 
-from bayes_hw.infer.recovery import LEVELS, KnownAxis, TrueNoise, recover
 from bayes_hw.infer.sampler import SamplerSettings
-from bayes_hw.model.twin import NOISE_CORRELATION, twin_records
 
 
 def recover_seed(task: Mapping[str, Any]) -> dict[str, Any]:

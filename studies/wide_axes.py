@@ -10,17 +10,17 @@ import numpy as np
 from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
 from printed.rounding_box import roots_of_rows, without_integrator
+from recovery import KnownAxis, TrueNoise, recover
+from twin import twin_records
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.infer.recovery import KnownAxis, TrueNoise, recover
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
-from bayes_hw.model.twin import twin_records
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.excitation import FAMILIES
 from bayes_hw.plant.kinds import KINDS, Spread

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import Browser, browser_program
 from simulated_records import SAMPLE_RATE_HZ, measured
+from strokes import draw_strokes
 
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -38,6 +39,12 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         pytest.skip("no chromium or google-chrome on the PATH: pages were not looked at")
     with Browser(program, tmp_path_factory.mktemp("profile")) as found:
         yield found
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every figure is a stroke."""
+    draw_strokes(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -262,6 +262,7 @@ def test_a_run_too_short_says_so_everywhere(
     assert "has not converged" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_interrupted_and_resumed_to_the_same_numbers(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -304,10 +304,10 @@ def test_units_pass_through(folder: Path) -> None:
     ("u", "y"),
     [
         ("steps", "spike"),
-        ("steps", "noise"),
+        pytest.param("steps", "noise", marks=pytest.mark.slow),
         ("spike", "step"),
         ("step", "step"),
-        ("steps", "vast"),
+        pytest.param("steps", "vast", marks=pytest.mark.slow),
         ("steps", "minute"),
     ],
 )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below
+from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands import demo
@@ -38,6 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         patch.setattr(demo, "run_command", run_shorter)
+        draw_strokes(patch)
         patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(30.0,))})
         patch.chdir(tmp_path_factory.mktemp("demo"))
         yield Path.cwd()

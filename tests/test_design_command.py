@@ -29,6 +29,7 @@ def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFacto
     return folder
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_writes_everything(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["design", "--posterior", str(folder / "posterior"), "--controller", str(folder / "pi.json")]
     assert main([*arguments, "--out", str(tmp_path), "--draws", "150"]) == 0

@@ -113,6 +113,7 @@ def test_a_case_folder_or_its_files_give_one_verdict(
     assert printed.out.splitlines()[-1].startswith("next: bayes-hw diagnose . --")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
     pytest.importorskip(
         "bayes_hw.report.diagnosis.diagnosis_report", reason="the report of a diagnosis is not there"
@@ -122,12 +123,14 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     assert found == {"verdict.json", "holdout_prediction.csv", "corrected.json", "report.html", "report.pdf"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     (folder / "again").mkdir()
     (folder / "again" / "report.html").write_text("of the run before")
     verdict(folder, "again", ".")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,7 +38,7 @@ def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.Mo
     return tmp_path
 
 
-@pytest.mark.usefixtures("folder")
+@pytest.mark.usefixtures("folder", "undrawn")
 def test_records_alone_give_every_file(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -72,7 +72,7 @@ def test_records_alone_give_every_file(
     assert inside.mean() > 0.8
 
 
-@pytest.mark.usefixtures("folder")
+@pytest.mark.usefixtures("folder", "undrawn")
 def test_a_model_of_the_same_records_is_opened_again() -> None:
     content = json.loads(Path("model/model.json").read_text())
     digest = hashlib.sha256(Path("train_1.csv").read_bytes()).hexdigest()

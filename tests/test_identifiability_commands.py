@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command_files import files_below, write_record
 from identifiability.conftest import swinging
+from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands import design_experiment, identifiability
@@ -28,6 +29,7 @@ def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        draw_strokes(patch)
         yield
 
 

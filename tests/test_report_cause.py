@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command_files import write_axis, write_record
 from simulated_records import measured
+from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands.report_cause import from_rest_on
@@ -38,6 +39,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     (folder / "azimuth" / "posterior.nc").write_bytes(b"of the run before")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        draw_strokes(patch)
         assert main(["report", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "azimuth"]) == 0
     return folder
 
@@ -75,6 +77,7 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     assert page.split('<ul class="badges">')[1].split("</ul>")[0].count("<li") <= 4
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_design_holds_the_effect_and_says_so_first(
     reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

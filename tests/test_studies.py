@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from manifest import is_kept
+from strokes import draw_strokes
 
 STUDIES = Path(__file__).resolve().parents[1] / "studies"
 ELSEWHERE = {
@@ -45,6 +46,9 @@ SCRIPTS = [
 def test_quick_run(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Figures of the quick ones are strokes: tests of their pages draw them."""
+    if script.name not in SLOW:
+        draw_strokes(monkeypatch)
     arguments = ["--quick", "--quiet", "--jobs", "1", "--out", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", [str(script), *arguments])
     try:

@@ -43,13 +43,12 @@ MOVES = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class PredictedCycles:
-    """Oscillations that balance, one entry each: draw, frequency in Hz, amplitudes of u (input units) and of
-    w (output units), and whether they are stable, so that the loop stays in them."""
+    """Oscillations that balance, one entry each: draw, frequency in Hz, amplitude of w
+    (output units), and whether they are stable, so that the loop stays in them."""
 
     draws: int
     draw: IntArray
     frequency_hz: FloatArray
-    command_amplitude: FloatArray
     position_amplitude: FloatArray
     stable: BoolArray
 
@@ -134,8 +133,6 @@ def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:
     point, cell = np.nonzero((excess[:, :-1] > 0) != (excess[:, 1:] > 0))
     low, high = excess[point, cell], excess[point, cell + 1]
     share = low / (low - high)
-    logarithm = np.log(amplitude)
-    found = np.exp(logarithm[point, cell] * (1 - share) + logarithm[point, cell + 1] * share)
     at_position = np.exp(
         np.log(position[point, cell]) * (1 - share) + np.log(position[point, cell + 1]) * share
     )
@@ -144,7 +141,6 @@ def predict_cycles(loop: Loop, place: Place) -> PredictedCycles:
         axis.count,
         draw,
         crossing.frequency_hz[point],
-        found,
         at_position,
         _stays(loop, draw, 1 / size[point], falling=high < low),
     )

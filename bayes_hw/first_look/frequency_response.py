@@ -64,7 +64,7 @@ class FrequencyResponse:
     `response` is complex, in output units over command units (for deg and deg/s: s); `lower` and `upper`
     bound its magnitude with probability 0.94. `coherence` is the share of the rate's power that the command
     explains linearly. `noise_density` is the two-sided spectral density of what is left of the rate,
-    (output unit/s)^2 / Hz, and `command_density` that of the command.
+    (output unit/s)^2 / Hz.
     """
 
     frequency_hz: FloatArray
@@ -73,7 +73,6 @@ class FrequencyResponse:
     upper: FloatArray
     coherence: FloatArray
     noise_density: FloatArray
-    command_density: FloatArray
     sample_rate_hz: float
 
     @property
@@ -162,7 +161,6 @@ def frequency_response(
         upper=(magnitude + half) / factor,
         coherence=signal / (signal + smooth_noise),
         noise_density=noise / sample_rate_hz,
-        command_density=command_power / sample_rate_hz,
         sample_rate_hz=sample_rate_hz,
     )
 

@@ -88,10 +88,6 @@ class PositionError:
     mean: FloatArray
     standard_error: FloatArray
 
-    @property
-    def peak_to_peak(self) -> float:
-        return float(np.nanmax(self.mean) - np.nanmin(self.mean)) if np.isfinite(self.mean).any() else 0.0
-
 
 def position_error(
     outputs: Sequence[FloatArray], errors: Sequence[FloatArray], turn: float | None

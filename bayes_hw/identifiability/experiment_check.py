@@ -15,8 +15,8 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
+from bayes_hw.identify.noise import stationary_autoregression
 from bayes_hw.identify.output_error import simulated_outputs
-from bayes_hw.infer.calibration import stationary_autoregression
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings

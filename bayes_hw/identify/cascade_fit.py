@@ -40,7 +40,6 @@ class CascadeFit:
     structure: Structure
     values: CascadeValues
     residuals: tuple[FloatArray, ...]
-    simulations: int = 0
 
     @property
     def samples(self) -> int:
@@ -80,11 +79,8 @@ def fit_cascade(
     measured = np.concatenate([record.y for record in records])
     counted = np.concatenate([record.measured_samples for record in records])
     whole = bool(counted.all())
-    calls = 0
 
     def simulated(coordinates: FloatArray) -> FloatArray:
-        nonlocal calls
-        calls += coordinates.shape[1] * count
         outputs = np.concatenate(simulate(structure, coordinates, records), axis=1)
         return outputs if whole else np.where(counted, outputs, measured)
 
@@ -111,18 +107,16 @@ def fit_cascade(
         gtol=1e-12,
     )
     values = to_values(structure, np.asarray(solution.x, dtype=np.float64), count)
-    return evaluated(structure, values, records, calls)
+    return evaluated(structure, values, records)
 
 
-def evaluated(
-    structure: Structure, values: CascadeValues, records: Sequence[Record], simulations: int = 0
-) -> CascadeFit:
+def evaluated(structure: Structure, values: CascadeValues, records: Sequence[Record]) -> CascadeFit:
     """The residuals at given values, without any descent."""
     outputs = simulate(structure, to_coordinates(structure, values)[:, None], records)
     residuals = tuple(
         with_holes(r.y - output[0], r.measured) for r, output in zip(records, outputs, strict=True)
     )
-    return CascadeFit(structure, values, residuals, simulations + len(records))
+    return CascadeFit(structure, values, residuals)
 
 
 def solve_linear_part(

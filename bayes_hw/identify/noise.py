@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 
@@ -131,3 +132,25 @@ def _product(f: FloatArray, b: FloatArray, holes: bool) -> float:
 
 def _power(f: FloatArray, b: FloatArray, holes: bool) -> float:
     return float(np.nansum(f * f + b * b)) if holes else float(f @ f + b @ b)
+
+
+def stationary_autoregression(
+    samples: int, sigma: float, partial: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """A Gaussian AR(p) sequence (samples,) of marginal standard deviation `sigma`, from its first sample on.
+
+    The first p samples follow from the partial autocorrelations order by order: sample k is predicted by the
+    AR(k) of the first k of them.
+    """
+    order = len(partial)
+    shocks = rng.standard_normal(samples)
+    noise = np.zeros(samples)
+    spread = sigma * np.sqrt(np.concatenate([[1.0], np.cumprod(1 - partial**2)]))
+    for k in range(min(order, samples)):
+        coefficients = autoregression_from_partial(partial[:k, None])[:, 0]
+        noise[k] = coefficients @ noise[:k][::-1] + spread[k] * shocks[k]
+    polynomial = np.concatenate([[1.0], -autoregression_from_partial(partial[:, None])[:, 0]])
+    if samples > order:
+        history = signal.lfiltic([1.0], polynomial, noise[:order][::-1])
+        noise[order:] = signal.lfilter([1.0], polynomial, spread[order] * shocks[order:], zi=history)[0]
+    return noise

@@ -32,7 +32,7 @@ class OutputErrorFit:
     `values` and `coordinates` (parameters,); `residuals` (all samples,) measured minus simulated, unwhitened,
     NaN where nothing was measured;
     `information` (parameters, parameters) is J^T J of the weighted residuals in coordinates, prior excluded;
-    `sum_of_squares` of the weighted residuals; `simulations` counts simulated records.
+    `sum_of_squares` of the weighted residuals.
     """
 
     values: FloatArray
@@ -40,7 +40,6 @@ class OutputErrorFit:
     residuals: FloatArray
     information: FloatArray
     sum_of_squares: float
-    simulations: int
 
     @property
     def samples(self) -> int:
@@ -142,13 +141,10 @@ def fit_output_error(
     coefficients = np.zeros(0) if autoregression is None else autoregression
     parameters = axis.parameters
     centre = as_coordinates(parameters, start)
-    calls = 0
     prior_mean, prior_sd = prior_scale(axis)
     levels = [_level(axis, record, coefficients) for record in records]
 
     def weighted(coordinates: FloatArray) -> FloatArray:
-        nonlocal calls
-        calls += coordinates.shape[1] * len(records)
         outputs = simulated_outputs(axis, as_values(parameters, coordinates), records)
         parts = [
             _without_level(whitened(record.y - output, coefficients, record.measured) / sigma, level)
@@ -191,7 +187,7 @@ def fit_output_error(
     samples = residuals.size
     slopes = np.asarray(solution.jac)[:samples]
     weights = np.asarray(solution.fun)[:samples]
-    return OutputErrorFit(values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights), calls)
+    return OutputErrorFit(values, coordinates, residuals, slopes.T @ slopes, float(weights @ weights))
 
 
 def levelled(

@@ -18,7 +18,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, ResultFolder
 from bayes_hw.identify.four_steps import identify
-from bayes_hw.infer.calibration import stationary_autoregression
+from bayes_hw.identify.noise import stationary_autoregression
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings

@@ -33,6 +33,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -147,12 +148,12 @@ class Declaration:
         _ = found.input_factor, found.output_factor
         return found
 
-    @property
+    @cached_property
     def input_factor(self) -> float:
         """The simulator's command over that of the record."""
         return conversion(self.units.input, self.command_unit)
 
-    @property
+    @cached_property
     def output_factor(self) -> float:
         """The record's output over that of the simulator."""
         return conversion(self.measured_unit, self.units.output)

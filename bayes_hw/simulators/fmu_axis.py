@@ -16,9 +16,10 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
 from bayes_hw.simulators.declaration import Declaration
 from bayes_hw.simulators.door_forces import DoorPlace, door_laws
-from bayes_hw.simulators.linear_axis import LinearAxis, LinearSystem
+from bayes_hw.simulators.linear_axis import LinearSystem
 from bayes_hw.simulators.linear_kernel import LOAD, MOTOR
 from bayes_hw.simulators.realisation import Realisation
+from bayes_hw.simulators.stepped_axis import SteppedAxis
 
 PULSE_S = 5.0
 """Time over which the responses to pulses are taken."""
@@ -26,28 +27,24 @@ PULSE_S = 5.0
 PLACES = {"motor": MOTOR, "load": LOAD}
 
 
-class FmuAxis:
+class FmuAxis(SteppedAxis):
     """A `SimulatorFile` that is an FMU; commands, outputs and forces in the record's units.
 
     One instance is simulated at a time. Raises InputError where FMPy is not installed or cannot read the
     file, and where the declaration names a variable that is not there.
     """
 
-    force_door = True
-
     def __init__(self, path: Path, declaration: Declaration) -> None:
         try:
             from bayes_hw.simulators.unit_loop import Unit
         except ImportError:
             raise InputError(f"{path}: FMPy is not installed; pip install bayes-hw[fmu]") from None
-        self.path, self.declaration = path, declaration
+        super().__init__(path, declaration)
         try:
             self.unit = Unit(path)
         except Exception as error:
             said = " ".join(str(error).split())
             raise InputError(f"{path}: FMPy cannot open it ({said}); give a co-simulation FMU") from None
-        self.name, self.units = declaration.name, declaration.units
-        self.sample_rate_hz, self.noise_sigma = declaration.sample_rate_hz, declaration.noise_sigma
         self._one_at_a_time = Lock()
         self.step_s, self.substeps = self._steps()
         (kind, self.output), *_ = declaration.measured.items()
@@ -116,31 +113,6 @@ class FmuAxis:
     def doors(self) -> frozenset[str]:
         """Those that it has."""
         return frozenset(self.doors_of)
-
-    @property
-    def obeyed(self) -> frozenset[int]:
-        """Settings of forces within the axis that it takes."""
-        return self.linear.obeyed
-
-    @property
-    def stiffness(self) -> tuple[float, float]:
-        """As that of the linear axis."""
-        return self.linear.stiffness
-
-    @cached_property
-    def linear(self) -> LinearAxis:
-        """The axis linearised about its start."""
-        return LinearAxis(
-            self.name,
-            self.parameters,
-            self.sample_rate_hz,
-            self.units,
-            self.noise_sigma,
-            self.substeps,
-            self.doors,
-            (-np.inf, np.inf),
-            self.linearised,
-        )
 
     def named(self, values: FloatArray) -> dict[str, float]:
         """Parameter values (parameters,) by the names of variables."""

@@ -22,8 +22,9 @@ from bayes_hw.model.priors import Logarithm, LogNormal
 from bayes_hw.simulators.declaration import Declaration, Door
 from bayes_hw.simulators.door_forces import DoorForces, DoorPlace, doors_forces, friction_time_at
 from bayes_hw.simulators.edits import Edit, identifier, package, set_in_model, value_in
-from bayes_hw.simulators.linear_axis import LinearAxis, LinearSystem
+from bayes_hw.simulators.linear_axis import LinearSystem
 from bayes_hw.simulators.linear_kernel import COMPLIANCE, LOAD, MOTOR
+from bayes_hw.simulators.stepped_axis import SteppedAxis
 
 DIFFERENCE = 1e-6
 """Step of the derivatives of a physics step, in the model's own units."""
@@ -47,17 +48,16 @@ class Place:
     ratio: float
 
 
-class MjcfAxis:
+class MjcfAxis(SteppedAxis):
     """A `SimulatorWithDoors` that is a MuJoCo model; commands, outputs and forces in the record's units.
 
     Raises InputError where MuJoCo cannot read the file, where the declaration names what is not there, and
     where the record's rate is no whole part of that of the physics.
     """
 
-    force_door = True
-
     def __init__(self, path: Path, declaration: Declaration, jobs: int = 1) -> None:
-        self.path, self.declaration, self.jobs = path, declaration, jobs
+        super().__init__(path, declaration)
+        self.jobs = jobs
         self.mujoco: ModuleType = package()
         try:
             self.description = self.mujoco.MjSpec.from_file(str(path))
@@ -65,8 +65,6 @@ class MjcfAxis:
         except (ValueError, OSError) as error:
             said = " ".join(str(error).split())
             raise InputError(f"{path}: MuJoCo cannot read it ({said}); give an MJCF or URDF file") from None
-        self.name, self.units = declaration.name, declaration.units
-        self.sample_rate_hz, self.noise_sigma = declaration.sample_rate_hz, declaration.noise_sigma
         steps = 1 / (self.sample_rate_hz * float(self.model.opt.timestep))
         self.substeps = round(steps)
         if self.substeps < 1 or abs(steps / self.substeps - 1) > 1e-6:
@@ -167,16 +165,6 @@ class MjcfAxis:
         """Those that it has."""
         return frozenset(self.places)
 
-    @property
-    def obeyed(self) -> frozenset[int]:
-        """Settings of forces within the axis that it takes."""
-        return self.linear.obeyed
-
-    @property
-    def stiffness(self) -> tuple[float, float]:
-        """As that of the linear axis."""
-        return self.linear.stiffness
-
     @cached_property
     def limits(self) -> tuple[float, float]:
         """Commands, in the record's units, that all the actuators take."""
@@ -186,21 +174,6 @@ class MjcfAxis:
                 low = max(low, float(self.model.actuator_ctrlrange[index, 0]))
                 high = min(high, float(self.model.actuator_ctrlrange[index, 1]))
         return low / self.declaration.input_factor, high / self.declaration.input_factor
-
-    @cached_property
-    def linear(self) -> LinearAxis:
-        """The axis linearised about its rest."""
-        return LinearAxis(
-            self.name,
-            self.parameters,
-            self.sample_rate_hz,
-            self.units,
-            self.noise_sigma,
-            self.substeps,
-            self.doors,
-            self.limits,
-            self.linearised,
-        )
 
     def linearised(self, values: FloatArray) -> LinearSystem:
         """The linear system at parameter values (parameters,), by differences of physics steps."""

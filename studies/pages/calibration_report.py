@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from calibration_summary import INTERVALS, SIGNIFICANCE, CalibrationStudy, CalibrationSummary
+from prior_calibration import LOG_LIKELIHOOD
 from rank_statistics import IntervalCoverage, ecdf_counts, histogram_counts
 
-from bayes_hw.infer.calibration import LOG_LIKELIHOOD
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.page.document import (
     Badge,

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-
-from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
-from bayes_hw.gap.answer.judgement import Judgement
-from bayes_hw.gap.blind.calibrate import (
+from blind_check.calibrate import (
     BY_HAND,
     DOUBTS,
     FOLDS,
@@ -17,8 +14,11 @@ from bayes_hw.gap.blind.calibrate import (
     CalibrationFit,
     names_fitted,
 )
+from blind_check.tails import LEVEL, TailFit
+
+from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
+from bayes_hw.gap.answer.judgement import Judgement
 from bayes_hw.gap.blind.counts import ReliabilityBin, Share, reliability, share
-from bayes_hw.gap.blind.tails import LEVEL, TailFit
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.blind.share_words import share_text
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table

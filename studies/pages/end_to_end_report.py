@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from calibration_summary import CalibrationStudy
 from rank_statistics import IntervalCoverage
+from recovery import LEVELS
 from recovery_summary import RecoverySummary
 
-from bayes_hw.infer.recovery import LEVELS
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.page.document import (
     Badge,

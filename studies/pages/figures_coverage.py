@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from recovery import LEVELS
 from recovery_summary import RecoverySummary
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.infer.recovery import LEVELS
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas, plain_log_ticks
 from bayes_hw.report.page.palette import BAND_NOISE, INK, MUTED, POSTERIOR, VERMILLION

@@ -71,7 +71,7 @@ def test_what_cannot_be_had_is_said(nominal: AxisDraws, axis: AxisDraws) -> None
 
 
 def test_pid_has_a_derivative(nominal: AxisDraws, axis: AxisDraws) -> None:
-    few = axis.take(np.arange(5))
+    few = axis.take(np.arange(3))
     found = tune("PID", TEMPLATE, nominal, few, few, ASKED, 0.8)
     assert found.robust.controller.kind == "PID"
     assert found.robust.feasible

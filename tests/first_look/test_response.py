@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from simulated_axes import covered, measured, share
+from twin import twin_records
 
 from bayes_hw.first_look.look import look
 from bayes_hw.first_look.statics import statics
 from bayes_hw.model.excitation import random_phase_multisine
 from bayes_hw.model.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
-from bayes_hw.model.twin import twin_records
 
 
 def test_limits_and_dead_zone_of_the_twin() -> None:
@@ -28,7 +28,7 @@ def test_no_limit_where_the_command_stays_inside() -> None:
     assert (found.lower, found.upper, found.half_width) == (None, None, None)
 
 
-@pytest.mark.parametrize("kind", ["both", "dead zone", "multisine"])
+@pytest.mark.parametrize("kind", ["both", pytest.param("dead zone", marks=pytest.mark.slow), "multisine"])
 def test_band_holds_the_linear_block_of_a_nonlinear_twin(kind: str) -> None:
     rng = np.random.default_rng(2)
     if kind == "multisine":

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from blind_check.ballot import Ballot, ballot_of
 from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
@@ -17,7 +18,6 @@ from bayes_hw.file_validation import check_file
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.notes import of_left_out
 from bayes_hw.gap.answer.sentence import sentence
-from bayes_hw.gap.blind.ballot import Ballot, ballot_of
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results

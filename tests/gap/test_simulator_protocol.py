@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive_axis import command, drive_axis
 from own_simulators import AXIS_RATE, RATE, integrator, motor, rigid_axis, steps, sweep
 
 from bayes_hw.arrays import FloatArray
@@ -17,7 +16,6 @@ from bayes_hw.gap.effects.effect import BLOCKS, Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.force_law import ForceLaw
-from bayes_hw.gap.simulate.hammerstein_wiener_simulator import HammersteinWienerSimulator
 from bayes_hw.gap.simulate.rigid_axis import RigidAxis
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
@@ -25,9 +23,7 @@ from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Uniform
 from bayes_hw.record import Record, Units
 
-AXIS = drive_axis()
 KINDS: list[tuple[Simulator, FloatArray]] = [
-    (HammersteinWienerSimulator(AXIS), command(300, 3)),
     (rigid_axis(), sweep(300, 3)),
     (motor(), steps(300, 3, 9.0)),
     (integrator(), steps(300, 4, 0.5)),
@@ -64,20 +60,12 @@ def test_every_simulator_has_what_a_diagnosis_needs(simulator: Simulator, u: Flo
     assert found.base_count == len(simulator.parameters) == len(found.builder.start_spreads)
 
 
-def test_a_hammerstein_wiener_model_is_itself() -> None:
-    u = command(300, 3)
-    simulator = HammersteinWienerSimulator(AXIS)
-    np.testing.assert_allclose(
-        simulator.simulate(nominal(simulator)[None], u)[0], AXIS.simulate(u).y, atol=1e-9
-    )
-
-
 @pytest.mark.parametrize(
-    "effect", effects_for(hypothesis(*KINDS[1]).scale, S.FORCE_SIDE), ids=lambda e: e.name
+    "effect", effects_for(hypothesis(*KINDS[0]).scale, S.FORCE_SIDE), ids=lambda e: e.name
 )
 def test_every_effect_moves_a_simulator_and_vanishes(effect: Effect) -> None:
     """At its first start; every start lies where its prior is finite."""
-    base = hypothesis(*KINDS[1])
+    base = hypothesis(*KINDS[0])
     parameters = effect.parameters(base.scale)
     starts = effect.starts(base.scale) or [effect.test_values]
     for start in starts:
@@ -96,12 +84,12 @@ def test_effects_of_simulators_say_what_they_are(kind: type[Effect]) -> None:
     effect = kind()
     assert len(" ".join((kind.__doc__ or "").split())) > 80
     assert effect.block in BLOCKS
-    assert len(effect.parameters(hypothesis(*KINDS[1]).scale)) == len(effect.test_values)
+    assert len(effect.parameters(hypothesis(*KINDS[0]).scale)) == len(effect.test_values)
 
 
 def test_effects_find_their_doors_by_what_they_write() -> None:
     """Friction needs the force door; what needs the inside of a drive train finds none; labels are struck."""
-    scale: AxisScale = hypothesis(*KINDS[2]).scale
+    scale: AxisScale = hypothesis(*KINDS[1]).scale
     names = {
         door: {e.name for e in effects_for(scale, S.FORCE_SIDE if door else frozenset())}
         for door in (False, True)

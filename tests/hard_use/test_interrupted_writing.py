@@ -65,7 +65,7 @@ def sampling(*more: str) -> list[str]:
     return ["sample", *model, "train_1.csv", "--out", "posterior", *short, *more]
 
 
-@pytest.mark.parametrize("room", [60_000, 300_000])
+@pytest.mark.parametrize("room", [pytest.param(60_000, marks=pytest.mark.slow), 300_000])
 def test_sampling_on_a_full_disk_keeps_the_last_posterior(folder: Path, room: int) -> None:
     """Whether there is room for a checkpoint or not: status 1, one line with the remedy, no crash of HDF5,
     the posterior of the last run whole."""

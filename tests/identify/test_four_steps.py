@@ -114,12 +114,13 @@ def test_a_dead_zone_that_is_never_visited_is_not_invented() -> None:
     assert later[0].hammerstein_wiener > 90
 
 
-def test_units_scale_out(noisy: Identification) -> None:
-    scaled = [replace(record, u=1e3 * record.u, y=1e-4 * record.y) for record in records_of(0.3, SIGMA)]
-    model = identified(scaled).model
-    assert model.saturation.lower == pytest.approx(1e3 * noisy.model.saturation.lower, rel=1e-6)
-    assert model.dead_zone.half_width == pytest.approx(1e-4 * noisy.model.dead_zone.half_width, rel=1e-6)
-    assert model.linear.gain == pytest.approx(1e-7 * noisy.model.linear.gain, rel=1e-5)
+def test_units_scale_out() -> None:
+    records = records_of(0.3, SIGMA)
+    scaled = [replace(record, u=1e3 * record.u, y=1e-4 * record.y) for record in records]
+    model, other = (identified(given, max_order=3).model for given in (records, scaled))
+    assert other.saturation.lower == pytest.approx(1e3 * model.saturation.lower, rel=1e-6)
+    assert other.dead_zone.half_width == pytest.approx(1e-4 * model.dead_zone.half_width, rel=1e-6)
+    assert other.linear.gain == pytest.approx(1e-7 * model.linear.gain, rel=1e-5)
 
 
 def test_the_result_is_json_without_infinities(noisy: Identification) -> None:

@@ -95,6 +95,7 @@ def test_weights_restore_the_density_that_was_meant() -> None:
     assert not bad.holds
 
 
+@pytest.mark.slow
 def test_long_records_have_the_posterior_of_the_whole_likelihood(monkeypatch: pytest.MonkeyPatch) -> None:
     records = [measured(MODEL, 2000, 3), measured(MODEL, 2000, 4)]
     settings = SamplerSettings(target_ess=800)

@@ -175,6 +175,7 @@ def test_calibration_catches_ignored_correlation(small_axis: HammersteinWiener) 
     assert smallest_p_value(axis_only) < 1e-3
 
 
+@pytest.mark.slow
 def test_calibration_catches_a_wrong_sigma(small_axis: HammersteinWiener) -> None:
     """Noise that is 20 % larger than the posterior was told: the same check fails within eight replicates."""
     ranks = simulated_ranks(small_axis, 8, ignore_correlation=False)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from prior_calibration import CalibrationCase
 from scipy import stats
 from simulated_records import command, measured
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
-from bayes_hw.infer.calibration import CalibrationCase
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import DEGREES, noise_order, noise_parameters

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from calibration_summary import CalibrationStudy, summarize_calibration
 from pages.calibration_report import calibration_report
+from prior_calibration import DRAWS, CalibrationCase
 
-from bayes_hw.infer.calibration import DRAWS, CalibrationCase
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.html import to_html
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from blind_check.ballot import Ballot
+from blind_check.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
+from blind_check.tails import TailFit
 from pages.decision_report import bins, decision_report, stated_of_blocks
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Remains
-from bayes_hw.gap.blind.ballot import Ballot
-from bayes_hw.gap.blind.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
-from bayes_hw.gap.blind.tails import TailFit
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
 

@@ -20,7 +20,7 @@ from bayes_hw.simulators.mjcf_axis import MjcfAxis
 from bayes_hw.simulators.recentring import RecentredHypothesis, Recentring
 from bayes_hw.simulators.simulator_diagnosis import open_simulator, simulator_case
 
-SIGMA, SAMPLES, OFF = 0.002, 1000, 1.1
+SIGMA, SAMPLES, OFF = 0.002, 700, 1.1
 LIMIT = 0.5
 """N m: a quarter of what the loop asks for at a usual change of the command."""
 

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 import study as study_module
 import wide_axes
+from recovery import least_deviations
 from twin_seeds import repeats_of
 
 from bayes_hw import __version__
 from bayes_hw.executor import ResultFolder
-from bayes_hw.infer.recovery import least_deviations
 from bayes_hw.progress import Progress
 
 SCRIPT = Path(study_module.__file__).with_name("05_calibration.py")

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from calibration_summary import CalibrationSummary, summarize_calibration
-
-from bayes_hw.infer.calibration import DRAWS
+from prior_calibration import DRAWS
 
 REPLICATES = 200
 

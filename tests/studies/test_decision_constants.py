@@ -7,9 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
+from blind_check.calibrate import BY_HAND, HELD
 
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.blind.calibrate import BY_HAND, HELD
 
 FITTED = Path(__file__).resolve().parents[2] / "reports" / "19_decision_constants"
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 from calibration_summary import CalibrationStudy, summarize_calibration
 from pages.end_to_end_report import EndToEndStudy, end_to_end_report
+from prior_calibration import DRAWS, CalibrationCase
+from recovery import LEVELS
 from recovery_summary import summarize_recovery
 
-from bayes_hw.infer.calibration import DRAWS, CalibrationCase
-from bayes_hw.infer.recovery import LEVELS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.document import Report, Table
@@ -89,6 +90,7 @@ def test_intervals_that_hold_and_a_fault_that_is_found(small_axis: HammersteinWi
     assert "heavy tails" in to_html(report)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWiener) -> None:
     report = page(small_axis, 1.8, 1.0)
     assert "NOT calibrated" in report.verdict
@@ -97,12 +99,14 @@ def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWie
     assert states["intervals do not hold"] == states["fault missed"] == "bad"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
     report = page(small_axis, 1.0, 1.8, count=5)
     assert {badge.label: badge.state for badge in report.badges}["too few axes to tell"] == "warn"
     assert "is not excluded" in report.verdict
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_fault_stands_beside_the_defaults(small_axis: HammersteinWiener) -> None:
     """Kinds and twins are told both ways, and a twin that was refused says so."""
     report = page(small_axis, 1.0, 1.8)

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recovery import LEVELS
 from recovery_summary import coverage_band, kind_of, summarize_recovery
-
-from bayes_hw.infer.recovery import LEVELS
 
 NAMES = ("saturation.lower", "saturation.upper", "dead_zone.half_width", "mode1.frequency_hz")
 

@@ -56,9 +56,9 @@ from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
-from bayes_hw.gap.joint.moving_start import Starts
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.starts import Starts
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

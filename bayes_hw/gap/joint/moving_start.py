@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
@@ -21,9 +20,7 @@ from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.identify.cascade import CascadeValues
-from bayes_hw.posing import Start
 from bayes_hw.record import Record
-from bayes_hw.record_start import begins_in_motion
 
 LEAD_CONSTANTS, BEGINNING_CONSTANTS = 4.0, 3.0
 """Length of the command before a record, and of the beginning that it is estimated from, in the longest time
@@ -43,9 +40,6 @@ EVALUATIONS = 60
 LARGEST = 1e6
 BEYOND_LIMITS = 3.0
 """Of the largest command: a step before the record where no limit is known."""
-
-EVIDENCE_NATS = 20.0
-"""What the steps must earn beyond half of Schwarz's price, to be more than what a model lacks at a start."""
 
 ELSEWHERE_NATS = 10.0
 """What another place of the axis than the record's own angles say must earn."""
@@ -255,73 +249,3 @@ def time_constant(cascade: CascadeValues) -> float:
         sizes.append(np.abs(np.roots([1.0, -a1, a2])))
     longest = float(np.max(np.concatenate(sizes), initial=0.0))
     return -1 / np.log(np.clip(longest, 1e-6, 1 - 1e-9))
-
-
-@dataclass(frozen=True, eq=False)
-class Starts:
-    """How the predictions of records begin: those of `moving` from the state that fits their beginning, all
-    others from rest, of which the first `lead` samples are not scored."""
-
-    moving: tuple[MovingStart, ...] = ()
-    lead: int = 0
-
-    @classmethod
-    def of(
-        cls,
-        fit: JointFit,
-        train: Sequence[Record],
-        holdout: Sequence[Record],
-        lead: int = 0,
-        start: Start = "auto",
-    ) -> Starts:
-        """Which of `holdout` begin in motion: told by the angle itself, or by the fitted model.
-
-        With `start` "rest" none does, with "free" all do. A `lead` comes from rest.
-        """
-        if lead or start == "rest":
-            return cls(lead=lead)
-        found = []
-        for record in holdout:
-            moving = MovingStart.of(record, fit, train)
-            if start == "free" or _is_moving(moving, fit):
-                found.append(moving)
-        return cls(tuple(found))
-
-    @cached_property
-    def _by_record(self) -> dict[int, MovingStart]:
-        return {id(one.record): one for one in self.moving}
-
-    def unscored(self, record: Record) -> int:
-        """How many of the first samples of a record held out do not count."""
-        moving = self._by_record.get(id(record))
-        return self.lead if moving is None else moving.samples
-
-    def predict(
-        self,
-        fit: JointFit,
-        record: Record,
-        values: JointValues | None = None,
-        rng: np.random.Generator | None = None,
-    ) -> FloatArray:
-        """Angles (samples,) of a record; `values` and `rng` as in `MovingStart.predict`."""
-        moving = self._by_record.get(id(record))
-        if moving is not None:
-            return moving.predict(fit, values, rng)
-        own = fit.values if values is None else values
-        return fit.response.simulate(own, record.u, record.known).y
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """In words, a record each."""
-        return tuple(
-            f"{one.record.name}: begins in motion; its prediction starts from the state that fits its first "
-            f"{one.samples / one.record.sample_rate_hz:.3g} s, which are not scored"
-            for one in self.moving
-        )
-
-
-def _is_moving(moving: MovingStart, fit: JointFit) -> bool:
-    record = moving.record
-    if begins_in_motion(record.u, record.y, record.sample_rate_hz):
-        return True
-    return moving.nats(fit) > EVIDENCE_NATS

@@ -28,20 +28,12 @@ from bayes_hw.report.page.document import (
     Paragraph,
     Report,
     Section,
-    State,
     Table,
 )
 from bayes_hw.report.page.names import parameter_name
 from bayes_hw.report.page.plain_text import listed
 from bayes_hw.report.page.rounding import format_estimate, format_interval, format_number
 from bayes_hw.report.page.typography import MINUS, typeset
-
-STATES: dict[str, State] = {
-    "identified": "good",
-    "weakly identified": "warn",
-    "prior-dominated": "bad",
-    "exactly flat": "bad",
-}
 
 
 def identifiability_report(

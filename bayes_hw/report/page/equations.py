@@ -46,18 +46,6 @@ NOISE = Formula(
 )
 """Autoregressive noise added to the output."""
 
-POSTERIOR = Formula(
-    "p(theta | y) prop p(y | theta) p(theta)",
-    "the posterior density of theta given y is proportional to the likelihood times the prior",
-)
-"""Bayes' theorem up to its constant."""
-
-OUTPUT_ERROR = Formula(
-    "J(theta) = 1/N sum_k (y(k) - hat(y)(k; theta))^2",
-    "the cost J of theta is the mean over k of the squared output error",
-)
-"""The cost of the fourth step: mean squared output error."""
-
 FIT = Formula(
     'upright("fit") = 100 % (1 - norm(y - hat(y)) / norm(y - overline(y)))',
     "the fit is 100 per cent times one minus the norm of the prediction error over the norm of "
@@ -80,18 +68,3 @@ INFORMATION_GAIN = Formula(
     "Fisher information of the experiment there",
 )
 """The Laplace approximation of the expected information gain."""
-
-CATALOGUE: dict[str, Formula] = {
-    "cascade": CASCADE,
-    "saturation": SATURATION,
-    "linear block": LINEAR_BLOCK,
-    "mode pole": MODE_POLE,
-    "dead zone": DEAD_ZONE,
-    "noise": NOISE,
-    "posterior": POSTERIOR,
-    "output error": OUTPUT_ERROR,
-    "fit": FIT,
-    "scaling group": SCALING_GROUP,
-    "information gain": INFORMATION_GAIN,
-}
-"""Every formula by name."""

@@ -32,17 +32,6 @@ NOMINAL: Final = MUTED
 BAND_PARAMETERS: Final = SKY
 BAND_NOISE: Final = "#BFE0F5"
 
-MEANINGS: Final = {
-    "data": DATA,
-    "model": MODEL,
-    "posterior": POSTERIOR,
-    "linear baseline": LINEAR_BASELINE,
-    "prior": PRIOR,
-    "truth": TRUTH,
-    "residual": RESIDUAL,
-}
-"""Colours of lines and markers, by what they stand for."""
-
 ENSEMBLES: Final = (BLUE, VERMILLION, GREEN, PURPLE, "#8C6D00", "#4477AA", "#882255", "#555555")
 """Colours of sampling ensembles, in order; more than eight start again."""
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from blind_check.tails import Tails
 from decision_constants import CONSTANTS
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.base_average import DRAWS, averaged_base
-from bayes_hw.gap.blind.tails import Tails
 
 SD = np.array([0.1, 0.2])
 NOISE = 0.05

@@ -146,11 +146,11 @@ def test_a_drifting_encoder_does_not_count() -> None:
 
 
 def test_intervals_cover() -> None:
-    """y = theta x + noise with theta estimated: 88 % or more of 120 intervals hold the true fraction."""
+    """y = theta x + noise with theta estimated: 88 % or more of 60 intervals hold the true fraction."""
     rng, n, hits = np.random.default_rng(5), 300, []
     x, theta = rng.normal(size=n), 0.5 * SIGMA
     error = SIGMA / np.sqrt(np.sum(x**2))
-    for seed in range(120):
+    for seed in range(60):
         estimate = theta + rng.normal(0, error)
         draws = [(estimate + rng.normal(0, error)) * x for _ in range(64)]
         held = theta * x + rng.normal(0, SIGMA, n)

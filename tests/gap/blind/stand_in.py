@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from blind_check.ballot import BALLOT, Ballot
 
 from bayes_hw.gap.answer.judgement import Claim, Remains
-from bayes_hw.gap.blind.ballot import BALLOT, Ballot
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

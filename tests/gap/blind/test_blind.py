@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from serial import SerialExecutor
+from serial_executor import SerialExecutor
 
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
@@ -34,6 +34,12 @@ def blind_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("blind") / "set"
     make_set(folder, 3, 5, "easy", labels=LABELS, executor=HERE)
     return folder
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands need no worker processes."""
+    monkeypatch.setattr("bayes_hw.executor.make_executor", lambda *_: HERE)
 
 
 @pytest.fixture
@@ -117,7 +123,7 @@ def test_from_records_no_model_is_to_be_had(blind_set: Path, tmp_path: Path) -> 
 
 
 def test_what_is_part_of_g_is_no_gap_without_a_model(tmp_path: Path) -> None:
-    labels = [["transport_delay"], ["friction", "unmodelled_mode"]]
+    labels = [["transport_delay"], ["wind", "unmodelled_mode"]]
     make_set(tmp_path / "set", 2, 6, "easy", labels=labels, executor=HERE)
     for from_records, kinds in ((False, ["single", "pair"]), (True, ["none", "single"])):
         out = tmp_path / str(from_records)
@@ -125,7 +131,7 @@ def test_what_is_part_of_g_is_no_gap_without_a_model(tmp_path: Path) -> None:
                 from_records=from_records, executor=HERE)  # fmt: skip
         truths = read_evidence(tmp_path / "set", out).truths
         assert [truth.kind for truth in truths] == kinds
-    assert truths[1].effects == ("friction",) and len(truths[1].gap_over_sigma) == 1
+    assert truths[1].effects == ("wind",) and len(truths[1].gap_over_sigma) == 1
 
 
 def test_stopped_run_goes_on_to_the_same_verdicts(blind_set: Path, tmp_path: Path) -> None:
@@ -163,7 +169,7 @@ OPEN_TRUTHS = (
 
 
 @pytest.mark.parametrize("given", ["set", "set/cases"])
-@pytest.mark.usefixtures("copied")
+@pytest.mark.usefixtures("copied", "in_this_process")
 def test_run_refuses_what_may_be_the_truth(
     tmp_path: Path, given: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from serial import SerialExecutor
+from serial_executor import SerialExecutor
 
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.report.blind.figures_blind import shares
@@ -28,6 +28,7 @@ STUDIES = Path(__file__).resolve().parents[3] / "studies"
         marks=pytest.mark.slow,
     ),
 ])  # fmt: skip
+@pytest.mark.usefixtures("undrawn")
 def test_quick_run(
     name: str,
     key: str,
@@ -36,7 +37,8 @@ def test_quick_run(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Results and both reports are written, and the working folder is gone."""
+    """Results and both reports are written, and the working folder is gone; their figures are drawn in tests
+    of the reports."""
     monkeypatch.syspath_prepend(str(STUDIES))
     study = importlib.import_module("study")
     monkeypatch.setattr(study, "make_executor", lambda *_: SerialExecutor())

@@ -42,7 +42,7 @@ def noise(seed: int = 0, walk: float = 0.0) -> list[FloatArray]:
 def test_noise_and_a_random_walk_surprise_no_block(walk: float) -> None:
     """The surprise of a block with one function is exponential, with and without a walk."""
     found_fit = with_residuals(noise())
-    drawn = [block_surprises(replace(found_fit, residuals=noise(seed, walk)), INPUTS) for seed in range(12)]
+    drawn = [block_surprises(replace(found_fit, residuals=noise(seed, walk)), INPUTS) for seed in range(8)]
     assert kstest([found["linear"] for found in drawn], "expon").pvalue > 1e-3
     assert max(max(found.values()) for found in drawn) < 12
 

@@ -105,7 +105,8 @@ def test_rounding_is_on_the_scale_of_the_search() -> None:
     assert exact[0] == pytest.approx(begun.stochastic.log_likelihood, abs=0.1)
 
 
-@pytest.mark.parametrize("kind", [pytest.param("held", marks=pytest.mark.slow), "rounded"])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["held", "rounded"])
 def test_posteriors_under_a_display_cover(kind: str) -> None:
     """Of the eight base parameters in six simulated cases at least 39 of 48 lie in their 94 % intervals."""
     inside = 0

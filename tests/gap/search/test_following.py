@@ -33,7 +33,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
 from bayes_hw.gap.effects.input import CommandBias, RateLimit
 from bayes_hw.gap.effects.linear import CubicStiffness
-from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, with_coloured_noise
+from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Plain
@@ -50,7 +50,7 @@ PLAIN = Plain(SIGMA)
 BASE = hypothesis(AXIS, INPUTS)
 NOMINAL = BASE.builder.axis.nominal
 EFFECTS: tuple[Effect, ...] = (DynamicBacklash(), RateLimit(), CommandBias())
-HALF_GAP, RATE_LIMIT = 0.012, 1.2
+HALF_GAP, RATE_LIMIT, SPRING = 0.012, 1.2, 5e5
 
 STRUCK = frozenset(
     [
@@ -148,12 +148,26 @@ def gap() -> tuple[list[FloatArray], list[Fit]]:
     return measured, origins(measured)
 
 
-def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]]) -> None:
+@pytest.fixture(scope="module")
+def alone(gap: tuple[list[FloatArray], list[Fit]]) -> Explanation:
+    """The gap, followed by itself."""
+    measured, bases = gap
+    (found,) = following(measured).found(bases, [begun(DynamicBacklash(), (HALF_GAP,), bases[0])])
+    return found
+
+
+@pytest.fixture(scope="module")
+def spring() -> tuple[list[FloatArray], list[Fit], Following]:
+    """Records of an axis with a cubic spring of SPRING, base fits, and the search that has this effect."""
+    measured = noisy(BASE.with_effect(CubicStiffness()).simulate(np.append(NOMINAL, SPRING)))
+    return measured, origins(measured), following(measured, (CubicStiffness(),))
+
+
+def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Explanation) -> None:
     """Its size and the encoder's noise, by errors a fraction of what the base model leaves."""
     measured, bases = gap
-    rivals = [begun(CommandBias(), (0.01,), bases[0]), begun(DynamicBacklash(), (HALF_GAP,), bases[0])]
-    (found,) = following(measured).found(bases, rivals[:1])
-    assert following(measured).found(bases, rivals)[0].log_evidence == found.log_evidence
+    (found,) = following(measured).found(bases, [begun(CommandBias(), (0.01,), bases[0])])
+    assert alone.log_evidence == found.log_evidence
     assert found.labels == ("backlash",) and found.lost_motion and found.stochastic is None
     assert found.fit.values[-1] == pytest.approx(HALF_GAP, rel=0.1)
     assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
@@ -178,8 +192,8 @@ def test_no_gap_is_found_where_there_is_another_effect(effect: Effect, values: t
     with_it = BASE.with_effect(effect)
     measured = noisy(with_it.simulate(np.append(NOMINAL, values)))
     true = fit(with_it, measured, with_it.to_coordinates(np.append(NOMINAL, values)), PLAIN)
-    assert origins(measured)[1].cost > true.cost + 40
     bases = origins(measured)
+    assert bases[1].cost > true.cost + 40
     rivals = [true, begun(DynamicBacklash(), (HALF_GAP,), bases[0])]
     found = following(measured, (*EFFECTS, effect)).found(bases, rivals)
     assert [e for e in found if "backlash" in e.labels] == []
@@ -208,25 +222,23 @@ def test_a_second_effect_is_found_beside_the_gap() -> None:
     assert search.partners(best) == []
 
 
-def test_only_a_spring_that_is_among_the_leading_effects_is_followed() -> None:
-    measured = noisy(BASE.with_effect(CubicStiffness()).simulate(np.append(NOMINAL, 5e5)))
-    bases = origins(measured)
-    search = following(measured, (CubicStiffness(),))
+def test_only_a_spring_that_is_among_the_leading_effects_is_followed(
+    spring: tuple[list[FloatArray], list[Fit], Following],
+) -> None:
+    _, bases, search = spring
     assert search.found(bases, [begun(CommandBias(), (0.01,), bases[0])]) == []
-    assert len(search.found(bases, [begun(CubicStiffness(), (5e4,), bases[0])])) == 1
 
 
-def test_from_where_it_was_followed_it_is_fitted_free() -> None:
-    cubic = 5e5
-    with_it = BASE.with_effect(CubicStiffness())
-    measured = noisy(with_it.simulate(np.append(NOMINAL, cubic)))
-    bases = origins(measured)
-    search = following(measured, (CubicStiffness(),))
+def test_from_where_it_was_followed_it_is_fitted_free(
+    spring: tuple[list[FloatArray], list[Fit], Following],
+) -> None:
+    measured, bases, search = spring
     (found,) = search.found(bases, [begun(CubicStiffness(), (5e4,), bases[0])])
     free = search.set_free(found.fit)
-    truth = evaluated(with_it, measured, with_it.to_coordinates(np.append(NOMINAL, cubic)), PLAIN)
+    with_it = BASE.with_effect(CubicStiffness())
+    truth = evaluated(with_it, measured, with_it.to_coordinates(np.append(NOMINAL, SPRING)), PLAIN)
     assert free.hypothesis.followed is None and free.cost < truth.cost
-    assert free.values[-1] == pytest.approx(cubic, rel=0.1)
+    assert free.values[-1] == pytest.approx(SPRING, rel=0.1)
 
 
 def test_a_spring_that_jumps_is_followed(tmp_path: Path) -> None:
@@ -251,11 +263,10 @@ def test_a_spring_that_jumps_is_followed(tmp_path: Path) -> None:
     assert found.encoder_sigma == pytest.approx(drawn.truth["base"]["sigma"], rel=0.2)
 
 
-def test_no_second_effect_earns_its_place_beside_a_gap_alone(gap: tuple[list[FloatArray], list[Fit]]) -> None:
-    measured, bases = gap
-    search = following(measured)
-    (alone,) = search.found(bases, [begun(DynamicBacklash(), (HALF_GAP,), bases[0])])
-    found = search.partners(alone)
+def test_no_second_effect_earns_its_place_beside_a_gap_alone(
+    gap: tuple[list[FloatArray], list[Fit]], alone: Explanation
+) -> None:
+    found = following(gap[0]).partners(alone)
     single = max(e.log_evidence for e in [alone, *found] if e.labels == ("backlash",))
     assert all(e.log_evidence < single + CHAOS_MARGIN for e in found)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,7 @@ U = command(SAMPLES, seed=3)
 T = np.arange(SAMPLES) / RATE
 ON_MOTOR = (6.0, 3.0, 0.3, 2.0, -1.0, 1.5)
 ON_LOAD = (0.8, 0.4, 0.3, 0.3, -0.2, 0.1)
+HUNG = (0.8, 1.3, 0.02)
 LIMITS = AXIS.saturation.lower, AXIS.saturation.upper
 TWICE = np.hypot(0.1, 0.05)
 TURN = np.arctan2(0.05, 0.1)
@@ -179,6 +181,13 @@ def test_a_resonator_may_hang_on_the_structure(inertia: float) -> None:
     assert relative_error(ModeOnStructure(), values, setting) < 1e-6
 
 
+@cache
+def hung_alone(on_structure: bool) -> FloatArray:
+    """w of the axis with a resonator and no torque."""
+    setting = Setting(resonator=HUNG, on_structure=on_structure, fine=False)
+    return slow_w(U, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
+
+
 @pytest.mark.parametrize("mode", [UnmodelledMode(), ModeOnStructure()], ids=lambda mode: mode.name)
 @pytest.mark.parametrize(
     ("effect", "values", "torques", "tolerance"),
@@ -194,16 +203,11 @@ def test_torques_act_on_a_drive_train_with_a_resonator(
     mode: UnmodelledMode, effect: Effect, values: tuple[float, ...], torques: Torques, tolerance: float
 ) -> None:
     """One more mass changes what a torque does, as a share of what the torque changes."""
-    hung, on_structure = (0.8, 1.3, 0.02), isinstance(mode, ModeOnStructure)
-    expected, without = (
-        slow_w(U, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
-        for setting in (
-            Setting(torques, resonator=hung, on_structure=on_structure),
-            Setting(resonator=hung, on_structure=on_structure, fine=False),
-        )
-    )
+    setting = Setting(torques, resonator=HUNG, on_structure=isinstance(mode, ModeOnStructure))
+    expected = slow_w(U, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
+    without = hung_alone(setting.on_structure)
     found = hypothesis(AXIS, [U], mode, effect)
-    w, _ = found.simulate_signals(np.concatenate([found.builder.axis.nominal, hung, values]))[0]
+    w, _ = found.simulate_signals(np.concatenate([found.builder.axis.nominal, HUNG, values]))[0]
     assert np.sqrt(np.mean((w - expected) ** 2) / np.mean((expected - without) ** 2)) < tolerance
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
+from twin import twin_records
 
 from bayes_hw.identify.cascade import Structure, simulate, to_coordinates
 from bayes_hw.identify.experiment import prepare
@@ -25,7 +26,6 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.twin import twin_records
 from bayes_hw.record import Record, Units
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from blind_check.check import joined
 from blind_check.leave_out import LeftOut
 from blind_check.power import SmallestGap
 from pages.leave_out_report import leave_out_report
 from pages.power_report import PowerStudy, gap_text, power_report
 
-from bayes_hw.gap.blind.check import joined
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.score import score_evidence

@@ -89,6 +89,7 @@ def test_held_roots_are_warned_of(report: Report) -> None:
     assert [badge.state for badge in report.badges if badge.label == "other roots of G held"] == ["warn"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_unconverged_posterior_comes_first(found: Design, origin: Provenance) -> None:
     posterior = replace(found.posterior, converged=False, problems=("R-hat is 1.5",))
     doubtful = design_report(replace(found, posterior=posterior, loops=found.loops[:1], tunings=()), origin)

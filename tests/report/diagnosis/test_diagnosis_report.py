@@ -80,6 +80,7 @@ def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) 
 @pytest.mark.parametrize(("regime", "said"), [
     ("all", "in no regime is the residual larger"), ("slow", "largest in the regime “slow”"),
 ])  # fmt: skip
+@pytest.mark.usefixtures("undrawn")
 def test_the_regime_is_named_where_one_stands_out(diagnosis: Diagnosis, regime: str, said: str) -> None:
     where = replace(diagnosis.verdict.where, regime=regime)
     first = where_section(replace(diagnosis, verdict=replace(diagnosis.verdict, where=where))).blocks[0]
@@ -125,6 +126,7 @@ def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis)
     assert np.array_equal(shown.y, diagnosis.case.holdout[0].y)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None:
     """The same fits under the two verdicts that add no effect."""
     origin = provenance("bayes-hw diagnose", 1, diagnosis.case.train, 2.0)
@@ -140,6 +142,7 @@ def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None
         assert "pushed (sd)" not in _tables(shown, "How far it shrinks")[-1].header
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_where_motion_was_followed_the_spectrum_after_is_said_to_be_another(diagnosis: Diagnosis) -> None:
     explanation = diagnosis.decision.explanation
     followed = Followed(explanation.fit.measured, np.zeros(0), 1.0)

@@ -44,6 +44,7 @@ def friction(diagnosis: JointDiagnosis) -> Report:
     return page_of(answering(diagnosis, ("friction",), 0.995))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis) -> None:
     assert diagnosis.verdict.answer == ()
     said = sentence(diagnosis)
@@ -54,6 +55,7 @@ def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis)
 
 
 @pytest.mark.parametrize("sure", [0.995, 0.6])
+@pytest.mark.usefixtures("undrawn")
 def test_the_card_and_the_sentence_state_one_probability(
     diagnosis: JointDiagnosis, friction: Report, sure: float
 ) -> None:
@@ -64,6 +66,7 @@ def test_the_card_and_the_sentence_state_one_probability(
     assert page.badges[0].state == ("good" if sure > 0.9 else "warn")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_numbers_beside_an_unknown_cause_are_marked_and_folded(diagnosis: JointDiagnosis) -> None:
     page = page_of(answering(diagnosis, ("other",), 0.97))
     assert page.badges[0].label == "cause unknown" and page.badges[0].state == "bad"

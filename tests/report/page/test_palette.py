@@ -3,7 +3,11 @@ import itertools
 import numpy as np
 import pytest
 
-from bayes_hw.report.page.palette import ENSEMBLES, MEANINGS, STATE_COLOURS, page_colours
+from bayes_hw.report.page import palette
+from bayes_hw.report.page.palette import ENSEMBLES, STATE_COLOURS, page_colours
+
+DISTINCT = (palette.DATA, palette.MODEL, palette.LINEAR_BASELINE, palette.TRUTH, palette.RESIDUAL)
+LINES = {*DISTINCT, palette.POSTERIOR, palette.PRIOR, *ENSEMBLES}
 
 DEUTERANOPIA = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
@@ -35,7 +39,7 @@ def lab(rgb):
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
 
 
-@pytest.mark.parametrize("colour", sorted({*MEANINGS.values(), *ENSEMBLES}))
+@pytest.mark.parametrize("colour", sorted(LINES))
 def test_lines_stand_out_on_paper(colour):
     assert contrast(colour, "#ffffff") >= 3
 
@@ -55,7 +59,6 @@ def test_both_schemes_define_the_same_roles():
 
 @pytest.mark.parametrize("matrix", [np.eye(3), DEUTERANOPIA, PROTANOPIA], ids=["all", "deutan", "protan"])
 def test_meanings_stay_apart_under_colour_blindness(matrix):
-    distinct = {MEANINGS[m] for m in ("data", "model", "linear baseline", "truth", "residual")}
-    for first, second in itertools.combinations(sorted(distinct), 2):
+    for first, second in itertools.combinations(sorted(DISTINCT), 2):
         distance = np.linalg.norm(lab(matrix @ linear_rgb(first)) - lab(matrix @ linear_rgb(second)))
         assert distance > 12, (first, second)

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from bayes_hw.gap.answer.judgement import Claim, Remains
-from bayes_hw.gap.blind.ballot import Ballot
-from bayes_hw.gap.blind.calibrate import (
+from blind_check.ballot import Ballot
+from blind_check.calibrate import (
     BY_HAND,
     DOUBTS,
     STEPS,
@@ -21,6 +19,8 @@ from bayes_hw.gap.blind.calibrate import (
     names_fitted,
     total_score,
 )
+
+from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.progress import Progress
@@ -90,6 +90,7 @@ def fit_of_temperature() -> CalibrationFit:
     return calibrate(drawn(11.0, 100, 3), QUIET)
 
 
+@pytest.mark.slow
 def test_constants_that_predict_worse_are_not_adopted(fit_of_temperature: CalibrationFit) -> None:
     """Exchanged: what was by hand scores the more on cases left out."""
     fit = fit_of_temperature
@@ -98,6 +99,7 @@ def test_constants_that_predict_worse_are_not_adopted(fit_of_temperature: Calibr
     assert fit.adopted == fit.fitted != BY_HAND == worse.adopted
 
 
+@pytest.mark.slow
 def test_of_fits_as_good_the_one_of_fewer_constants_is_kept(fit_of_temperature: CalibrationFit) -> None:
     """The temperature is all that is off: a fit of every constant finds no more, and is not kept."""
     fit = fit_of_temperature

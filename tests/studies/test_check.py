@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from serial import SerialExecutor
+from blind_check.check import check_blind
+from serial_executor import SerialExecutor
 
-from bayes_hw.gap.blind.check import check_blind
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.progress import Progress
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from blind_check.tails import LEVEL, TailFit, Tails, standardized_errors
 from scipy.integrate import trapezoid
 from scipy.stats import norm, t
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
-from bayes_hw.gap.blind.tails import LEVEL, TailFit, Tails, standardized_errors
 
 
 def errors(share: float, scale: float = 1.0, seed: int = 1) -> list[FloatArray]:
@@ -29,6 +29,7 @@ def test_the_tails_that_made_the_errors_are_found_and_hold() -> None:
     assert alone.value < 0.89 < with_tails.interval[0] < LEVEL < with_tails.interval[1]
 
 
+@pytest.mark.slow
 def test_posteriors_that_are_right_are_left_as_they_are() -> None:
     fit = TailFit(errors(0.0))
     assert fit.tails.share < 0.02

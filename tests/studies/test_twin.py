@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from twin import coloured_noise, twin_records
 
 from bayes_hw.identify.fit import fit_percent
-from bayes_hw.model.twin import coloured_noise, twin_records
 
 TWIN = twin_records(np.random.default_rng(1))
 

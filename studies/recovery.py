@@ -18,9 +18,8 @@ from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.four_steps import MAX_ORDER, identify
-from bayes_hw.identify.noise import autoregression_from_partial
+from bayes_hw.identify.noise import autoregression_from_partial, stationary_autoregression
 from bayes_hw.identify.output_error import DIFFERENCE_STEP, simulated_outputs
-from bayes_hw.infer.calibration import stationary_autoregression
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
-from bayes_hw.gap.blind.joint_calibrate import (
+import pytest
+from blind_check.joint_calibrate import (
     GivenCase,
     JointCase,
     calibrate_jointly,
     left_out_scores,
     log_deviations,
 )
+
 from bayes_hw.gap.joint.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
@@ -49,6 +50,7 @@ def _given(nats: dict[str, float], effects: tuple[str, ...]) -> GivenCase:
     return GivenCase(GivenEvidence(replace(joint, rivals=rivals), 1.0, 1.0 + bool(nats), 1.0), effects)
 
 
+@pytest.mark.slow
 def test_around_a_model_more_cases_tell_a_constant_better() -> None:
     """Pairs are wrong half the time; nulls always right. Neither is stated surer than that."""
     pair = {"friction": 400.0, "transport_delay": 300.0}

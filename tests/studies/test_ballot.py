@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from blind_check.ballot import BALLOT, Ballot
+from blind_check.calibrate import BY_HAND
 
 from bayes_hw.gap.answer.judgement import Claim, Remains
-from bayes_hw.gap.blind.ballot import BALLOT, Ballot
-from bayes_hw.gap.blind.calibrate import BY_HAND
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 
 PAIR = ("friction", "wind")

@@ -14,11 +14,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from calibration_summary import CalibrationSummary, summarize_calibration
-from scipy import stats
-
-from bayes_hw.errors import InputError
-from bayes_hw.executor import LocalExecutor
-from bayes_hw.infer.calibration import (
+from prior_calibration import (
     DRAWS,
     LOG_LIKELIHOOD,
     CalibrationCase,
@@ -27,8 +23,12 @@ from bayes_hw.infer.calibration import (
     draw_from_prior,
     independent_draws,
     simulated_record,
-    stationary_autoregression,
 )
+from scipy import stats
+
+from bayes_hw.errors import InputError
+from bayes_hw.executor import LocalExecutor
+from bayes_hw.identify.noise import stationary_autoregression
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -19,9 +19,9 @@ from scipy.optimize import brentq
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA
-from bayes_hw.gap.blind.calibrate import FOLDS
 from bayes_hw.gap.blind.counts import Share, share
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
+from blind_check.calibrate import FOLDS
 
 LEVEL = 0.94
 """Of the stated intervals."""

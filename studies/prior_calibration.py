@@ -17,11 +17,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial, estimate_noise
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise, stationary_autoregression
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.inference import residual_report
 from bayes_hw.infer.log_posterior import LogPosterior
@@ -186,28 +185,6 @@ def simulated_record(case: CalibrationCase, truth: FloatArray, rng: np.random.Ge
     rate = case.model.sample_rate_hz
     t = np.arange(len(clean)) / rate
     return Record("replicate", t, case.command, clean + noise, rate, case.model.units)
-
-
-def stationary_autoregression(
-    samples: int, sigma: float, partial: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    """A Gaussian AR(p) sequence (samples,) of marginal standard deviation `sigma`, from its first sample on.
-
-    The first p samples follow from the partial autocorrelations order by order: sample k is predicted by the
-    AR(k) of the first k of them.
-    """
-    order = len(partial)
-    shocks = rng.standard_normal(samples)
-    noise = np.zeros(samples)
-    spread = sigma * np.sqrt(np.concatenate([[1.0], np.cumprod(1 - partial**2)]))
-    for k in range(min(order, samples)):
-        coefficients = autoregression_from_partial(partial[:k, None])[:, 0]
-        noise[k] = coefficients @ noise[:k][::-1] + spread[k] * shocks[k]
-    polynomial = np.concatenate([[1.0], -autoregression_from_partial(partial[:, None])[:, 0]])
-    if samples > order:
-        history = signal.lfiltic([1.0], polynomial, noise[:order][::-1])
-        noise[order:] = signal.lfilter([1.0], polynomial, spread[order] * shocks[order:], zi=history)[0]
-    return noise
 
 
 def independent_draws(sampling: Sampling) -> FloatArray:
