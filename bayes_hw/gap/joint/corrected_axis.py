@@ -16,7 +16,8 @@ from bayes_hw.gap.answer.corrected_train import KEY
 from bayes_hw.gap.joint.corrected_model import joint_response_of, read_corrected
 from bayes_hw.gap.joint.effect_loop import EffectLoop
 from bayes_hw.gap.joint.finding import percent, words_of
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer.noise import noise_parameters

@@ -21,7 +21,8 @@ from bayes_hw.gap.joint.joint_posterior import (
     effect_quantities,
     gain_and_lag,
 )
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, Ports, Simulated
+from bayes_hw.gap.joint.joint_response import JointResponse, Simulated
+from bayes_hw.gap.joint.joint_values import Effect, Ports
 from bayes_hw.gap.joint.known_input import form_named
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block

@@ -9,7 +9,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.loop_kernel import loop_jointly
 from bayes_hw.gap.joint.within_sample import Paths, Stepped
 

@@ -18,7 +18,8 @@ from bayes_hw.gap.joint.effect_form import Place
 from bayes_hw.gap.joint.effect_paths import limited_and_gain, through_drive, through_port
 from bayes_hw.gap.joint.error_views import error_over_time, glitches, late_readings, rounding, slow_torque
 from bayes_hw.gap.joint.free_function import EffectView, Rows, Seen, viewed
-from bayes_hw.gap.joint.joint_response import Effect, JointValues, Simulated
+from bayes_hw.gap.joint.joint_response import Simulated
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit
 
 View: TypeAlias = Callable[[Seen, str], EffectView]

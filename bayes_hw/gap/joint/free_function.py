@@ -16,7 +16,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointValues, Simulated
+from bayes_hw.gap.joint.joint_response import Simulated
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.readings import Readings
 from bayes_hw.identify.holes import mask_of, with_holes
 from bayes_hw.record import Record

@@ -18,7 +18,7 @@ from bayes_hw.gap.joint.joint_posterior import (
     torque_draws,
     whitened_factor,
 )
-from bayes_hw.gap.joint.joint_response import JointValues
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units
 

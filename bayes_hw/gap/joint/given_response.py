@@ -11,7 +11,8 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
 from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate

@@ -12,7 +12,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import highest_density_interval
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointValues
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.reading_faults import MASK, glitches
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance

@@ -52,8 +52,8 @@ from bayes_hw.gap.joint.joint_posterior import (
     dominant_sections,
     laplace,
 )
-from bayes_hw.gap.joint.joint_response import JointValues
 from bayes_hw.gap.joint.joint_search import JointAnswer, search
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.readings import innovation_sigma

@@ -9,7 +9,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import Form, JointScale
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import Point, descend, evaluate

@@ -9,7 +9,7 @@ import numpy as np
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
-from bayes_hw.gap.joint.joint_response import Effect
+from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 

@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.leading_sample import leading_draws
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block

@@ -15,53 +15,16 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
-from bayes_hw.gap.joint.effect_form import Form, JointScale
+from bayes_hw.gap.joint.effect_form import JointScale
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
-from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
 
 LARGEST = float(np.arctanh(MAX_REFLECTION))
-
-
-@dataclass(frozen=True, eq=False)
-class Ports:
-    """How a torque enters and what its law looks at, as the kernel has it; `signal` says whether the signal
-    port is free."""
-
-    real: FloatArray
-    sections: FloatArray
-    direct: FloatArray
-    signal_real: FloatArray
-    signal_sections: FloatArray
-    signal: bool = False
-
-    @classmethod
-    def none(cls, n_real: int, n_sections: int) -> Ports:
-        """A port that passes nothing."""
-        return cls(
-            np.zeros(n_real), np.zeros((2, n_sections)), np.array([0.0, 0.5]),
-            np.zeros(n_real), np.zeros((2, n_sections)),
-        )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Effect:
-    """A form with its parameters (natural units) and, where it is a torque, its ports."""
-
-    form: Form
-    values: FloatArray
-    ports: Ports | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class JointValues:
-    """Natural parameters: the cascade and the effects in it."""
-
-    cascade: CascadeValues
-    effects: tuple[Effect, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ from bayes_hw.gap.joint.base_cascade import natural_scale
 from bayes_hw.gap.joint.corrected_model import model_of
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import dominant_sections
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.known_input import columns_of, with_known_inputs
 from bayes_hw.gap.joint.known_verdict import WAYS, doubtful
 from bayes_hw.identify.fit import fit_percent

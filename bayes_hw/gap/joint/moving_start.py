@@ -18,7 +18,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointValues
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.record import Record
 

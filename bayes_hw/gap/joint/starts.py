@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointValues
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.moving_start import MovingStart
 from bayes_hw.posing import Start
 from bayes_hw.record import Record

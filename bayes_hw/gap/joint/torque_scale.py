@@ -14,7 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_paths import drive_response, port_response
-from bayes_hw.gap.joint.joint_response import Effect, JointValues
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.identify.cascade import Structure
 
 BAND = (0.1, 0.45)

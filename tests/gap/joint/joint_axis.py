@@ -7,7 +7,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.record import Record, Units
 

@@ -13,7 +13,7 @@ from bayes_hw.control.controller import Controller
 from bayes_hw.control.simulator import simulate_loop
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.effect_loop import EffectLoop
-from bayes_hw.gap.joint.joint_response import Effect
+from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.blocks import DeadZone, Saturation

@@ -10,7 +10,8 @@ from joint_axis import CASCADE, STRUCTURE, form, measured, scale
 from bayes_hw.gap.joint.effect_form import COARSE_TURNS, TURN_STEP
 from bayes_hw.gap.joint.effect_screen import Start, screened
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700

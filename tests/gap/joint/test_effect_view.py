@@ -13,7 +13,8 @@ from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.effect_view import VIEWS, effect_view
 from bayes_hw.gap.joint.free_function import EffectView, Seen
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.readings import Readings
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate

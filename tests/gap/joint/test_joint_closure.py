@@ -8,7 +8,8 @@ from joint_axis import CASCADE, SAMPLES, SIGMA, form, measured, record, response
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_closure import Floor, closure_of, of_axis, walks, without_glitches
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 

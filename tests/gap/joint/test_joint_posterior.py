@@ -16,7 +16,8 @@ from bayes_hw.gap.joint.joint_posterior import (
     effect_units,
     laplace,
 )
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units
 

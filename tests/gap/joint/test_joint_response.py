@@ -7,7 +7,7 @@ import pytest
 from joint_axis import CASCADE, STRUCTURE, assert_tangents, command, form, response_with, some_effect, torque
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form
-from bayes_hw.gap.joint.joint_response import Effect
+from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -12,8 +12,9 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import effect_candidates
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_search import search
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700

@@ -12,7 +12,8 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.effect_screen import screened
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
 from bayes_hw.identify.growth.descent import evaluate

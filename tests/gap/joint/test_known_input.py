@@ -15,7 +15,8 @@ from bayes_hw.gap.joint.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import effect_quantities
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues, Ports
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.known_input import READING, TORQUE, forms_of, with_known_inputs
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

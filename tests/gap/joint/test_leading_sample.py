@@ -8,7 +8,8 @@ import numpy as np
 from joint_axis import CASCADE, SIGMA, STRUCTURE, command, record, scale
 
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.leading_sample import earlier_samples, leading_draws
 from bayes_hw.identify.growth.descent import evaluate
 

@@ -10,7 +10,8 @@ from numpy.random import default_rng
 from scipy.signal import lfilter
 
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.noise_causes import noise_spectrum, speed_noise, speeds
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record

@@ -16,7 +16,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import Effect
+from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.starts import Starts
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.posing import counted_from

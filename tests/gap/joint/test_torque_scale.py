@@ -8,7 +8,7 @@ from joint_axis import form
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.joint_response import Effect, JointValues, Ports
+from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade import CascadeValues, Structure
 

@@ -20,7 +20,8 @@ from joint_axis import (
 )
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form
-from bayes_hw.gap.joint.joint_response import Effect, JointResponse, JointValues
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.within_sample import LEAST_POLE, Paths, Stepped, root_of
 from bayes_hw.identify.cascade import CascadeValues
 
