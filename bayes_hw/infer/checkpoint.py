@@ -24,6 +24,9 @@ from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import StudentTMixture
 from bayes_hw.infer.triangular_map import Bend
 
+MEANING = "weights about least squares"
+"""Coordinates that states and plans are kept in."""
+
 REMEDY = "remove the folder and run without --resume"
 
 
@@ -146,8 +149,8 @@ class Checkpoint:
 
 
 def fingerprint(*parts: str) -> str:
-    """One digest of everything that decides the numbers of a run."""
-    return hashlib.sha256("\x1f".join(parts).encode("utf-8")).hexdigest()
+    """One digest of everything that decides the numbers of a run, the meaning of what is kept included."""
+    return hashlib.sha256("\x1f".join((MEANING, *parts)).encode("utf-8")).hexdigest()
 
 
 def _write_states(file: h5py.File, states: Sequence[EnsembleState]) -> None:
