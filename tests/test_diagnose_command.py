@@ -156,7 +156,7 @@ def test_a_simulator_of_ones_own_is_diagnosed(
 
 
 def test_records_of_a_simulator_are_in_its_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those of the tutorial: 31 rpm a volt, which would be another unit's factor were it deg/s and deg."""
+    """Those of the tutorial: a speed in rpm under volts, which would be no angle were it deg/s and deg."""
     tutorials = Path(__file__).parents[1] / "docs" / "tutorials"
     for name in ("my_motor.py", "make_motor_records.py"):
         shutil.copy(tutorials / name, tmp_path)
@@ -165,7 +165,7 @@ def test_records_of_a_simulator_are_in_its_units(tmp_path: Path, monkeypatch: py
     runpy.run_path("make_motor_records.py")
     records = ["--train", "a.csv", "b.csv", "--holdout", "c.csv", "--out", "new"]
     refuse_early(build_parser().parse_args(["diagnose", "--simulator", "my_motor:simulator", *records]))
-    with pytest.raises(InputError, match="times as fast as the command"):
+    with pytest.raises(InputError, match="the output is a speed"):
         refuse_early(build_parser().parse_args(["identify", "a.csv", "b.csv", "--out", "new"]))
     simulator = find_simulator("my_motor:simulator")
     case = SimulatorCase.of_files(simulator, [Path("a.csv")], [Path("c.csv")])

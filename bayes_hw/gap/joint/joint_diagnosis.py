@@ -79,8 +79,8 @@ or where something without a name remains."""
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What was found from records alone; predictions (samples,) are of the first record held out: `after` is
-    the angle of the axis, `low` and `high` the band of what the encoder shows, its drift included."""
+    """What was found from records alone; predictions (samples,) are of the first record held out: what the
+    encoder shows, its drift included, and the band of it."""
 
     name: str
     train: tuple[Record, ...]
@@ -238,7 +238,6 @@ def _finished(
     gaps = [closure_on(train, base, fit), closure_on(holdout, base, fit)]
     first = starts.predict(base, holdout[0])[lead:]
     last = starts.predict(fit, holdout[0])[lead:]
-    angle = starts.predict(fit, holdout[0], of_axis(fit.values))[lead:] if drifts else last
     drawn = np.array([starts.predict(fit, holdout[0], values, rng)[lead:] for values in some])
     # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
@@ -283,7 +282,7 @@ def _finished(
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
-        name, train, holdout, found, decision, posterior, verdict, first, angle, last - half, last + half,
+        name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
         corrected, advice,
     )  # fmt: skip
 
