@@ -31,8 +31,11 @@ from bayes_hw.gap.joint.given_posterior import laplace_given
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.given_search import search_given
 from bayes_hw.gap.joint.joint_closure import (
+    DOUBT,
     DRIFT,
     ESTIMATED,
+    MIMICKED,
+    PLAIN_DOUBT,
     Floor,
     closure_of,
     of_axis,
@@ -186,7 +189,7 @@ def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return 0.15 if found.remainder.order > 1 or answer & {"wind", "timing_jitter", OTHER} else 0.02
+    return DOUBT if found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
 
 
 def _finished(
