@@ -24,7 +24,7 @@ from bayes_hw.infer.ensemble import EnsembleState
 from bayes_hw.infer.mixture import StudentTMixture
 from bayes_hw.infer.triangular_map import Bend
 
-MEANING = "weights about least squares"
+MEANING = "poles under their names at the estimate, weights about least squares"
 """Coordinates that states and plans are kept in."""
 
 REMEDY = "remove the folder and run without --resume"

@@ -22,9 +22,11 @@ from bayes_hw.identify.output_error import levelled, simulated_outputs
 from bayes_hw.infer.centred_weights import CentredWeights
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
+from bayes_hw.infer.laplace import CoordinateMap
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
+from bayes_hw.infer.pole_labels import PoleLabels
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -147,9 +149,7 @@ def infer(
                 settings=settings,
                 others=origin.others,
                 straightening=Reparameterisation.of(axis.parameters, records),
-                centring=CentredWeights.of(
-                    axis, target.values(origin.coordinates), origin.noise, records, origin.power
-                ),
+                maps=_maps(axis, origin, target, records),
                 jobs=jobs,
                 progress=progress,
                 checkpoint=checkpoint,
@@ -173,6 +173,18 @@ def infer(
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)
+
+
+def _maps(
+    axis: AxisParameters, origin: StartingPoint, target: LogPosterior, records: Sequence[Record]
+) -> list[CoordinateMap]:
+    """The coordinates that walkers move in: poles under their names at the estimate, weights centred."""
+    values = target.values(origin.coordinates)
+    found = (
+        PoleLabels.of(axis, origin.coordinates, origin.covariance),
+        CentredWeights.of(axis, values, origin.noise, records, origin.power),
+    )
+    return [one for one in found if one is not None]
 
 
 def estimated(

@@ -65,7 +65,7 @@ def sample(
     settings: SamplerSettings | None = None,
     others: Sequence[tuple[FloatArray, FloatArray]] = (),
     straightening: CoordinateMap | None = None,
-    centring: CoordinateMap | None = None,
+    maps: Sequence[CoordinateMap] = (),
     jobs: int = 1,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
@@ -78,7 +78,7 @@ def sample(
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
     the walkers move in straight coordinates, where `straightening` gives some: see `bayes_hw.infer.pilot`.
-    Either way they do in the coordinates of `centring`, where there is one.
+    Either way they do in the coordinates that `maps` lead to, one after the other.
     Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of
     their proposals from then on at the side opposite to the walker.
     `make_log_density` gives every ensemble a density of its own, so that they can run in `jobs` threads; the
@@ -90,8 +90,8 @@ def sample(
     densities = [make_log_density() for _ in range(settings.ensembles)]
     names = densities[0].names
     choices = [Laplace([(mode, covariance), *others], densities)]
-    if centring is not None:
-        choices = [choices[0].carried(centring)]
+    for mapping in maps:
+        choices = [choices[0].carried(mapping)]
     if straightening is not None:
         choices.append(choices[0].straightened(straightening))
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)
