@@ -57,7 +57,8 @@ def slow_poles(item: Grown) -> int:
 def with_slow_poles(item: Grown) -> Grown:
     """`item`, with SLOW_POLES real ones added where it has fewer.
 
-    Where a descent takes them to places that are not slow, they stay where the score test has them.
+    Where a descent takes them to places that are not slow, or so slow that they stand in for the integrator,
+    they stay where the score test has them.
     """
     if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
         return item
@@ -71,7 +72,9 @@ def with_slow_poles(item: Grown) -> Grown:
     best = np.argsort(-gains)[:DESCENTS]
     starts = [_extended(item, grid[list(pairs[i])]) for i in best]
     found = halved([_at(item, *start) for start in starts])
-    return found if slow_poles(found) >= SLOW_POLES else fitted_with_held_poles(*starts[0], item)
+    added = found.values.real[0, -SLOW_POLES:]
+    inside = (added > np.exp(-1 / shortest)) & (added < np.exp(-1 / longest))
+    return found if np.all(inside) else fitted_with_held_poles(*starts[0], item)
 
 
 def _extended(item: Grown, poles: FloatArray) -> tuple[Structure, CascadeValues]:

@@ -138,15 +138,23 @@ def test_the_dead_zone_is_found_with_the_slow_poles_and_not_without(
     assert with_slow_poles(pool[8]) is pool[8]
 
 
+@pytest.mark.parametrize("place", [-0.9, 0.9999])
 def test_slow_poles_stay_slow_where_descents_take_them_elsewhere(
-    twin_pool: tuple[dict[int, Grown], float], monkeypatch: pytest.MonkeyPatch
+    twin_pool: tuple[dict[int, Grown], float], monkeypatch: pytest.MonkeyPatch, place: float
 ) -> None:
-    """Where the likeliest descent ends without two slow poles, they stay at places that are slow."""
+    """Where the likeliest descent ends with fewer than two slow ones, or with one like the integrator, they
+    stay at places that are slow."""
     pool, scale = twin_pool
-    monkeypatch.setattr("bayes_hw.identify.growth.slow_poles.halved", lambda _: pool[5])
+
+    def taken_elsewhere(items: list[Grown]) -> Grown:
+        values = items[0].values
+        values.real[0, -1] = place
+        return Grown.at(items[0].structure, values, items[0].response.records)
+
+    monkeypatch.setattr("bayes_hw.identify.growth.slow_poles.halved", taken_elsewhere)
     kept = with_slow_poles(pool[5])
     assert kept.structure.order == 7 and slow_poles(kept) >= 2
-    assert np.all(kept.values.real[0, -2:] > 0.9)
+    assert np.all((kept.values.real[0, -2:] > 0.9) & (kept.values.real[0, -2:] < 0.996))
     assert kept.log_likelihood > pool[5].log_likelihood + 5
     assert abs(kept.values.half_width * scale - 0.006) < 0.0006
 
