@@ -24,7 +24,7 @@ from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.laplace import CoordinateMap
 from bayes_hw.infer.log_posterior import LogPosterior
-from bayes_hw.infer.long_records import are_long, sample_long, start_of_long
+from bayes_hw.infer.long_records import are_long, beginnings, sample_long, start_of_long
 from bayes_hw.infer.noise import noise_order
 from bayes_hw.infer.pole_labels import PoleLabels
 from bayes_hw.infer.posterior import Posterior
@@ -213,8 +213,7 @@ def estimated(
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
     expanded = noise == "normal" and are_long(records) and not model.known
-    if not expanded:
-        axis = without_unseen_poles(axis, records)
+    axis = without_unseen_poles(axis, *(beginnings(records) if expanded else (records, 1.0)))
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
         origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
     return Estimate(axis, origin, _tested(axis, origin, records))

@@ -64,14 +64,18 @@ def are_long(records: Sequence[Record]) -> bool:
     return whole and sum(len(record) for record in records) >= LONG_SAMPLES
 
 
+def beginnings(records: Sequence[Record]) -> tuple[list[Record], float]:
+    """The first START_SAMPLES of all records together, and how many times as many samples there are."""
+    times = max(1.0, sum(len(record) for record in records) / START_SAMPLES)
+    return [record.split(1 / times)[0] if times > 1 else record for record in records], times
+
+
 def start_of_long(axis: AxisParameters, records: Sequence[Record], rng: np.random.Generator) -> StartingPoint:
     """As `starting_point`: several starts on the beginnings of the records, then one descent on all samples.
 
     Memory does not grow with the records but for a few numbers a sample.
     """
-    share = START_SAMPLES / sum(len(record) for record in records)
-    begun = [record.split(share)[0] for record in records] if share < 1 else records
-    starts = fit_from_several_starts(axis, begun, rng=rng, starts=STARTS)
+    starts = fit_from_several_starts(axis, beginnings(records)[0], rng=rng, starts=STARTS)
     found = starts.best.values
     trials = [_noise_at(axis, records, values) for values in (axis.nominal, found)]
     better = int(trials[1].sigma < trials[0].sigma)

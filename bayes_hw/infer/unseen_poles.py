@@ -32,8 +32,11 @@ AT_ONCE, SOON = float(np.exp(-1.0)), float(np.exp(-1 / 3))
 """Modulus of a pole that has decayed within one sample, and within three."""
 
 
-def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> AxisParameters:
-    """`axis` with the real poles held whose place `records` hardly tell, one after the other."""
+def without_unseen_poles(
+    axis: AxisParameters, records: Sequence[Record], times: float = 1.0
+) -> AxisParameters:
+    """`axis` with the real poles held whose place `records` hardly tell, one after the other; there are
+    `times` as many samples as in `records`."""
     places = {
         name.removesuffix(".value"): abs(value)
         for name, value in zip(axis.names, axis.nominal, strict=True)
@@ -45,7 +48,7 @@ def without_unseen_poles(axis: AxisParameters, records: Sequence[Record]) -> Axi
     while True:
         shares = {
             name: share
-            for name, share in zip(axis.names, shares_of_records(axis, records), strict=True)
+            for name, share in zip(axis.names, shares_of_records(axis, records, times), strict=True)
             if name.startswith("real_pole") and name.endswith(".value")
         }
         least = min(shares, key=lambda name: shares[name], default=None)
@@ -65,9 +68,9 @@ def _holding(axis: AxisParameters, names: Sequence[str]) -> AxisParameters:
     )
 
 
-def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatArray:
+def shares_of_records(axis: AxisParameters, records: Sequence[Record], times: float = 1.0) -> FloatArray:
     """1 - (posterior sd / prior sd)^2 of every parameter (parameters,) in coordinates, linearised at the
-    nominal values, with the noise of the residuals there."""
+    nominal values, with the noise of the residuals there; of `times` as many samples."""
     centre = as_coordinates(axis.parameters, axis.nominal)[:, None]
     steps = DIFFERENCE_STEP * np.eye(len(centre))
     trials = np.concatenate([centre, centre + steps, centre - steps], axis=1)
@@ -81,5 +84,5 @@ def shares_of_records(axis: AxisParameters, records: Sequence[Record]) -> FloatA
         slopes = (output[1 : len(centre) + 1] - output[len(centre) + 1 :]) / (2 * DIFFERENCE_STEP)
         rows = whitened(slopes, noise.autoregression, record.measured)
         rows *= prior_sd[:, None] / noise.innovation_sigma
-        information += rows @ rows.T
+        information += times * (rows @ rows.T)
     return np.asarray(1 - np.diag(np.linalg.inv(information)))

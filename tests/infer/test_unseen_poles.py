@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bayes_hw.infer.inference import infer
+from bayes_hw.infer import long_records
+from bayes_hw.infer.inference import estimated, infer
+from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.unseen_poles import LEAST_SHARE, shares_of_records, without_unseen_poles
@@ -54,6 +56,30 @@ def test_the_records_decide_which_poles_move(small_axis: HammersteinWiener, zero
     share = dict(zip(axis.names, shares_of_records(axis, records), strict=True))
     assert bool(share[name] < LEAST_SHARE) is held
     assert share["saturation.upper"] > 0.9
+
+
+def test_as_many_samples_again_tell_as_much_again(small_axis: HammersteinWiener) -> None:
+    model = with_lag(small_axis, 0.9)
+    axis, records = AxisParameters(model, "all"), records_of(model)
+    threefold = shares_of_records(axis, records * 3)
+    np.testing.assert_allclose(shares_of_records(axis, records, times=3.0), threefold, rtol=1e-6)
+
+
+def test_poles_that_long_records_do_not_tell_stay(
+    small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two beside the Nyquist frequency have one place among those of free poles, and so no order there."""
+    linear = small_axis.linear
+    nyquist = [-0.9999995, -0.9999993]
+    poles, zeros = np.append(linear.poles, nyquist), np.append(linear.zeros, [-0.99999, -0.99998])
+    both = LinearBlock(zeros, poles, linear.gain, linear.delay_samples)
+    model = replace(small_axis, linear=both, noise_sigma=SIGMA)
+    records = records_of(model)
+    monkeypatch.setattr(long_records, "LONG_SAMPLES", 1000)
+    found = estimated(model, records, np.random.default_rng(1))
+    assert len(found.axis.held_poles) == 2
+    start = found.start
+    assert np.isfinite(LogPosterior(found.axis, start.noise_parameters, records)(start.coordinates[None]))
 
 
 def test_of_two_fast_poles_the_faster_stays(small_axis: HammersteinWiener) -> None:
