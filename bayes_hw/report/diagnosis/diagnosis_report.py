@@ -124,7 +124,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     return Badge(
         f"closes {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
-        f"of the avoidable error held out, 94 % interval {format_percent(low, 1)} to {format_percent(high, 1)}",
+        f"of the avoidable error held out (94 %: {format_percent(low, 1)} to {format_percent(high, 1)})",
     )
 
 
