@@ -17,6 +17,7 @@ from bayes_hw.report.diagnosis.diagnosis_sections import (
     how_far_section,
     left_section,
     numbers_section,
+    share_interval,
     weighed_section,
     when_section,
     where_section,
@@ -124,7 +125,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     return Badge(
         f"closes {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
-        f"of the avoidable error held out (94 %: {format_percent(low, 1)} to {format_percent(high, 1)})",
+        f"of the avoidable error held out (94 %: {share_interval(low, high)})",
     )
 
 
@@ -134,8 +135,8 @@ def _rival_badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
     if not answer:
         return ()
     if confusable:
-        pairs = "; ".join(f"{label_words(one)} or {label_words(other)}" for one, other in confusable)
-        return (Badge("not told apart", "warn", pairs),)
+        rivals = ", ".join(label_words(other) for _, other in confusable)
+        return (Badge("not told apart", "warn", f"could also be {rivals}"),)
     if answer == OTHER:
         return (Badge("cause open", "warn", "see what is left, and the next experiment"),)
     if len(answer) > 1:

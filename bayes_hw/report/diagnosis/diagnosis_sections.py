@@ -43,6 +43,9 @@ from bayes_hw.report.page.typography import MINUS, typeset
 
 OTHER = ("other",)
 ZOOM_SHARE = 0.1
+NEVER_ALL = 0.999
+"""No closed share is said to be larger."""
+
 RANKED_SHOWN = 24
 NO_NUMBER = "—"
 
@@ -274,6 +277,11 @@ def closure_table(diagnosis: Diagnosis) -> Table:
     )
 
 
+def share_interval(low: float, high: float) -> str:
+    """Ends of the interval of a closed share."""
+    return " to ".join(format_percent(min(end, NEVER_ALL), 1) for end in (low, high))
+
+
 def parameter_table(verdict: Verdict) -> Table:
     """Parameters of the answer's effects."""
     return Table(
@@ -326,7 +334,7 @@ def _closure_row(name: str, gap: Closure, unit: str) -> tuple[str, ...]:
         format_number(gap.rmse_after, 3, unit),
         format_number(gap.noise_floor, 3, unit),
         format_percent(gap.closed),
-        f"{format_percent(low, 1)} to {format_percent(high, 1)}",
+        share_interval(low, high),
     )
 
 

@@ -24,7 +24,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
-from bayes_hw.report.diagnosis.diagnosis_sections import where_section
+from bayes_hw.report.diagnosis.diagnosis_sections import share_interval, where_section
 from bayes_hw.report.page.document import Bullets, Callout, Paragraph, Report, Table, ZoomableRecord
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render
@@ -139,6 +139,21 @@ def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis)
     shown = next(block for block in blocks if isinstance(block, ZoomableRecord))
     assert np.array_equal(shown.mean, diagnosis.after)
     assert np.array_equal(shown.y, diagnosis.case.holdout[0].y)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_rivals_are_on_the_card_each_once(diagnosis: Diagnosis) -> None:
+    pairs = [("command_bias", "gain_drift"), ("command_bias", "wind")]
+    verdict = replace(diagnosis.verdict, confusable=pairs)
+    shown = diagnosis_report(
+        replace(diagnosis, verdict=verdict), provenance("bayes-hw diagnose", 1, diagnosis.case.train, 2.0)
+    )
+    (card,) = [badge for badge in shown.badges if badge.label == "not told apart"]
+    assert card.detail == "could also be gain drift, wind" and len(shown.badges) == 4
+
+
+def test_no_share_is_all_of_it() -> None:
+    assert share_interval(0.126, 0.99999).replace("\u00a0", " ") == "12.6 % to 99.9 %"
 
 
 @pytest.mark.usefixtures("undrawn")
