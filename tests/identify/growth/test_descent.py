@@ -1,6 +1,6 @@
 """A descent that runs out of numbers ends where it is, whatever its response does."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ class Steep:
     def __init__(self, slope: float) -> None:
         self.slope = slope
 
-    def residuals(self, coordinates: FloatArray) -> Sequence[FloatArray]:
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         rng = np.random.default_rng(1)
         return [1.0 - np.minimum(self.slope, 1.0) * coordinates[0] + 0.01 * rng.standard_normal(64)]
 
