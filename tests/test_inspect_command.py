@@ -139,3 +139,31 @@ def test_counts_without_their_worth_are_asked_about(
     path = write(tmp_path / "log.csv", "t,u [deg/s],enc [counts]", T, U, np.round(1e4 * Y))
     assert main(["inspect", str(path)]) == 0
     assert "say what one is worth" in capsys.readouterr().out
+
+
+def log_of(kind: str) -> Path:
+    path = Path(f"log.{kind}")
+    columns = {"t": T, "u": U, "y": Y}
+    if kind == "h5":
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
+    elif kind == "mat":
+        pytest.importorskip("scipy.io").savemat(path, columns)
+    else:
+        pytest.importorskip("pyarrow")
+        pytest.importorskip("pandas").DataFrame(columns).to_parquet(path)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["h5", "mat", "parquet"])
+def test_a_file_that_is_no_text_is_looked_into_too(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = log_of(kind)
+    assert main(["inspect", str(path)]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert main([*convert, "--quiet"]) == 0
+    np.testing.assert_allclose(Record.read(convert[-1]).u, U, atol=1e-9)
