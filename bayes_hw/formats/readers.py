@@ -48,6 +48,11 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
 
     if is_annotated(path):
         return read_annotated(path, wanted, most_rows=most_rows, text=clocks)
+    from bayes_hw.formats.long_table import long_columns, read_long
+
+    at = long_columns(path)
+    if at is not None:
+        return read_long(path, at, wanted, most_rows=most_rows, text=clocks)
     return read_csv(path, wanted, most_rows=most_rows, text=clocks)
 
 
