@@ -113,9 +113,8 @@ def _eased(calibration: Calibration) -> Calibration:
 
 
 def diagnose_with_ballot(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> None:
-    """As `diagnose_case`, base parameters as the posteriors alone state them, none astray, which is fitted to
-    what such posteriors miss; writes OUT/ballot.json too."""
-    calibration = replace(Calibration.built_in(), astray_share=0.0)
+    """As `diagnose_case`, base parameters as the posteriors alone state them; writes OUT/ballot.json too."""
+    calibration = Calibration.built_in().with_posteriors_as_they_are()
     diagnosis = diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
     labels = [name for name in diagnosis.verdict.probability if name not in ("none", "other")]
     ballot = ballot_of(diagnosis, labels, calibration)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 
 
@@ -77,6 +77,10 @@ class Calibration:
     def handicap(self, labels: Sequence[str]) -> float:
         """What a set of labels must gain in log-evidence to be named."""
         return self.single_gain * (len(labels) > 0) + self.pair_gain * (len(labels) > 1)
+
+    def with_posteriors_as_they_are(self) -> Calibration:
+        """The same with none astray, which is fitted to what such posteriors miss."""
+        return replace(self, astray_share=0.0)
 
     @classmethod
     def built_in(cls) -> Calibration:
