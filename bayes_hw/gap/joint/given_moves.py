@@ -14,7 +14,7 @@ from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.effect_screen import noise_screens
 from bayes_hw.gap.joint.given_model import FURTHER
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
-from bayes_hw.gap.joint.joint_fit import highest
+from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_kernel import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.joint_values import JointValues
@@ -25,8 +25,8 @@ FURTHER_DAMPING = 0.02
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
-FEW_STARTS, BEGUN_KEPT, KINDS_FINISHED = 3, (4, 2), 5
-"""Starts of another law of a signal; of every kind of law those that go on, in turn; kinds that go to their
+FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
+"""Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
 end."""
 
 PERIODIC = (RIPPLE, MODULATED)
@@ -69,7 +69,7 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
     own, looking at the states of G.
 
-    All of its starts are followed, and where the noise is of higher order, which may have taken up what they
+    All of its starts are begun, and where the noise is of higher order, which may have taken up what they
     explain, under noise of the first as well: neither what a start promises nor a few steps without the
     states tell which law it is. Laws that are periodic in position are left out, their starts are too many.
     """
@@ -78,11 +78,11 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
         if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
             kind = form.full_name if form.label == OTHER else form.label
             found.setdefault(kind, []).extend(_law_starts(fit, form))
-    ranked = sorted((_begun_best(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
-    return [
-        best_of([t.descended() for t in kind]) if place < KINDS_FINISHED else kind[0]
-        for place, kind in enumerate(ranked)
-    ]
+    kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
+    kinds.sort(key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
+    return [kind[0] for kind in kinds]
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
@@ -109,14 +109,17 @@ def _lacking(fit: GivenFit) -> GivenFit:
     return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
 
 
-def _begun_best(starts: Sequence[GivenFit]) -> list[GivenFit]:
-    """The best few of all starts, best first, by successive halving."""
-    begun = [s.descended(FIRST_STEPS) for s in starts]
+def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
+    """A few steps from every start, best first."""
+    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
     if starts[0].point.whitener.order > 1:
-        begun += [s.descended_under(1, FIRST_STEPS) for s in starts]
-    for kept in BEGUN_KEPT:
-        begun = [as_given(t.descended(SECOND_STEPS)) for t in sorted(begun, key=lambda t: -t.score)[:kept]]
-    return sorted((as_given(t) for t in begun), key=lambda t: -t.score)
+        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
+    return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
+
+
+def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
+    """The best `count` of some that are in order, after more steps, best first."""
+    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
 
 
 def other_laws(fit: GivenFit) -> list[GivenFit]:
