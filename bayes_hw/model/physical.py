@@ -1,8 +1,8 @@
 """What the owner of an axis knows of its mechanics: "physical" of model.json, its loop closed.
 
-Either a state space x' = A x + B (torques on motor and load), or masses and springs with a velocity loop at the
-motor, torque = kp (v - speed) + ki (integral of v less the angle). SI units, all angles seen from one side of
-the gear.
+Either a state space x' = A x + B (torques on motor and load), or masses and springs with a velocity loop at
+the motor, torque = kp (v - speed) + ki (integral of v less the angle). SI units, all angles seen from one
+side of the gear.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+
+ANGLES = ("sensor", "motor", "load")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +51,8 @@ def _of_states(data: Mapping[str, Any]) -> Physical:
         raise InputError(f"physical.A: must be square; it is {a.shape[0]} by {a.shape[1]}")
     if b.shape != (n, 2):
         raise InputError(f"physical.B: must be {n} by 2, torques on motor and load")
-    rows = [_array(data, key, 1) for key in ("sensor", "motor", "load")]
-    for key, row in zip(("sensor", "motor", "load"), rows, strict=True):
+    rows = [_array(data, key, 1) for key in ANGLES]
+    for key, row in zip(ANGLES, rows, strict=True):
         if len(row) != n:
             raise InputError(f"physical.{key}: must have {n} numbers, one a state")
     inertias = _array(data, "inertias", 1)
@@ -58,7 +60,10 @@ def _of_states(data: Mapping[str, Any]) -> Physical:
         raise InputError("physical.inertias: must be those of motor and load")
     stiffness, damping = (_number(data, key, positive=key == "stiffness") for key in ("stiffness", "damping"))
     _positive(inertias, "inertias")
-    return Physical(a, b, *rows, (float(inertias[0]), float(inertias[1])), stiffness, damping, data)
+    sensor, motor, load = rows
+    return Physical(
+        a, b, sensor, motor, load, (float(inertias[0]), float(inertias[1])), stiffness, damping, data
+    )
 
 
 def _of_masses(data: Mapping[str, Any]) -> Physical:
@@ -80,7 +85,9 @@ def _of_masses(data: Mapping[str, Any]) -> Physical:
         if not isinstance(ends, list) or len(ends) != 2:
             raise InputError(f"physical.{where}.between: must be two bodies")
         one, other = (_index({where: end}, where, n) for end in ends)
-        k, d = (_number(spring, key, f"{where}.{key}", key == "stiffness") for key in ("stiffness", "damping"))
+        k, d = (
+            _number(spring, key, f"{where}.{key}", key == "stiffness") for key in ("stiffness", "damping")
+        )
         for matrix, x in ((stiffness, k), (damping, d)):
             matrix[[one, other], [one, other]] += x
             matrix[[one, other], [other, one]] -= x
@@ -103,9 +110,17 @@ def _of_masses(data: Mapping[str, Any]) -> Physical:
     used[2 * n] = ki != 0
     b, rows = np.zeros((size, 2)), np.eye(size)
     b[n + motor, 0], b[n + load, 1] = 1 / inertias[motor], 1 / inertias[load]
-    seen = [rows[body][used] for body in (sensor, motor, load)]
     own = (float(inertias[motor]), float(inertias[load]))
-    return Physical(a[np.ix_(used, used)], b[used], *seen, own, *gear, data)
+    return Physical(
+        a[np.ix_(used, used)],
+        b[used],
+        rows[sensor][used],
+        rows[motor][used],
+        rows[load][used],
+        own,
+        *gear,
+        data,
+    )
 
 
 def _array(data: Mapping[str, Any], key: str, dimensions: int) -> FloatArray:

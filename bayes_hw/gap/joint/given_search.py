@@ -27,10 +27,10 @@ from bayes_hw.gap.joint.given_moves import (
     slow_causes,
     with_signals,
 )
-from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit, GivenResponse
+from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
+from bayes_hw.gap.joint.given_rivals import instead_of
 from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates
 from bayes_hw.gap.joint.joint_search import (
-    FOLLOWED_SHARE,
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,
     VERIFIED_BESIDE_NATS,
@@ -41,7 +41,7 @@ from bayes_hw.gap.joint.joint_search import (
 )
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowWhitener
+from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -54,7 +54,6 @@ BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
 """Of a residual, output units: a runaway trial stays finite."""
 
-SLOW = (WIND, WALK)
 MOST_STEPS = 5
 RIVALS, EXCHANGES = 4, 2
 LEADING = 3
@@ -79,53 +78,17 @@ def search_given(
     base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
     asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
     fit, nats = _verified(fit, base, asked, told)
-    ends = _instead(fit, nats, trail)
+    ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
     rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
     best = max(ends, key=lambda label: ends[label].score, default=None)
     if best is not None and ends[best].score > fit.score:
-        told(f"in its place, {ends[best].score - fit.score:.0f} nats: {described(ends[best])}")
-        fit, nats = _verified(ends[best], base, asked, told)
-        ends = {label: end for label, end in ends.items() if nats}
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends)
-
-
-def _instead(fit: GivenFit, nats: Mapping[str, float], trail: _Trail) -> dict[str, GivenFit]:
-    """The explanation and those that have another label in place of its strongest: what has no name, and
-    labels that alone did nearly as well. Empty where no effect was found, or only noise of a cause."""
-    effects = [label for label in nats if label not in SLOW]
-    if not effects:
-        return {}
-    strongest = max(effects, key=lambda label: nats[label])
-    most = max(trail.rivals.values(), default=0.0)
-    near = {label for label, own in trail.rivals.items() if own > FOLLOWED_SHARE * most}
-    found = {strongest: fit}
-    rest = as_given(fit.without(strongest).descended())
-    for label in sorted((near | {OTHER}) - set(fit.labels) - set(SLOW)):
-        alone = trail.alone.get(label)
-        if rest.labels or alone is None or not _seen_alike(alone, fit):
-            trials = _of_label(rest, label)
-            if not trials:
-                continue
-            alone = best_of(trials)
-        found[label] = alone
-    return found if len(found) > 1 else {}
-
-
-def _seen_alike(one: GivenFit, other: GivenFit) -> bool:
-    """Whether both explain the same samples under the same weights."""
-    return one.response.records is other.response.records and one.response.weights is other.response.weights
-
-
-def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
-    """The best explanations with this label more."""
-    forms = [form for form in GIVEN_FORMS if form.label == label]
-    found = [as_given(t) for t in effect_candidates(fit, forms)]
-    found += with_signals(found) + every_law(fit, forms)
-    if label == DELAY:
-        found += later(fit)
-    if label == MODE:
-        found += further_modes(fit)
-    return found
+        fit = ends[best]
+        told(f"in its place: {described(fit)}")
+        if fit.response.records is base.response.records:
+            fit, nats = _verified(fit, base, asked, told)
+        else:
+            nats = {**{label: n for label, n in nats.items() if label in fit.labels}, OTHER: rivals[OTHER]}
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
 
 
 def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:

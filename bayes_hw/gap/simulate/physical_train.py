@@ -1,7 +1,7 @@
 """The drive train that a model states as "physical", in place of one read back from G.
 
-G stays as given. A torque reaches what turns through the modes of the stated mechanics: where a mode is one of
-G, its pole is that of G at the base parameters asked for, and the ratios of its gains are as stated.
+G stays as given. A torque reaches what turns through the modes of the stated mechanics: where a mode is one
+of G, its pole is that of G at the base parameters asked for, and the ratios of its gains are as stated.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, ComplexArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles
+from bayes_hw.gap.simulate.drive_train import resonant_poles
 from bayes_hw.gap.simulate.path import Path, ordered
 from bayes_hw.gap.simulate.resonator import Resonator
-from bayes_hw.gap.simulate.drive_train import resonant_poles
 from bayes_hw.model.physical import Physical
 
 SAME_POLE = 0.25
@@ -78,7 +78,7 @@ class PhysicalTrain:
             distance[mode], distance[:, pole] = np.inf, np.inf
         return found
 
-    def _alike(self, system: ContinuousPoles) -> FloatArray:
+    def _alike(self, system: ContinuousPoles) -> BoolArray:
         return (self.poles.imag == 0)[:, None] == (system.real != 0)[None, :]
 
     def _moved(self, system: ContinuousPoles) -> ComplexArray:
