@@ -21,6 +21,8 @@ from bayes_hw.gap.joint.joint_search import FOLLOWED_SHARE
 from bayes_hw.gap.joint.slow_noise import WALK, WIND
 
 SLOW = (WIND, WALK)
+SHAPE_LEAD = 50.0
+"""Nats by which a function of position must lead to end a search."""
 
 
 def instead_of(
@@ -53,6 +55,13 @@ def instead_of(
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
     return found if len(found) > 1 else {}
+
+
+def is_shape(base: GivenFit, best: GivenFit) -> bool:
+    """Whether an error of the reading over position explains everything, and far more than the best label
+    does: then nothing more is to be sought."""
+    shape = free_shape(base)
+    return shape.point.whitener.order <= 1 and shape.score > best.score + SHAPE_LEAD
 
 
 def _seen_alike(one: GivenFit, other: GivenFit) -> bool:

@@ -28,7 +28,7 @@ from bayes_hw.gap.joint.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given_rivals import instead_of
+from bayes_hw.gap.joint.given_rivals import instead_of, is_shape
 from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates
 from bayes_hw.gap.joint.joint_search import (
     MOST_EFFECTS,
@@ -249,6 +249,9 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        if fit is base and causes and is_shape(base, best):
+            fit = best
+            break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
