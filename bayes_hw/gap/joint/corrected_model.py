@@ -14,7 +14,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.answer.corrected_train import KEY, TrainSimulation, predict_train, simulate_train
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
-from bayes_hw.gap.joint.effect_form import FORMS, JointScale
+from bayes_hw.gap.joint.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
@@ -154,7 +155,7 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
         template = []
         for item in joint["effects"]:
             form = form_named(item["label"], item["form"]) or next(
-                f for f in FORMS if f.label == item["label"] and f.name == item["form"]
+                f for f in GIVEN_FORMS if f.label == item["label"] and f.name == item["form"]
             )
             ports = None
             if form.is_law:

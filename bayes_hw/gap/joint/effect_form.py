@@ -105,7 +105,7 @@ def _wavenumber(scale: JointScale, row: int) -> Slot:
     return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
 
 
-def _period_wavenumber(scale: JointScale, row: int) -> Slot:
+def period_wavenumber(scale: JointScale, row: int) -> Slot:
     shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
     return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, 2 * np.pi / shortest)
 
@@ -196,7 +196,7 @@ def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> 
 def _second_harmonic() -> Form:
     return Form(
         "torque_ripple", "two harmonics", "law",
-        lambda s: (_period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
+        lambda s: (period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
         lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
         K.RIPPLE, K.BASE_POSITION, further=True,
     )  # fmt: skip
@@ -207,7 +207,7 @@ def _oval() -> Form:
     return Form(
         "encoder_eccentricity", "two harmonics", "output",
         lambda s: (
-            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), _period_wavenumber(s, K.WAVENUMBER),
+            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), period_wavenumber(s, K.WAVENUMBER),
             Slot(K.SINE2, "second_sine"), Slot(K.COSINE2, "second_cosine"),
         ),
         lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.0, 0.0) for p in _turning_or_long(s)],
@@ -219,7 +219,7 @@ def _any_period(scale: JointScale) -> list[float]:
     return [*coarse_periods(scale), *_bending(scale)]
 
 
-def _turning(scale: JointScale) -> list[float]:
+def turning_periods(scale: JointScale) -> list[float]:
     """What a scan found, or long periods seen often enough."""
     return list(scale.periods) or coarse_periods(scale)
 
@@ -266,9 +266,9 @@ FORMS: tuple[Form, ...] = (
         lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
         K.GAP, K.BASE_TWIST,
     ),
-    _ripple("torque_ripple", "", _turning, _period_wavenumber),
+    _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _second_harmonic(),
-    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, _period_wavenumber),
+    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),
     _oval(),
     Form(
         "gain_asymmetry", "", "output",

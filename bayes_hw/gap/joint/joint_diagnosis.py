@@ -25,6 +25,7 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.free_shape import ShapedFit
 from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
@@ -147,7 +148,7 @@ def diagnose_records(
             found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
-        fit = found.base if unnamed else found.fit
+        fit = found.base if unnamed and not isinstance(found.fit, ShapedFit) else found.fit
         poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
         if isinstance(fit, GivenFit):
             inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_form import TURNS_SEEN
+from bayes_hw.gap.joint.free_shape import ShapedFit
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_decision import JointDecision
 from bayes_hw.gap.joint.joint_fit import JointFit
@@ -47,6 +48,11 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
         )
     if OTHER in decision.answer:
         said += of_unnamed(fit)
+        if isinstance(fit, ShapedFit):
+            said.append(
+                "what has no name is most like an error of the reading that is a function of position; its "
+                "size is that of what is left, and no part of the prediction"
+            )
     return said + [
         f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable
     ]
