@@ -1,5 +1,4 @@
-"""Moves of the search around a given model: laws through the same ports, more delay, a further mode, noise of
-a cause."""
+"""Moves of the search around a given model: laws through the same ports, more delay, a further mode."""
 
 from __future__ import annotations
 
@@ -14,7 +13,6 @@ from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import highest
 from bayes_hw.gap.joint.joint_kernel import BASE_POSITION, MODULATED
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
@@ -22,11 +20,6 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
 FEW_STARTS, STARTS_KEPT = 3, 3
-
-LIGHT = 0.25
-"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
-
-NEARLY_INTEGRAL = 1e-3
 
 
 def as_given(found: object) -> GivenFit:
@@ -120,24 +113,6 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
             break
         fit = moved
     return fit
-
-
-def slow_causes(fit: GivenFit) -> list[GivenFit]:
-    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
-    white or of the first order."""
-    response = fit.response
-    if response.cause is not None or fit.point.whitener.order <= 1:
-        return []
-    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
-    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
-    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
-    damping = -np.log(pairs).real / np.abs(np.log(pairs))
-    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
-    return [
-        as_given(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended()).with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
+from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale, torque
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
@@ -15,9 +17,10 @@ from bayes_hw.gap.joint.joint_moves import effect_candidates
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_search import search
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.slow_noise import WALK, WIND
 from bayes_hw.identify.growth.descent import evaluate
 
-SAMPLES = 700
+SAMPLES, LONG = 700, 2000
 
 
 def test_nothing_is_found_where_nothing_is() -> None:
@@ -39,6 +42,28 @@ def test_a_warming_gain_is_found_with_its_base() -> None:
     assert found.verdict.next_experiment
     run = simulate_corrected(found.corrected, records[2].u)
     np.testing.assert_allclose(run.y, found.after, atol=1e-12)
+
+
+def test_a_walk_beside_a_warming_gain_is_a_cause_of_the_noise() -> None:
+    """Found in the search, kept when it is verified, held against wind; what is left has no colour, and the
+    base holds although the angle wanders by many deviations of the noise."""
+    drift = Effect(form("gain_drift"), np.array([0.2, 150.0]))
+    rng = np.random.default_rng(8)
+    records = [
+        replace(r, y=r.y + np.cumsum(0.15 * SIGMA * rng.standard_normal(LONG)))
+        for r in measured((drift,), LONG, (1, 2, 3))
+    ]
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
+    answer = found.found
+    assert set(answer.fit.labels) == {WALK, "gain_drift"} == set(answer.nats)
+    assert answer.nats[WALK] > 25
+    assert answer.remainder.order == 1 and answer.remainder.coloured == 0
+    assert {WALK, WIND} <= set(answer.followed)
+    assert answer.rivals[WALK] >= answer.rivals[WIND]
+    assert set(found.verdict.answer) == {WALK, "gain_drift"}
+    assert found.verdict.base["noise.sigma"].mean == pytest.approx(SIGMA, rel=0.2)
+    low, high = found.verdict.base["saturation.upper"].hdi94
+    assert low < CASCADE.upper < high
 
 
 def test_friction_is_found_without_a_drive_train() -> None:

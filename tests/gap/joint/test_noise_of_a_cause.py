@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 from test_given_search import SAMPLES, model
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.given_moves import slow_causes
 from bayes_hw.gap.joint.given_search import away_from_zero, best_base
+from bayes_hw.gap.joint.joint_moves import slow_causes
 from bayes_hw.gap.joint.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.coloured import Whitener
 
