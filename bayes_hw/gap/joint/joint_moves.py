@@ -50,14 +50,14 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
         and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
     ]
     starts = screened(fit, free)
-    if fit.point.whitener.order <= 1:
+    if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
     trials: list[JointFit] = []
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
         begun = [fit.with_effect(s.form, s.values) for s in own]
         trials += [t.descended(FIRST_STEPS // 2) for t in begun]
-        if fit.point.whitener.order > 1:
+        if fit.noise_order > 1:
             trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
     ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)

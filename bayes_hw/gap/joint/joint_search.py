@@ -150,7 +150,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
         best = caused[-1]
         for one in caused:
             label = one.fit.added[-1]
-            ends[label] = max(one, ends.get(label, one), key=lambda p: p.gained)
+            ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
         more = best.fit.score - fit.score
         named = dict(zip(fit.labels, best.fit.labels, strict=True))
         nats = {named[label]: value + more for label, value in nats.items()}
