@@ -35,7 +35,8 @@ VERIFIED_NATS = 25.0
 
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains."""
+which is something that no label explains. Also of every label where the noise has a cause and an effect stands
+beside it: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -290,7 +291,8 @@ def verified(
             alternatives.append(without)
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        doubtful = readings.nats or fit.noise_order > 1
+        beside = bool(fit.added) and len(fit.labels) > 1
+        doubtful = readings.nats or fit.noise_order > 1 or beside
         asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
