@@ -35,8 +35,8 @@ VERIFIED_NATS = 25.0
 
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains. Also of every label where the noise has a cause and an effect stands
-beside it: forms follow slow noise a little."""
+which is something that no label explains. Also of every label where the noise has a cause and an effect
+stands beside it: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
