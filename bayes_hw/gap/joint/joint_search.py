@@ -237,7 +237,17 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
 def one_more(fit: JointFit) -> list[JointFit]:
     """The best explanations with one more label; of causes of the noise the likelier."""
     slow = [t for t in slow_causes(fit) if not jumps(t)]
-    return [*effect_candidates(fit, FORMS), *([highest(slow)] if slow else [])]
+    effects = [t for t in effect_candidates(fit, FORMS) if is_followed(t, fit)]
+    return [*effects, *([highest(slow)] if slow else [])]
+
+
+def is_followed(fit: JointFit, without: JointFit) -> bool:
+    """Whether what is left of the records grows no larger by an effect beside noise of a cause.
+
+    Such noise weighs the steps of the error and leaves its level to itself: an effect may make it likelier
+    and the error larger, and then follows the noise.
+    """
+    return not without.added or fit.point.rms <= without.point.rms
 
 
 def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
