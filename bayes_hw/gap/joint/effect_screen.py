@@ -79,7 +79,7 @@ def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
 def noise_screens(fit: JointFit) -> list[NoiseScreen]:
     """Under the noise as fitted and, where that is of a higher order, under one of the first."""
     whiteners = [fit.point.whitener]
-    if fit.point.whitener.order > 1:
+    if fit.noise_order > 1:
         whiteners.append(first_order_noise(fit.point.residuals))
     return [NoiseScreen.of(fit, whitener) for whitener in whiteners]
 

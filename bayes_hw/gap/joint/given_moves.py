@@ -1,5 +1,4 @@
-"""Moves of the search around a given model: laws through the same ports, more delay, a further mode, noise of
-a cause."""
+"""Moves of the search around a given model: laws through the same ports, more delay, a further mode."""
 
 from __future__ import annotations
 
@@ -18,7 +17,6 @@ from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_kernel import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.joint_values import JointValues
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
@@ -33,11 +31,6 @@ PERIODIC = (RIPPLE, MODULATED)
 
 NEARLY_WORTH = 5.0
 """Nats below its price from which an effect is taken for a trace of something."""
-
-LIGHT = 0.25
-"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
-
-NEARLY_INTEGRAL = 1e-3
 
 
 def as_given(found: object) -> GivenFit:
@@ -173,24 +166,6 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
             break
         fit = moved
     return fit
-
-
-def slow_causes(fit: GivenFit) -> list[GivenFit]:
-    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
-    white or of the first order."""
-    response = fit.response
-    if response.cause is not None or fit.point.whitener.order <= 1:
-        return []
-    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
-    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
-    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
-    damping = -np.log(pairs).real / np.abs(np.log(pairs))
-    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
-    return [
-        as_given(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended()).with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:

@@ -24,12 +24,11 @@ from bayes_hw.gap.joint.given_moves import (
     later,
     other_laws,
     pruned,
-    slow_causes,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_rivals import instead_of, is_shape
-from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates
+from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.joint_search import (
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,

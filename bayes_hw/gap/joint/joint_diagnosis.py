@@ -62,6 +62,7 @@ from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.starts import Starts
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
@@ -169,7 +170,7 @@ def diagnose_records(
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
     """Standard deviation of the encoder's noise, output units, as far as the fit tells: noise of higher order
-    than one is of the motion."""
+    than one is of the motion, but for what is not of its cause."""
     answer = set(decision.answer)
     moves = (
         found.remainder.order > 1
@@ -177,7 +178,9 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
         or (OTHER in answer and OTHER not in fit.labels)
         or walks(fit, decision.answer)
     )
-    sigma = innovation_sigma(fit) if moves else fit.point.rms
+    sigma, whitener = innovation_sigma(fit) if moves else fit.point.rms, fit.point.whitener
+    if moves and isinstance(whitener, SlowWhitener):
+        sigma = whitener.of_readings(sigma)
     if "encoder_quantization" in answer and found.readings.step is not None:
         sigma = max(
             float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, 0.0))), 0.15 * found.readings.step

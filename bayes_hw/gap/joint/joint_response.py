@@ -17,9 +17,11 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.slow_noise import SlowNoise
 from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
 from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
@@ -44,7 +46,8 @@ class Simulated:
 class JointResponse:
     """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
     effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
-    `steps` steps a sample; coordinates are those of samples, however many."""
+    `steps` steps a sample; coordinates are those of samples, however many. The noise is that of the `cause`
+    where there is one, else a free autoregression."""
 
     structure: Structure
     template: tuple[Effect, ...]
@@ -52,6 +55,7 @@ class JointResponse:
     scale: JointScale
     weights: tuple[FloatArray, ...] | None = None
     steps: int = 1
+    cause: SlowNoise | None = None
 
     @cached_property
     def _cascade(self) -> CascadeResponse:
@@ -179,6 +183,12 @@ class JointResponse:
             e = with_holes(record.y - self.simulate(values, record.u, record.known).y, record.measured)
             found.append(e if self.weights is None else e / self.weights[number])
         return found
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """Of the cause, or an autoregression of order up to `most`."""
+        if self.cause is None:
+            return Whitener.of_residuals(residuals, most)
+        return self.cause.of(residuals, previous)
 
     def simulate(
         self, values: JointValues, u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
