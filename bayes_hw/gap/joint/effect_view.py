@@ -79,7 +79,7 @@ def _without(seen: Seen, number: int) -> list[Simulated]:
     response = seen.fit.response
     plain = replace(response, template=kept, weights=None)
     shown = JointValues(values.cascade, kept)
-    return [plain.simulate(shown, record.u, record.known) for record in seen.records]
+    return [plain.along(shown, number) for number in range(len(seen.records))]
 
 
 def _reading_error(

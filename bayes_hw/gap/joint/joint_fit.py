@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
@@ -59,13 +60,19 @@ class JointFit:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the catalogue; known inputs, which come first among the effects, have none."""
+        """Of the catalogue; known inputs and an observer, which come first among the effects, have none."""
         return tuple(effect.form.label for effect in self.response.template if not effect.form.column)
 
     @property
     def known_count(self) -> int:
-        """How many of the effects are known inputs."""
+        """How many of the effects are known inputs, an observer counted."""
         return len(self.response.template) - len(self.labels)
+
+    @property
+    def observer(self) -> int | None:
+        """Where among the effects the observer stands, if the fit is in observer form."""
+        laws = [effect.form.law for effect in self.response.template]
+        return laws.index(K.INNOVATION) if K.INNOVATION in laws else None
 
     @property
     def numbers(self) -> range:
@@ -106,7 +113,8 @@ class JointFit:
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        steps = self.response.steps if any(e.ports is not None for e in values.effects) else 1
+        laws = any(e.ports is not None and not e.form.column for e in values.effects)
+        steps = self.response.steps if laws else 1
         response = replace(self.response, structure=structure, template=values.effects, steps=steps)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)

@@ -25,7 +25,7 @@ BIAS, CHANGE, WARMING, EVEN_CURVE, ODD_CURVE = range(6, 11)
 INPUTS = 11
 PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
 OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG, SLIP = range(11)
+COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG, SLIP, INNOVATION = range(12)
 BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
 THETAS = 3
 
@@ -40,7 +40,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
     are held; poles, weights and ports are those of a step, all else is stated in samples.
 
-    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (11,) and `outputs`
+    `u` (samples,): the delayed command; `static` (4,): limits, half width and edge; `inputs` (11,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
@@ -51,7 +51,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
-    lower, upper, half_width = static
+    lower, upper, half_width, edge = static
     d_v, d_w, d_w1, d_early, d_late, d_out, d_i = (
         work[0], work[1], work[2], work[3], work[4], work[5], work[6],
     )  # fmt: skip
@@ -194,6 +194,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             d_v[c_inputs[BIAS]] += 1.0
         # Torques.
         for j in range(n_laws):
+            if laws[j] == INNOVATION:
+                continue
             d_q, d_tau, d_z = work[at_q + j], work[at_tau + j], work[at_memory + j]
             base = bases[j]
             if base == BASE_COMMAND:
@@ -435,12 +437,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             for c in range(columns):
                 d_out[c] = d_w[c]
         if at_sample:
-            y, slope_y, by_half, by_ratio = 0.0, 0.0, 0.0, 0.0
+            y, slope_y, by_half, by_ratio = y_out[sample], 0.0, 0.0, 0.0
             if out > half_width:
-                y = ratio * (out - half_width)
-                slope_y, by_half, by_ratio = ratio, -ratio, y
+                slope_y, by_half, by_ratio = ratio, -ratio, ratio * (out - half_width)
+                y += by_ratio
             elif out < -half_width:
-                y = out + half_width
+                y += out + half_width
                 slope_y, by_half = 1.0, 1.0
             if has_wave:
                 s, co = math.sin(wave * out), math.cos(wave * out)
@@ -463,7 +465,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 decay = math.exp(-k / outputs[SETTLING_TIME])
                 y += outputs[SETTLING] * (1 - decay)
             for c in range(columns):
-                rows[c, sample] = slope_y * d_out[c]
+                rows[c, sample] += slope_y * d_out[c]
             if columns > 0:
                 if c_static[2] >= 0:
                     rows[c_static[2], sample] += by_half
@@ -486,6 +488,24 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     rows[c_outputs[SETTLING_TIME], sample] -= (
                         outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
                     )
+            # What the encoder shows beyond that.
+            for j in range(n_laws):
+                if laws[j] != INNOVATION:
+                    continue
+                e = forced[j, sample] - y
+                outside, direction = 1.0, 0.0
+                if half_width > 0.0:
+                    outside = min(max((abs(out) - half_width) / edge, 0.0), 1.0)
+                    if 0.0 < outside < 1.0:
+                        direction = 1.0 if out > 0.0 else -1.0
+                trust = forced_by_lag[j, sample]
+                taus[j] = trust * outside * e
+                d_tau, by_out = work[at_tau + j], trust * direction * e / edge
+                for c in range(columns):
+                    d_tau[c] = by_out * d_out[c] - trust * outside * rows[c, sample]
+                if c_static[2] >= 0:
+                    d_tau[c_static[2]] -= trust * abs(direction) * e / edge
+                tau_out[j, sample] = q_out[j, sample] = taus[j]
             w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
             v_out[sample] = 0.0
         v_out[sample] += v * share

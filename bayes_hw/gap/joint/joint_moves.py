@@ -133,11 +133,13 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
 
 
 def pruned(fit: JointFit) -> JointFit:
-    """Effects, sections and poles taken out while the score improves."""
+    """Effects, an observer, sections and poles taken out while the score improves."""
     while True:
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
             trials += [fit.without_effect(i) for i in fit.numbers]
+        if fit.observer is not None:
+            trials.append(fit.without_effect(fit.observer))
         trials += [fit.without_section(i) for i in range(fit.structure.sections)]
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:

@@ -298,6 +298,8 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     found: dict[str, float] = {}
     for effect in values.effects:
         form, label = effect.form, effect.form.label
+        if form.law == K.INNOVATION:
+            continue
         if form.column:
             gain, late = gain_and_lag(effect, values, fit.response.column_cycles[form.column])
             found[f"{label}.gain"], found[f"{label}.lag"] = gain, late / rate

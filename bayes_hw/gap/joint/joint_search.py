@@ -21,6 +21,7 @@ from bayes_hw.gap.joint.joint_moves import (
     regrown,
 )
 from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.observer import observed
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.gap.joint.tone import Tone, tone_in
@@ -190,8 +191,11 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too, and
+    corrected by the readings, since their motion may be one that no simulation follows."""
     trials = port_candidates(fit) + larger_cascades(fit)
+    if fit.point.whitener.order > 1:
+        trials += observed(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
     if fit.point.whitener.order > 1:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
@@ -287,4 +291,5 @@ def verified(
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
-    return fit, {}
+    # What is left of an observer without laws is coloured noise, which is free as it is.
+    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}
