@@ -185,11 +185,13 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
 
 
 def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
-    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it."""
+    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it, and
+    innovations of motion that is followed have a part of it."""
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return DOUBT if found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
+    followed = found.fit.observer is not None
+    return DOUBT if followed or found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
 
 
 def _finished(

@@ -40,7 +40,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
     are held; poles, weights and ports are those of a step, all else is stated in samples.
 
-    `u` (samples,): the delayed command; `static` (4,): limits, half width and edge; `inputs` (11,) and `outputs`
+    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (11,) and `outputs`
     (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
     `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
     `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`

@@ -1,11 +1,11 @@
 """A fit in observer form: its states are corrected at every sample by what the encoder shows.
 
 Where motion is chaotic (a load that bounces in its gear), two simulations that hardly differ part within the
-record, and the likelihood of a simulation has no slope. With x(k+1) = A x + B v + P torque + L (y - yhat) what
-is left are errors of prediction by one sample, whose likelihood is smooth (Ljung, System Identification, 2nd
-ed., secs. 4.3 and 7.4). The innovation y - yhat is a torque like others: L are the weights of its port, free in
-the descent. They begin at the gain of the stationary Kalman filter of G driven by white torques through the
-ports of the laws (Anderson and Moore, Optimal Filtering, 1979, sec. 4.4).
+record, and the likelihood of a simulation has no slope. With x(k+1) = A x + B v + P torque + L (y - yhat)
+what is left are errors of prediction by one sample, whose likelihood is smooth (Ljung, System Identification,
+2nd ed., secs. 4.3 and 7.4). The innovation y - yhat is a torque like others: L are the weights of its port, free
+in the descent. They begin at the gain of the stationary Kalman filter of G driven by white torques through
+the ports of the laws (Anderson and Moore, Optimal Filtering, 1979, sec. 4.4).
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import LinAlgError, block_diag, solve_discrete_are
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import INNOVATION_COLUMN, Form
-from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.identify.cascade import CascadeValues
@@ -30,6 +30,7 @@ OBSERVER = Form(
 SHARES = (0.03, 0.1, 0.3, 1.0)
 """Of the root mean square of a law's torque, taken for the standard deviation of the white one."""
 
+GAINS_TRIED = 2
 SMALLEST_PART = 1e-6
 """Of the variance that the torques give all states together, which every state has at least."""
 
@@ -54,8 +55,8 @@ def kalman_gain(cascade: CascadeValues, torques: FloatArray, sigma: float) -> Fl
 
 
 def observed(fit: JointFit) -> list[JointFit]:
-    """The fit in observer form with the best of some gains to begin with, not descended; none where it has no
-    law, or is in that form."""
+    """The fit in observer form with the best two of some gains to begin with, not descended; none where it
+    has no law, or is in that form."""
     values, order = fit.values, fit.structure.real_poles + fit.structure.sections
     laws = [e for e in values.effects if e.ports is not None and not e.form.column]
     if fit.observer is not None or not laws or not order:
@@ -70,7 +71,7 @@ def observed(fit: JointFit) -> list[JointFit]:
         gain = kalman_gain(values.cascade, share * sizes * entering, innovation_sigma(fit))
         if gain is not None:
             found.append(_with_gain(fit, gain))
-    return [highest(found)] if found else []
+    return sorted(found, key=lambda fit: -fit.score)[:GAINS_TRIED]
 
 
 def _with_gain(fit: JointFit, gain: FloatArray) -> JointFit:
@@ -85,7 +86,7 @@ def _with_gain(fit: JointFit, gain: FloatArray) -> JointFit:
     return larger.moved(larger.structure, JointValues(larger.values.cascade, tuple(effects)))
 
 
-def unobserved(fit: JointFit) -> tuple[JointFit, FloatArray]:
+def unobserved(fit: JointFit) -> tuple[JointFit, IntArray]:
     """The fit as a simulation that no reading corrects, not descended, and which of its coordinates (n,) it
     keeps."""
     if fit.observer is None:

@@ -1,4 +1,4 @@
-"""The observer form: derivatives, the Kalman filter written out, holes and doubtful readings, chaotic motion."""
+"""The observer form: derivatives, the filter written out, holes and doubtful readings, chaotic motion."""
 
 from __future__ import annotations
 
@@ -24,9 +24,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_search import silent, verified
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.known_input import forms_of
 from bayes_hw.gap.joint.observer import OBSERVER, kalman_gain, observed, unobserved
+from bayes_hw.gap.joint.readings import Readings, innovation_sigma
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 300
@@ -142,3 +144,53 @@ def test_the_first_gain_is_that_of_the_settled_filter() -> None:
 def test_without_a_law_there_is_nothing_to_observe() -> None:
     response, values = response_with((), SAMPLES)
     assert observed(JointFit(response, evaluate(response, response.coordinates(values)))) == []
+
+
+SLOW = replace(CASCADE, sections=np.array([[1.97 * np.cos(0.3)], [0.97], [1e-3], [-8e-4]]))
+"""A resonance of 21 samples, which passes a gap slowly."""
+
+
+def _bouncing(gap: float, weight: float) -> Effect:
+    """A gap of a spring about which the load of the slow axis bounces."""
+    ports = Ports(
+        np.zeros(0), np.array([[weight], [0.738 * weight]]), np.array([0.0, 0.5]), np.zeros(0),
+        np.zeros((2, 1)),
+    )  # fmt: skip
+    return Effect(form("backlash", "dynamic"), np.array([gap]), ports)
+
+
+def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
+    """A command that differs by 1e-4 ends many deviations apart: from a gap a tenth too wide the fit of a
+    simulation gets nowhere; the observer leaves the noise and finds the gap."""
+    sigma, samples, gap = 5e-5, 1500, 6.272e-5
+    response, _ = response_with((_bouncing(gap, 1.0964e-4),), samples)
+    values, u = JointValues(SLOW, response.template), command(samples, 1)
+    y = response.simulate(values, u).y
+    apart = response.simulate(values, (1 + 1e-4) * u).y - y
+    assert np.sqrt(np.mean(apart**2)) > 10 * sigma
+    measured = record(y + sigma * np.random.default_rng(3).standard_normal(samples), 1)
+    begun = (_bouncing(1.1 * gap, 1.12e-4),)
+    response = replace(
+        response, template=begun, records=[measured], scale=replace(response.scale, sigma=sigma)
+    )
+    point = evaluate(response, response.coordinates(JointValues(SLOW, begun)))
+    simulated = JointFit(response, point)
+    free, found = simulated.descended(), observed(simulated)[0].descended()
+    assert innovation_sigma(free) > 3 * sigma
+    assert innovation_sigma(found) < 1.1 * sigma
+    np.testing.assert_allclose(found.values.effects[1].values, gap, rtol=0.05)
+
+
+def test_an_observer_does_not_stay_without_a_label() -> None:
+    """Nor does a gap of an axis that has none."""
+    effects = (_observer(), _bouncing(1e-4, 1e-5))
+    response, values = response_with(effects, SAMPLES)
+    rng = np.random.default_rng(7)
+    y = response.simulate(JointValues(CASCADE), command(SAMPLES, 1)).y + SIGMA * rng.standard_normal(SAMPLES)
+    response = replace(response, records=[record(y, 1)])
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    base = fit.without_effect(1).without_effect(0).descended()
+    none = Readings((), {}, None, {})
+    kept, nats = verified(fit, [base], none, silent)
+    assert kept is base
+    assert nats == {}
