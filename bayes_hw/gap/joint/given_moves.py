@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayes_hw.gap.joint.effect_codes import BASE_POSITION, MODULATED
 from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.effect_screen import noise_screens
 from bayes_hw.gap.joint.given_model import FURTHER
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import highest
-from bayes_hw.gap.joint.joint_kernel import BASE_POSITION, MODULATED
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 

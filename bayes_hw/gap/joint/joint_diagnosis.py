@@ -59,6 +59,7 @@ from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
+from bayes_hw.gap.joint.observer import unobserved
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.gap.joint.starts import Starts
@@ -248,6 +249,9 @@ def _finished(
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
     half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
+    if fit.observer is not None:
+        # No simulation follows the motion, whatever the parameters: as far off as on the training records.
+        half = np.maximum(half, NORMAL_HALF_WIDTH * spread(unobserved(fit)[0]))
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {

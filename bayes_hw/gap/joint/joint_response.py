@@ -14,8 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import INNOVATION_COLUMN, JointScale
+from bayes_hw.gap.joint.joint_kernel import respond_jointly
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
 from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
@@ -382,7 +383,7 @@ class JointResponse:
         stepped = Stepped(paths, self.steps)
         static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
         p = stepped.fast
-        K.respond_jointly(
+        respond_jointly(
             delayed, static, inputs, outputs,
             p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
             np.array([e.form.base for e in laws], dtype=np.int64),

@@ -3,9 +3,9 @@
 Where motion is chaotic (a load that bounces in its gear), two simulations that hardly differ part within the
 record, and the likelihood of a simulation has no slope. With x(k+1) = A x + B v + P torque + L (y - yhat)
 what is left are errors of prediction by one sample, whose likelihood is smooth (Ljung, System Identification,
-2nd ed., secs. 4.3 and 7.4). The innovation y - yhat is a torque like others: L are the weights of its port, free
-in the descent. They begin at the gain of the stationary Kalman filter of G driven by white torques through
-the ports of the laws (Anderson and Moore, Optimal Filtering, 1979, sec. 4.4).
+2nd ed., secs. 4.3 and 7.4). The innovation y - yhat is a torque like others: L are the weights of its port,
+free in the descent. They begin at the gain of the stationary Kalman filter of G driven by white torques
+through the ports of the laws (Anderson and Moore, Optimal Filtering, 1979, sec. 4.4).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, block_diag, solve_discrete_are
 
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import INNOVATION_COLUMN, Form
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_values import JointValues
