@@ -159,6 +159,10 @@ def test_regimes_are_where_the_motion_says() -> None:
         ratios = regime_ratios(with_residuals(residuals), INPUTS, SIGMA)
         assert max(ratios, key=lambda regime: ratios[regime]) == name
         assert ratios[name] == pytest.approx(26, rel=0.1)
+    at_rest = np.concatenate(masks["dead zone"])
+    near = np.abs(travelled) < AXIS.dead_zone.half_width / 2
+    assert at_rest.any()
+    np.testing.assert_array_equal(at_rest, near)
     quiet = regime_ratios(fit, INPUTS, SIGMA)
     assert all(value == pytest.approx(1, abs=0.35) for value in quiet.values())
 

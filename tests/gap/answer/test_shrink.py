@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.shrink import (
     Closure,
+    _positive_normal,
     closure,
     measured_closure,
     rounded_outward,
@@ -197,3 +198,12 @@ def test_glitches_do_not_count_as_motion() -> None:
     np.testing.assert_array_equal(cleaned[glitches == 0], measured[0][glitches == 0])
     plain: Any = SimpleNamespace(stochastic=None)
     assert without_glitches(plain, measured, shown)[0] is measured[0]
+
+
+def test_a_normal_cut_off_at_zero_has_its_moments() -> None:
+    """Mean of a half normal: sd sqrt(2 / pi); without spread there is nothing to draw."""
+    rng = np.random.default_rng(5)
+    drawn = np.array([_positive_normal(0.0, 2.0, rng) for _ in range(2000)])
+    assert drawn.min() >= 0
+    assert drawn.mean() == pytest.approx(2.0 * np.sqrt(2 / np.pi), rel=0.05)
+    assert _positive_normal(1.0, 0.0, rng) == 0.0
