@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +22,10 @@ from joint_axis import (
 )
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.corrected_model import corrected_model, predict_corrected, simulate_corrected
 from bayes_hw.gap.joint.effect_form import FORMS, Form
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_search import silent, verified
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
@@ -124,6 +127,12 @@ def test_no_reading_corrects_a_simulation() -> None:
     assert free.observer is None
     np.testing.assert_allclose(free.point.coordinates, fit.point.coordinates[kept])
     np.testing.assert_allclose(free.response.simulate(free.values, u).y, simulated, atol=1e-12)
+    posterior = JointPosterior(fit, np.tile(fit.point.coordinates, (3, 1)), {}, {}, {}, ())
+    stored = json.loads(json.dumps(corrected_model("axis", noisy.records, posterior, SIGMA)))
+    assert [effect["label"] for effect in stored["effects"]] == ["backlash"]
+    np.testing.assert_allclose(simulate_corrected(stored, u).y, simulated, atol=1e-12)
+    _, low, high = predict_corrected(stored, u)
+    np.testing.assert_allclose((high + low) / 2, simulated, atol=1e-12)
 
 
 def test_the_first_gain_is_that_of_the_settled_filter() -> None:
