@@ -24,7 +24,9 @@ from joint_axis import (
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.corrected_model import corrected_model, predict_corrected, simulate_corrected
 from bayes_hw.gap.joint.effect_form import FORMS, Form
+from bayes_hw.gap.joint.joint_closure import spread
 from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_notes import of_followed
 from bayes_hw.gap.joint.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_search import silent, verified
@@ -188,6 +190,12 @@ def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
     assert innovation_sigma(free) > 3 * sigma
     assert innovation_sigma(found) < 1.1 * sigma
     np.testing.assert_allclose(found.values.effects[1].values, gap, rtol=0.05)
+    (note,) = of_followed(found)
+    off, left = spread(unobserved(found)[0]), spread(found)
+    assert off > 3 * sigma
+    assert f"off by {off:.2g} deg" in note
+    assert note.endswith(f"leaves {left:.2g}")
+    assert of_followed(simulated) == []
 
 
 def test_an_observer_does_not_stay_without_a_label() -> None:
