@@ -78,7 +78,7 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
-or where something without a name remains."""
+where something without a name remains, or where an observer makes up for what a law lacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def diagnose_records(
             if samples > MOST_SAMPLES:
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
-            inflation = OF_ROUNDED if poorly else INFLATION
+            inflation = OF_ROUNDED if poorly or fit.observer is not None else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         return _finished(

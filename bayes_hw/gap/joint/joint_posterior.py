@@ -195,10 +195,10 @@ def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
 
 
 def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
-    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
-    effects' torques held as they are and their parameters not moved."""
+    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic and no observer
+    follows it, with the effects' torques held as they are and their parameters not moved."""
     whole = triangular_factor(fit.response, fit.point)
-    if not any(effect.ports is not None for effect in fit.response.template):
+    if fit.observer is not None or not any(effect.ports is not None for effect in fit.response.template):
         return whole, False
     plain = JointFit(replace(fit.response, template=()), fit.point)
     coordinates = plain.response.coordinates(JointValues(fit.values.cascade))
