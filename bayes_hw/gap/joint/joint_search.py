@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
+    SLACK_NATS,
     delayed,
     effect_candidates,
     larger_cascades,
@@ -255,7 +256,7 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
             settled = _settled(fit, effect_candidates(fit, FORMS))
             best = highest([best, *settled])
         best = finer(best)
-        if best.score <= fit.score:
+        if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
         path = replace(path, fit=best).reread()
