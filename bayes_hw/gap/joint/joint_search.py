@@ -192,15 +192,21 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too, and
-    corrected by the readings, since their motion may be one that no simulation follows."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too.
+    Where none of it nor finer steps help, the motion may be one that no simulation follows: it is then tried
+    corrected by the readings."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    if fit.point.whitener.order > 1:
-        trials += observed(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
-    if fit.point.whitener.order > 1:
+    coloured = fit.point.whitener.order > 1
+    if coloured:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
-    return highest([fit, *(t.descended() for t in begun)])
+    best = highest([fit, *(t.descended() for t in begun)])
+    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
+        return best
+    stepped = finer(best)
+    if stepped.score >= fit.score + STRUCTURAL_NATS:
+        return stepped
+    return highest([best, *(t.descended() for t in observed(best))])
 
 
 def finer(fit: JointFit) -> JointFit:
