@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 
 Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
@@ -18,6 +18,9 @@ TURNS_SEEN = 1.5
 COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
 """Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
 since a period that is off by a turn over the travel shows nothing."""
+
+INNOVATION_COLUMN = "(output)"
+"""What stands for the readings themselves among the columns that an effect acts by."""
 
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
@@ -74,6 +77,10 @@ class Form:
     @property
     def is_law(self) -> bool:
         return self.place == "law"
+
+    @property
+    def is_known_input(self) -> bool:
+        return bool(self.column) and self.column != INNOVATION_COLUMN
 
     @property
     def full_name(self) -> str:

@@ -9,12 +9,12 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.drive_forms import DRIVE_FORMS, GIVEN_FORMS
+from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.effect_screen import noise_screens
 from bayes_hw.gap.joint.given_model import FURTHER
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.joint_kernel import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.joint_values import JointValues
 

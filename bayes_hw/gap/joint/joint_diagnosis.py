@@ -60,6 +60,7 @@ from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
+from bayes_hw.gap.joint.observer import unobserved
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
 from bayes_hw.gap.joint.slow_noise import SlowWhitener
@@ -79,7 +80,7 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
-or where something without a name remains."""
+where something without a name remains, or where an observer makes up for what a law lacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +160,7 @@ def diagnose_records(
             if samples > MOST_SAMPLES:
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
-            inflation = OF_ROUNDED if poorly else INFLATION
+            inflation = OF_ROUNDED if poorly or fit.observer is not None else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         return _finished(
@@ -189,11 +190,13 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
 
 
 def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
-    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it."""
+    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it, and
+    innovations of motion that is followed have a part of it."""
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return DOUBT if found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
+    followed = found.fit.observer is not None
+    return DOUBT if followed or found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
 
 
 def _finished(
@@ -250,6 +253,9 @@ def _finished(
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
     half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
+    if fit.observer is not None:
+        # No simulation follows the motion, whatever the parameters: as far off as on the training records.
+        half = np.maximum(half, NORMAL_HALF_WIDTH * spread(unobserved(fit)[0]))
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {

@@ -9,6 +9,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
@@ -61,7 +62,8 @@ class JointFit:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the catalogue, the noise's cause first; known inputs have none."""
+        """Of the catalogue, the noise's cause first; known inputs and an observer, which come first among
+        the effects, have none."""
         return (*self.added, *self.effect_labels)
 
     @property
@@ -76,8 +78,14 @@ class JointFit:
 
     @property
     def known_count(self) -> int:
-        """How many of the effects are known inputs, which come first among them."""
+        """How many of the effects are known inputs, an observer counted; they come first."""
         return sum(bool(effect.form.column) for effect in self.response.template)
+
+    @property
+    def observer(self) -> int | None:
+        """Where among the effects the observer stands, if the fit is in observer form."""
+        laws = [effect.form.law for effect in self.response.template]
+        return laws.index(K.INNOVATION) if K.INNOVATION in laws else None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -123,7 +131,8 @@ class JointFit:
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        steps = self.response.steps if any(e.ports is not None for e in values.effects) else 1
+        laws = any(e.ports is not None and not e.form.column for e in values.effects)
+        steps = self.response.steps if laws else 1
         response = replace(self.response, structure=structure, template=values.effects, steps=steps)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)
@@ -163,6 +172,12 @@ class JointFit:
             return self.with_cause(None)
         values = self.values
         kept = tuple(e for e in values.effects if e.form.label != label)
+        return self.moved(self.structure, JointValues(values.cascade, kept))
+
+    def without_observer(self) -> JointFit:
+        """As a simulation that no reading corrects, not descended."""
+        values = self.values
+        kept = tuple(e for e in values.effects if e.form.law != K.INNOVATION)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
     def with_signal(self, number: int) -> JointFit:

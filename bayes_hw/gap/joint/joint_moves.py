@@ -171,11 +171,13 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
 
 
 def pruned(fit: JointFit) -> JointFit:
-    """Effects, sections and poles taken out while the score improves."""
+    """Effects, an observer, sections and poles taken out while the score improves."""
     while True:
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
             trials += [fit.without(label) for label in fit.labels]
+        if fit.observer is not None:
+            trials.append(fit.without_observer())
         trials += [fit.without_section(i) for i in range(fit.structure.sections)]
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
+    SLACK_NATS,
     delayed,
     each_cause,
     effect_candidates,
@@ -24,6 +25,7 @@ from bayes_hw.gap.joint.joint_moves import (
 )
 from bayes_hw.gap.joint.jumps import jumps
 from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.observer import observed
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.gap.joint.tone import Tone, tone_in
@@ -193,12 +195,21 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too.
+    Where none of it nor finer steps help, the motion may be one that no simulation follows: it is then tried
+    corrected by the readings."""
     trials = port_candidates(fit) + larger_cascades(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
-    if fit.noise_order > 1:
+    coloured = fit.noise_order > 1
+    if coloured:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
-    return highest([fit, *(t.descended() for t in begun)])
+    best = highest([fit, *(t.descended() for t in begun)])
+    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
+        return best
+    stepped = finer(best)
+    if stepped.score >= fit.score + STRUCTURAL_NATS:
+        return stepped
+    return highest([best, *(t.descended() for t in observed(best))])
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -270,7 +281,7 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
             settled = _settled(fit, one_more(fit))
             best = highest([best, *settled])
         best = finer(best)
-        if best.score <= fit.score:
+        if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
         path = replace(path, fit=best).reread()
@@ -307,4 +318,5 @@ def verified(
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
-    return fit, {}
+    # What is left of an observer without laws is coloured noise, which is free as it is.
+    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}

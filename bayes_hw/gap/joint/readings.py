@@ -40,7 +40,7 @@ def read_faults(fit: JointFit) -> Readings:
     """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
     records = fit.response.records
     values = fit.values
-    angles = [fit.response.simulate(values, record.u, record.known).y for record in records]
+    angles = [fit.response.along(values, number).y for number in range(len(records))]
     residuals = [
         without_holes(with_holes(record.y - angle, record.measured))
         for record, angle in zip(records, angles, strict=True)

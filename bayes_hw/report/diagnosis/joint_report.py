@@ -53,7 +53,8 @@ class JointPage:
         whitener = fit.point.whitener
         order = whitener.order
         residuals = [
-            with_holes(r.y - fit.response.simulate(fit.values, r.u, r.known).y, r.measured) for r in train
+            with_holes(r.y - fit.response.along(fit.values, number).y, r.measured)
+            for number, r in enumerate(train)
         ]
         fitted = PARAMETERS if isinstance(whitener, SlowWhitener) else order
         return examine_residuals(train, residuals, whitener.coefficients[order, :order], fitted)
