@@ -15,9 +15,9 @@ test: $(STAMP)
 	$(MAKE) --no-print-directory --jobs=2 lint kernels
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
-# Compiles what the modules of the tests need, once instead of in every worker.
+# Compiles what the tests need, once and beside the checks of `lint`, instead of in every worker.
 kernels: $(STAMP)
-	@$(BIN)/python -m pytest --collect-only -q > /dev/null
+	@$(BIN)/python -m pytest -m compiles > /dev/null
 
 # What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
 slow-test: $(STAMP)

@@ -99,7 +99,41 @@ def model_schema() -> Schema:
             "noise": record_of({}, {"sigma": NOT_NEGATIVE}),
             "normalization": record_of({}, {"c1": NUMBER, "c2": NUMBER, "c3": NUMBER}),
             "known": listed(known),
+            "physical": {"anyOf": [physical_states(), physical_masses()]},
         },
+    )
+
+
+def physical_states() -> Schema:
+    """Of model.json: mechanics as a state space, their loop closed."""
+    row = listed(NUMBER, 1)
+    return record_of(
+        {
+            "A": listed(row, 1),
+            "B": listed(pair(NUMBER), 1),
+            "sensor": row,
+            "motor": row,
+            "load": row,
+            "inertias": pair(POSITIVE),
+            "stiffness": POSITIVE,
+            "damping": NOT_NEGATIVE,
+        }
+    )
+
+
+def physical_masses() -> Schema:
+    """Of model.json: mechanics as masses and springs with a loop at the motor."""
+    spring = record_of({"between": pair(COUNT), "stiffness": POSITIVE, "damping": NOT_NEGATIVE})
+    return record_of(
+        {
+            "inertias": listed(POSITIVE, 2),
+            "springs": listed(spring, 1),
+            "motor": COUNT,
+            "load": COUNT,
+            "sensor": COUNT,
+            "loop": record_of({"kp": NOT_NEGATIVE, "ki": NOT_NEGATIVE}),
+        },
+        {"bearings": listed(NOT_NEGATIVE, 2)},
     )
 
 

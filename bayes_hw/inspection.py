@@ -150,7 +150,7 @@ def _whole(path: Path) -> Table:
     names = read_table(path, ["1", "\0"], ["1"], most_rows=1).names
     names = names[: 4 * MOST_COLUMNS]
     try:
-        return read_table(path, list(names), list(names), most_rows=MOST_SAMPLES)
+        return _numbers_in_text(path, read_table(path, list(names), list(names), most_rows=MOST_SAMPLES))
     except InputError:
         found: dict[str, Table] = {}
         for name in names:
@@ -166,6 +166,26 @@ def _whole(path: Path) -> Table:
             values={name: table.values[name] for name, table in found.items() if name in table.values},
             units={name: unit for table in found.values() for name, unit in table.units.items()},
         )
+
+
+def _numbers_in_text(path: Path, table: Table) -> Table:
+    """With the columns of text that are no stamps read as numbers, such as sexagesimal angles, where all
+    their cells are."""
+    text = [name for name, values in table.values.items() if values.dtype.kind in "UO"]
+    for name in text:
+        if is_time_name(name):
+            continue
+        try:
+            found = read_table(path, [name], [], most_rows=MOST_SAMPLES)
+        except InputError:
+            continue
+        if name in found.values and np.isfinite(found.values[name]).any():
+            table = replace(
+                table,
+                values={**table.values, name: found.values[name]},
+                units={**table.units, **found.units},
+            )
+    return table
 
 
 def _rows(table: Table) -> int:

@@ -42,6 +42,9 @@ MOST_GUESSES = 3
 ALIKE = 0.3
 """Mistakes within so much of each other, as a logarithm, stand in the order of the list."""
 
+OUTDONE = 1.0
+"""A mistake that explains the ratio worse than the best by so much, as a logarithm, is not offered."""
+
 
 class UnitMistake(NamedTuple):
     """A mistake by which the output seems to move `factor` times as fast as the command says."""
@@ -197,8 +200,10 @@ def mistakes_of(ratio: float, rate_hz: float) -> str:
         for mistake in (*MISTAKES, *rates)
         if TRUE_RATIOS[0] <= ratio / mistake.factor <= TRUE_RATIOS[1]
     ]
-    fitting.sort(key=lambda mistake: round(abs(math.log(ratio / mistake.factor)) / ALIKE))
-    return ", or ".join(mistake.said for mistake in fitting[:MOST_GUESSES])
+    missed = {mistake: abs(math.log(ratio / mistake.factor)) for mistake in fitting}
+    near = [m for m in fitting if missed[m] < min(missed.values()) + OUTDONE]
+    near.sort(key=lambda mistake: round(missed[mistake] / ALIKE))
+    return ", or ".join(mistake.said for mistake in near[:MOST_GUESSES])
 
 
 def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:

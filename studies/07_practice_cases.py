@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 from blind_check.check import joined
+from blind_check.white_choice import of_white_choice
 from study import SHARED_DATA, Study, skip_without, start_study
 
-from bayes_hw.gap.blind.evidence import Evidence, of_white_choice, read_evidence
+from bayes_hw.gap.blind.evidence import Evidence, read_evidence
 from bayes_hw.gap.blind.run import run_set
 from bayes_hw.gap.blind.score import score_evidence, score_to_dict
 from bayes_hw.report.blind.blind_report import blind_report

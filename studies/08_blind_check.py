@@ -14,9 +14,10 @@ from collections.abc import Mapping
 import numpy as np
 from blind_check.check import check_blind, joined
 from blind_check.seeds import CALIBRATION_SEEDS, REPORT_SEEDS
+from blind_check.white_choice import of_white_choice
 from study import Study, start_study
 
-from bayes_hw.gap.blind.evidence import Evidence, of_white_choice
+from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.report.blind.blind_report import blind_report

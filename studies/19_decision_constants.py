@@ -31,6 +31,7 @@ from blind_check.joint_calibrate import (
     left_out_scores,
     log_deviations,
 )
+from blind_check.kept_evidence import read_evidence_of, read_given_evidence_of
 from blind_check.seeds import CALIBRATION_SEEDS
 from blind_check.tails import TailFit, standardized_errors
 from pages.decision_report import decision_report, stated_of_blocks
@@ -38,7 +39,6 @@ from study import Study, start_study
 
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.blind.joint_ballot import read_evidence_of, read_given_evidence_of
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.given_calibration import GivenCalibration

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -139,3 +140,77 @@ def test_counts_without_their_worth_are_asked_about(
     path = write(tmp_path / "log.csv", "t,u [deg/s],enc [counts]", T, U, np.round(1e4 * Y))
     assert main(["inspect", str(path)]) == 0
     assert "say what one is worth" in capsys.readouterr().out
+
+
+def log_of(kind: str) -> Path:
+    path = Path(f"log.{kind}")
+    columns = {"t": T, "u": U, "y": Y}
+    if kind == "h5":
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
+    elif kind == "mat":
+        pytest.importorskip("scipy.io").savemat(path, columns)
+    else:
+        pytest.importorskip("pyarrow")
+        pytest.importorskip("pandas").DataFrame(columns).to_parquet(path)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["h5", "mat", "parquet"])
+def test_a_file_that_is_no_text_is_looked_into_too(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = log_of(kind)
+    assert main(["inspect", str(path)]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert main([*convert, "--quiet"]) == 0
+    np.testing.assert_allclose(Record.read(convert[-1]).u, U, atol=1e-9)
+
+
+def sexagesimal(angle: float) -> str:
+    minutes = 60 * angle
+    return f"{int(angle)}:{int(minutes) % 60:02d}:{60 * (minutes - int(minutes)):08.5f}"
+
+
+def annotated(path: Path) -> None:
+    stamps = [f"2026-03-01T12:00:{t:09.6f}Z" if t < 60 else "" for t in T]
+    head = "#datatype,string,long,dateTime:RFC3339,double,string\n#group,false,false,false,false,true\n"
+    lines = [
+        f",,{number},{stamp},{value:.6f},{field}"
+        for number, (field, values) in enumerate((("demand", U), ("actual", Y)))
+        for stamp, value in zip(stamps, values, strict=True)
+        if stamp
+    ]
+    path.write_text(head + ",result,table,_time,_value,_field\n" + "\n".join(lines) + "\n")
+
+
+def by_turns(path: Path) -> None:
+    rows = [
+        f"{t:.2f},{name},{v:.6f}" for t, u, y in zip(T, U, Y, strict=True) for name, v in (("u", u), ("y", y))
+    ]
+    path.write_text("time,signal,value\n" + "\n".join(rows) + "\n")
+
+
+def in_words(path: Path) -> None:
+    rows = [f"{t:.2f},{u:.6f} deg/s,{sexagesimal(100 + y)}" for t, u, y in zip(T, U, Y, strict=True)]
+    path.write_text("t,demand,actual\n" + "\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("write_log", [annotated, by_turns, in_words])
+def test_logs_of_other_forms_are_looked_into(
+    tmp_path: Path,
+    write_log: Callable[[Path], None],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_log(Path("log.csv"))
+    assert main(["inspect", "log.csv"]) == 0
+    convert, _ = commands(capsys.readouterr().out)
+    assert main([*convert, "--quiet"]) == 0
+    record = Record.read(convert[-1])
+    np.testing.assert_allclose(record.u, U[: len(record)], atol=1e-6)
+    np.testing.assert_allclose(record.y - record.y[0], (Y - Y[0])[: len(record)], atol=1e-6)

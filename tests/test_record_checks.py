@@ -11,7 +11,7 @@ from simulated_records import measured
 
 from bayes_hw import record_checks
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record_checks import check_signals, wrong_scale
+from bayes_hw.record_checks import check_signals, mistakes_of, wrong_scale
 
 RATE_HZ = 20.0
 T = np.arange(3000) / RATE_HZ
@@ -108,3 +108,10 @@ def test_an_output_without_the_command_is_said() -> None:
     rng = np.random.default_rng(6)
     assert kinds(U, rng.standard_normal(len(U))) == ["unrelated"]
     assert kinds(U, np.cumsum(rng.standard_normal(len(U)))) == ["unrelated"]
+
+
+def test_a_mistake_that_another_explains_far_better_is_not_offered() -> None:
+    """0.0162 is radians or minutes of arc, within 8 %; a wrong rate would leave a factor of six."""
+    said = mistakes_of(0.0162, 50.0)
+    assert "in radians" in said and "minutes of arc" in said and "its rate" not in said
+    assert "its rate is rather 20 Hz than 200 Hz" in mistakes_of(10.0, 200.0)

@@ -70,7 +70,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.control.margins import Requirements
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+    from bayes_hw.gap.any_corrected import read_corrected_axis
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance
@@ -84,7 +84,7 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError(f"--draws {parsed.draws}: must be 100 or more")
     out = Path(parsed.out)
     check_output_folder(out)
-    corrected = CorrectedAxis.read(parsed.posterior)
+    corrected = read_corrected_axis(parsed.posterior)
     refuse_refuted(corrected, parsed.posterior)
     posterior = Posterior.read(parsed.posterior) if corrected is None else corrected.posterior
     delay = parsed.delay_margin

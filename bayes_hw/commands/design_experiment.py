@@ -67,7 +67,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+    from bayes_hw.gap.any_corrected import read_corrected_axis
     from bayes_hw.identifiability.excitation_families import Circumstances
     from bayes_hw.identifiability.experiment_check import check_design, write_design
     from bayes_hw.identifiability.motion_limits import limits_for
@@ -87,7 +87,7 @@ def run(parsed: argparse.Namespace) -> None:
         if value < least:
             raise InputError(f"{option} {value}: must be {least} or more")
     check_output_folder(out)
-    corrected = CorrectedAxis.read(parsed.posterior)
+    corrected = read_corrected_axis(parsed.posterior)
     if corrected is not None:
         confirm(parsed, corrected)
         return

@@ -9,13 +9,10 @@ import csv
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from bayes_hw.errors import InputError
-from bayes_hw.formats.csv_file import _check_lines
-from bayes_hw.formats.header import matches
-from bayes_hw.formats.table import Column, Table
-from bayes_hw.formats.text_layout import MISSING, NUMBER, number_of
+from bayes_hw.formats.csv_file import check_lines
+from bayes_hw.formats.long_table import table_of_fields
+from bayes_hw.formats.table import Table
 
 ANNOTATIONS = ("#datatype", "#group", "#default")
 TIME, FIELD, VALUE = "_time", "_field", "_value"
@@ -30,13 +27,12 @@ def is_annotated(path: Path) -> bool:
 
 
 def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()) -> Table:
-    """Read the fields, or columns, that `wanted` names; each field has the stamps of its own rows.
+    """Read the fields, or columns, that `wanted` names, as `table_of_fields` has them.
 
     Any name of a clock means the column `_time`. Raises InputError on a value that is no number, OSError
-    where
-    the file cannot be read.
+    where the file cannot be read.
     """
-    _check_lines(path)
+    check_lines(path)
     fields: dict[str, tuple[list[str], list[str]]] = {}
     header: list[str] = []
     try:
@@ -54,18 +50,7 @@ def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: C
         raise InputError(f"{path}: is not UTF-8 text; write it again") from None
     except csv.Error as error:
         raise InputError(f"{path}: is not a row of a table ({error}); correct it") from None
-    names = list(fields)
-    values: dict[str, Column] = {}
-    clocks: dict[str, Column] = {}
-    for name in wanted:
-        found = matches(names, name)
-        if name in text or not found:
-            continue
-        stamps, cells = fields[names[found[0]]]
-        values[name] = _numbers(path, name, cells)
-        clocks[name] = np.array(stamps, dtype=np.str_)
-    missing = tuple(name for name in wanted if name not in values and name not in text)
-    return Table(values, missing, (TIME, *names), "column", lambda index: f"sample {index + 1}", {}, clocks)
+    return table_of_fields(path, TIME, fields, wanted, text)
 
 
 def _take(
@@ -86,17 +71,3 @@ def _take(
         if len(values) < most_rows:
             stamps.append(stamp)
             values.append(cell)
-
-
-def _numbers(path: Path, name: str, cells: Sequence[str]) -> Column:
-    found = np.empty(len(cells))
-    for i, cell in enumerate(cells):
-        if cell.lower() in MISSING:
-            found[i] = np.nan
-        elif NUMBER.fullmatch(cell) and np.isfinite(number_of(cell)):
-            found[i] = number_of(cell)
-        else:
-            raise InputError(
-                f"{path}: field {name!r}, value {i + 1}: {cell[:40]!r} is not a finite number; correct it"
-            )
-    return found

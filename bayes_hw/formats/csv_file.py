@@ -26,6 +26,7 @@ from bayes_hw.formats.text_layout import (
     is_value,
     number_of,
 )
+from bayes_hw.formats.written_quantity import quantity_of
 
 LONGEST_LINE = 2**20
 ROWS_AT_ONCE = 2**16
@@ -45,7 +46,7 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     that is
     not a table. Raises OSError when the file cannot be read.
     """
-    _check_lines(path)
+    check_lines(path)
     layout = find_layout(path)
     positions: dict[str, int] = {}
     clocks: dict[str, int] = {}
@@ -63,7 +64,7 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     if missing:
         return Table({}, missing, layout.names, "column", lambda index: f"row {index + 2}")
     try:
-        columns = _read(
+        columns, written = _read(
             path, layout, positions | {f"\0{name}": at for name, at in clocks.items()}, most_rows, text
         )
     except UnicodeDecodeError:
@@ -73,7 +74,7 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     for name in text:
         if name in columns and layout.step is not None and _is_blank(columns[name]):
             columns[name] = np.arange(len(columns[name])) * layout.step
-    units = {name: layout.units[at] for name, at in positions.items() if layout.units[at]}
+    units = written | {name: layout.units[at] for name, at in positions.items() if layout.units[at]}
     return Table(
         columns,
         (),
@@ -112,7 +113,7 @@ def _is_blank(column: Column) -> bool:
     return all(cell.lower() in MISSING for cell in column[:1000])
 
 
-def _check_lines(path: Path) -> None:
+def check_lines(path: Path) -> None:
     """Refuse a file with a line too long for a table, or a quote that goes on to the next, before any line is
     held in memory."""
     quoted = False
@@ -131,11 +132,12 @@ def _check_lines(path: Path) -> None:
 
 def _read(
     path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
-) -> dict[str, Column]:
+) -> tuple[dict[str, Column], dict[str, str]]:
+    """The columns, and the units that stand behind the numbers in their cells."""
     if layout.decimal == "." and not _has_stamps(path, layout, positions):
         numbers = _load_numbers(path, layout, list(positions.values()), most_rows)
         if numbers is not None and not np.isinf(numbers).any():
-            return {name: numbers[:, i].copy() for i, name in enumerate(positions)}
+            return {name: numbers[:, i].copy() for i, name in enumerate(positions)}, {}
     return _read_cells(path, layout, positions, most_rows, text)
 
 
@@ -200,8 +202,9 @@ class _Places:
 
 def _read_cells(
     path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
-) -> dict[str, Column]:
+) -> tuple[dict[str, Column], dict[str, str]]:
     """The same cell by cell, a stretch of rows at a time."""
+    units: dict[str, str] = {}
     rows = itertools.islice(_rows(path, layout), most_rows)
     parts: dict[str, list[Column]] = {name: [] for name in positions}
     is_text = {name: name.removeprefix("\0") in text or name.startswith("\0") for name in positions}
@@ -212,13 +215,14 @@ def _read_cells(
             if is_text[name]:
                 parts[name].append(np.array(cells, dtype=np.str_))
             else:
-                parts[name].append(_numbers(path, layout, name.removeprefix("\0"), stretch, cells))
-    return {
-        name: _stamps(np.concatenate(part), layout)
+                parts[name].append(_numbers(path, layout, name.removeprefix("\0"), stretch, cells, units))
+    found = {
+        name: stamps_of(np.concatenate(part), layout.decimal)
         if is_text[name] and part
         else np.concatenate([np.zeros(0), *part])
         for name, part in parts.items()
     }
+    return found, units
 
 
 def _without_end(stretch: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
@@ -232,11 +236,11 @@ def _without_end(stretch: list[tuple[int, list[str]]]) -> list[tuple[int, list[s
     return stretch
 
 
-def _stamps(cells: Column, layout: Layout) -> Column:
+def stamps_of(cells: Column, decimal: str = ".") -> Column:
     """Stamps as whole numbers or floats where all are, else as text."""
     if len(cells) == 0:
         return np.zeros(0)
-    given = np.char.replace(cells, ",", ".") if layout.decimal == "," else cells
+    given = np.char.replace(cells, ",", ".") if decimal == "," else cells
     if NUMBER.fullmatch(str(given[0])):
         plain = [cell if NUMBER.fullmatch(cell) else "nan" for cell in given.tolist()]
         bad = [c for c in given.tolist() if c.lower() not in MISSING and not NUMBER.fullmatch(c)]
@@ -248,8 +252,14 @@ def _stamps(cells: Column, layout: Layout) -> Column:
 
 
 def _numbers(
-    path: Path, layout: Layout, name: str, stretch: Sequence[tuple[int, list[str]]], cells: Sequence[str]
+    path: Path,
+    layout: Layout,
+    name: str,
+    stretch: Sequence[tuple[int, list[str]]],
+    cells: Sequence[str],
+    units: dict[str, str],
 ) -> FloatArray:
+    """Numbers of cells; the unit that some state goes to `units`."""
     values = np.empty(len(cells))
     for i, cell in enumerate(cells):
         if NUMBER.fullmatch(cell) or (layout.decimal == "," and NUMBER.fullmatch(cell.replace(",", ".", 1))):
@@ -259,6 +269,15 @@ def _numbers(
         elif cell.lower() in MISSING:
             values[i] = math.nan
             continue
+        elif (written := quantity_of(cell)) is not None and math.isfinite(written.value):
+            values[i] = written.value
+            unit = written.unit if written.unit is None else units.setdefault(name, written.unit)
+            if unit == written.unit:
+                continue
+            raise InputError(
+                f"{path}: row {stretch[i][0]}, column {name!r}: {cell[:40]!r} is in another unit than the "
+                f"rows before, {unit!r}; write one unit"
+            )
         raise InputError(f"{path}: row {stretch[i][0]}, column {name!r}: {_fault_of_cell(cell)}")
     return values
 

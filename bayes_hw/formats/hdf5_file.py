@@ -132,6 +132,8 @@ def _unit(dataset: h5py.Dataset) -> str | None:
 
 def _dataset(path: Path, file: h5py.File, name: str) -> h5py.Dataset | None:
     """The data set of this name, reached by hard links alone; None where there is none."""
+    if "\0" in name:
+        return None
     place: h5py.Group | h5py.Dataset = file
     parts = name.split("/") if name in file or "." not in name else name.split(".")
     for part in filter(None, parts):

@@ -37,7 +37,7 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
 
         return read_bag(path, wanted, most_rows=most_rows)
     if suffix in HDF5 or suffix == ".mat":
-        return _hdf5_or_matlab(path, wanted, clocks, suffix, most_rows)
+        return _with_timetables(path, wanted, clocks, suffix, most_rows)
     if suffix in (".json", ".jsonl", ".ndjson"):
         from bayes_hw.formats.json_file import read_json
 
@@ -48,6 +48,11 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
 
     if is_annotated(path):
         return read_annotated(path, wanted, most_rows=most_rows, text=clocks)
+    from bayes_hw.formats.long_table import long_columns, read_long
+
+    at = long_columns(path)
+    if at is not None:
+        return read_long(path, at, wanted, most_rows=most_rows, text=clocks)
     return read_csv(path, wanted, most_rows=most_rows, text=clocks)
 
 
@@ -70,6 +75,21 @@ def _refuse_packed(path: Path) -> None:
     for mark, said in PACKED.items():
         if first.startswith(mark):
             raise InputError(f"{path}: {said}")
+
+
+def _with_timetables(
+    path: Path, wanted: Sequence[str], clocks: Sequence[str], suffix: str, most_rows: int
+) -> Table:
+    from bayes_hw.formats.matlab_objects import READABLE, ObjectError
+
+    try:
+        return _hdf5_or_matlab(path, wanted, clocks, suffix, most_rows)
+    except ObjectError as met:
+        from bayes_hw.formats.timetable_file import can_read_timetables, read_timetable
+
+        if met.class_name not in READABLE or not can_read_timetables():
+            raise
+        return read_timetable(path, met.name, wanted, clocks, most_rows=most_rows)
 
 
 def _hdf5_or_matlab(

@@ -210,10 +210,7 @@ def write_results(diagnosis: Diagnosis, out: Path) -> None:
     columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
     with staged(out, instead_of=[FREE_RESIDUAL, CORRECTED]) as place:
         if isinstance(diagnosis.case, Case):
-            verdict = diagnosis.verdict
-            content = corrected_train(
-                diagnosis.case, diagnosis.final, diagnosis.draws, verdict.base, verdict.parameters
-            )
+            content = corrected_train(diagnosis.case, diagnosis.final, diagnosis.draws, diagnosis.verdict)
             write_text_atomically(place / CORRECTED, json.dumps(content, indent=1, allow_nan=False) + "\n")
         write_csv(place / "holdout_prediction.csv", columns)
         if diagnosis.verdict.answer == (OTHER,):

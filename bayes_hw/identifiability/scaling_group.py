@@ -88,12 +88,6 @@ def acting_generators(names: Sequence[str]) -> FloatArray:
     return generators(names) @ rows[rank:].T
 
 
-def transformed(values: FloatArray, names: Sequence[str], a: float, b: float) -> FloatArray:
-    """Values (parameters, ...) after v -> a v and w -> b w."""
-    exponents = generators(names) @ np.log([a, b])
-    return values * np.exp(exponents).reshape(-1, *(1,) * (values.ndim - 1))
-
-
 def monomial(exponents: Exponents, values: FloatArray, names: Sequence[str]) -> FloatArray:
     """The monomial at values (..., parameters), with the sign of its factors, shape (...)."""
     powers = exponent_vector(exponents, names)

@@ -24,14 +24,12 @@ LARGEST_SHARE = 1.5
 
 @dataclass(frozen=True, eq=False)
 class OutputNonlinearity:
-    """`intermediate` and `output` (measured samples,) are w simulated and y measured; `half_widths`
-    (trials,) with their `errors` (root mean square); `fit`
-    is the cascade at the best one.
+    """`intermediate` and `output` (measured samples,) are w simulated and y measured; `errors` (trials,) are
+    the root mean squares of the half widths tried; `fit` is the cascade at the best one.
     """
 
     intermediate: FloatArray
     output: FloatArray
-    half_widths: FloatArray
     errors: FloatArray
     fit: CascadeFit
 
@@ -52,7 +50,7 @@ def estimate_output_nonlinearity(
     signals = intermediate_signal(best.structure, best.values, experiment.records)
     known = np.concatenate([record.measured_samples for record in experiment.records])
     outputs = np.concatenate(experiment.outputs)
-    return OutputNonlinearity(np.concatenate(signals)[known], outputs[known], trials, errors, best)
+    return OutputNonlinearity(np.concatenate(signals)[known], outputs[known], errors, best)
 
 
 def at_half_width(

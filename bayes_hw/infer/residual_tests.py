@@ -88,9 +88,13 @@ NORMALITY = "normal distribution"
 
 
 def examine_residuals(
-    records: Sequence[Record], residuals: Sequence[FloatArray], autoregression: FloatArray
+    records: Sequence[Record],
+    residuals: Sequence[FloatArray],
+    autoregression: FloatArray,
+    fitted: int | None = None,
 ) -> ResidualReport:
-    """Test the innovations e(k) - sum phi_i e(k - i) of every record.
+    """Test the innovations e(k) - sum phi_i e(k - i) of every record; `fitted` is how many numbers of the
+    noise were fitted where these are not the phi themselves.
 
     Ljung-Box for whiteness (doi 10.1093/biomet/65.2.297), the largest cross-correlation with the command for
     dynamics the model lacks, the same with the command's magnitude for nonlinearity it lacks, and Jarque-Bera
@@ -106,7 +110,7 @@ def examine_residuals(
     autocorrelation = _autocorrelation(innovations, lags)
     samples = sum(_count(a) for a in innovations)
     tests = (
-        _ljung_box(autocorrelation, samples, order, _pairs(innovations, lags)),
+        _ljung_box(autocorrelation, samples, fitted or order, _pairs(innovations, lags)),
         _cross_correlation("independent of the command", innovations, commands, lags, "linear dynamics"),
         _cross_correlation(
             "independent of the command's magnitude",

@@ -21,6 +21,7 @@ from bayes_hw.model.known_input import TORQUE, KnownInput
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.modal import linear_batch, modal_form
 from bayes_hw.model.model_file import load_model_json
+from bayes_hw.model.physical import Physical
 from bayes_hw.record import Units
 
 WELL_APART = 1e-3
@@ -56,7 +57,7 @@ class HammersteinWiener:
 
     `dominant_modes` are pole pairs of `linear` whose frequency and damping count as parameters;
     `noise_sigma` is the marginal standard deviation in output units, NaN where it is not known; `known` are
-    further inputs.
+    further inputs; `physical` is what the owner knows of the mechanics behind G.
     """
 
     name: str
@@ -68,6 +69,7 @@ class HammersteinWiener:
     noise_sigma: float = float("nan")
     units: Units = field(default_factory=Units)
     known: tuple[KnownInput, ...] = ()
+    physical: Physical | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
@@ -199,6 +201,7 @@ class HammersteinWiener:
             noise_sigma=sigma,
             units=Units.from_dict(data.get("units", {})),
             known=tuple(KnownInput.from_dict(item, rate) for item in _list(data.get("known", []), "known")),
+            physical=Physical.from_dict(data["physical"]) if "physical" in data else None,
         )
         linear.check_stable()
         model.mode_indices()
@@ -226,6 +229,7 @@ class HammersteinWiener:
             "noise": {} if np.isnan(self.noise_sigma) else {"sigma": self.noise_sigma},
             "normalization": {"c1": gains.c1, "c2": gains.c2, "c3": gains.c3},
             **({"known": [one.to_dict(self.sample_rate_hz) for one in self.known]} if self.known else {}),
+            **({"physical": dict(self.physical.content)} if self.physical is not None else {}),
         }
 
     def __repr__(self) -> str:

@@ -15,7 +15,7 @@ SAMPLES = 128 * BLOCK
 
 
 def simulated_blocks(
-    form: ModalForm, u: FloatArray, delay_samples: int, before: float = 0.0
+    form: ModalForm, u: FloatArray, delay_samples: int, before: float
 ) -> Iterator[tuple[int, FloatArray]]:
     """The first sample and y (walkers, at most SAMPLES) of every block of the response to u (samples,).
 

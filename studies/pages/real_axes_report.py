@@ -162,7 +162,7 @@ def _section(axis: RealAxis, with_gap: bool) -> Section:
         ),
         closure_table(axis.diagnosis),
         *([parameter_table(verdict)] if verdict.parameters else []),
-        label_probabilities({name: p for name, p in verdict.probability.items() if p > 0.01}, verdict.answer),
+        label_probabilities(verdict.probability, verdict.answer),
         ranking_table(axis.diagnosis),
     ]
     return Section(axis.name, tuple(blocks))

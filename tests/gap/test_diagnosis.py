@@ -13,16 +13,20 @@ from blind_check.ballot import Ballot, ballot_of
 from drive_axis import RATE, SIGMA, coloured, command
 from fitted import AXIS, simulated_with
 
+from bayes_hw.control.axis_draws import AxisDraws
+from bayes_hw.control.controller import Controller
+from bayes_hw.control.simulator import simulate_loop
 from bayes_hw.errors import InputError
 from bayes_hw.file_validation import check_file
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.notes import of_left_out
 from bayes_hw.gap.answer.sentence import sentence
+from bayes_hw.gap.answer.train_axis import TrainAxis
+from bayes_hw.gap.any_corrected import expected_information, read_corrected_axis
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
-from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
 from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected, simulate_corrected
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -218,8 +222,32 @@ def test_its_corrected_model_simulates_and_predicts_what_it_said(
     model = HammersteinWiener.from_dict(data)
     assert model.saturation.upper == pytest.approx(diagnosis.verdict.base["saturation.upper"].mean, rel=0.02)
     assert check_file(tmp_path / "corrected.json") == "model"
-    with pytest.raises(InputError, match="no design simulates"):
-        CorrectedAxis.read(tmp_path)
+
+
+def test_its_corrected_model_is_an_axis_to_design_with(
+    diagnosis: Diagnosis, case: Case, tmp_path: Path
+) -> None:
+    """From the file alone: draws about the verdict's numbers, its words, the effect in a loop, and what a
+    command would tell of it: nothing where the axis stands still, more the longer it moves."""
+    write_results(diagnosis, tmp_path)
+    axis = read_corrected_axis(tmp_path)
+    assert isinstance(axis, TrainAxis) and axis.simulated
+    for name, estimate in diagnosis.verdict.base.items():
+        if name != "noise.sigma":
+            assert abs(axis.posterior.summaries[name].mean - estimate.mean) < estimate.sd
+    assert axis.answer == ("encoder_eccentricity",) and "% sure" in axis.words
+    assert axis.motion["velocity"] == max(np.abs(r.u).max() for r in case.train)
+    values = axis.posterior.draws(5, np.random.default_rng(1))
+    plain = AxisDraws.of_posterior(axis.posterior, values)
+    draws = replace(plain, effect=axis.loop_of(values))
+    controller, reference = Controller("P", 20.0, 0.5), np.linspace(0.0, 3.0, 200)
+    shown = [simulate_loop(one, controller, reference).y for one in (draws, plain)]
+    assert np.abs(shown[0] - shown[1]).max() > 3 * diagnosis.case.model.noise_sigma
+    told = expected_information(axis)
+    (u, *_) = (r.u for r in case.train)
+    still, half, whole = (told.nats(u * share) for share in (0.0, 0.5, 1.0))
+    assert abs(still) < 1e-6 < half < whole and told.narrowing(u) < 0.8
+    assert told.outputs(u).shape[1] == len(u)
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
+from drawn_posterior import posterior_of
 
-from bayes_hw.infer import pilot
-from bayes_hw.infer.inference import infer
-from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -26,15 +23,9 @@ SEED = os.environ.get("BAYES_HW_FUZZ_SEED", "1")
 
 
 @pytest.fixture
-def posterior(
-    small_axis: HammersteinWiener, small_record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Path:
+def posterior(small_axis: HammersteinWiener, small_record: Record, tmp_path: Path) -> Path:
     """A folder with a small posterior.nc and model.json."""
-    monkeypatch.setattr(pilot, "PILOT_STEPS", 20)
-    monkeypatch.setattr(pilot, "TRIAL_PROPOSALS", 256)
-    settings = SamplerSettings(walkers=32, max_steps=50)
-    found = infer(small_axis, [small_record], np.random.default_rng(1), settings=settings)
-    found.posterior.write(tmp_path / "posterior")
+    posterior_of(small_axis).write(tmp_path / "posterior", [small_record])
     small_axis.write(tmp_path / "posterior" / "model.json")
     return tmp_path / "posterior"
 

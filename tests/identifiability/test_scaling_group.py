@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.identifiability.freed_gains import ALL_FREED, ASYMMETRIES, GAIN_POSITIVE, SLOPE, FreedGains
 from bayes_hw.identifiability.scaling_group import (
     GENERATORS,
@@ -14,11 +17,15 @@ from bayes_hw.identifiability.scaling_group import (
     invariants,
     log_monomial,
     monomial,
-    transformed,
 )
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units
+
+
+def transformed(values: FloatArray, names: Sequence[str], a: float, b: float) -> FloatArray:
+    """Values (parameters,) after v -> a v and w -> b w."""
+    return np.asarray(values * np.exp(generators(names) @ np.log([a, b])))
 
 
 @pytest.mark.parametrize("positions", [None, np.array([0.5]), np.array([-0.5])], ids=str)

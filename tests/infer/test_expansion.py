@@ -39,7 +39,7 @@ def test_blocks_are_the_response_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> 
     axis = AxisParameters(MODEL, "all", output_scale=1.0)
     form = axis.modal_form(np.repeat(axis.nominal[:, None], 3, axis=1) * np.array([1.0, 1.001, 0.999]))
     whole = simulate_batch(form, record.u, 2).y
-    blocks = [y.copy() for _, y in streaming.simulated_blocks(form, record.u, 2)]
+    blocks = [y.copy() for _, y in streaming.simulated_blocks(form, record.u, 2, 0.0)]
     assert [y.shape[1] for y in blocks] == [320, 320, 320, 40]
     np.testing.assert_allclose(np.concatenate(blocks, axis=1), whole, rtol=0, atol=1e-12)
 

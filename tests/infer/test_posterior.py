@@ -11,39 +11,14 @@ import numpy as np
 import pytest
 import xarray
 from arviz_stats.base import array_stats
+from drawn_posterior import ENSEMBLES, STEPS, WALKERS, posterior_of
 
 from bayes_hw.errors import InputError
-from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
-from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.infer.posterior import SCHEMA, STORED_DRAWS, Posterior
-from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.record import Record
-
-NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]), np.zeros(3))
-ENSEMBLES, STEPS, WALKERS = 4, 60, 24
-
-
-def posterior_of(
-    model: HammersteinWiener, *, start: np.ndarray | None = None, steps: int = STEPS
-) -> Posterior:
-    """Draws scattered by one per cent about the nominal values."""
-    axis = AxisParameters(model, output_scale=2.0, start_positions=start)
-    sampled = noise_parameters(NOISE, "deg")
-    nominal = np.array([p.nominal for p in (*axis.parameters, *sampled)])
-    rng = np.random.default_rng(1)
-    scatter = rng.standard_normal((ENSEMBLES, steps, WALKERS, len(nominal)))
-    return Posterior(
-        axis=axis,
-        noise_parameters=sampled,
-        values=nominal * (1 + 0.01 * scatter),
-        log_probability=rng.normal(size=(ENSEMBLES, steps, WALKERS)),
-        point_estimate=nominal,
-        converged=False,
-        problems=("too short",),
-        seconds=1.25,
-    )
 
 
 @pytest.fixture(scope="module")

@@ -56,6 +56,17 @@ def test_p_values_of_whiteness_are_uniform() -> None:
     assert stats.kstest(p_values, stats.uniform.cdf).pvalue > 1e-3
 
 
+def test_a_long_autoregression_of_few_numbers_is_tested_as_such() -> None:
+    """Of a walk on white noise: one number was fitted, forty coefficients follow from it."""
+    rng = np.random.default_rng(3)
+    phi = 0.7 ** np.arange(1, 41) * 0.3 / 0.7
+    u = command(4000, rng)
+    e = signal.lfilter([1.0], np.concatenate([[1.0], -phi]), rng.standard_normal(4000))
+    few, many = (examine_residuals([record_of(u)], [e], phi, count).tests[WHITE] for count in (1, 40))
+    assert few.passed and few.p_value > 0.05
+    assert not many.passed
+
+
 def test_too_low_a_noise_order_is_seen_as_correlation_in_time() -> None:
     """AR(2) noise whitened by the best AR(1)."""
     rng = np.random.default_rng(3)

@@ -19,10 +19,9 @@ from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_decision import decide
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
-from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.remainder import Remainder
 
-QUIET = Remainder(0, 1.0, 0.0, NoiseSpectrum(0.0, 0.0, -4.0, -4.0, -11.0, 0.1))
+QUIET = Remainder(0, 0.0)
 
 
 def _case(nats: dict[str, float], effects: tuple[str, ...]) -> JointCase:

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Verdict
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.catalogue import catalogue
@@ -26,7 +26,7 @@ SCHEMA = "bayes-hw/corrected-train/1"
 KEY = "train"
 """What a corrected.json of this kind has and others have not."""
 
-DRAWS_KEPT = 200
+DRAWS_KEPT = 600
 MOST_DRAWS = 10_000
 
 
@@ -38,16 +38,11 @@ class TrainSimulation(NamedTuple):
 
 
 def corrected_train(
-    case: Case,
-    final: Explanation,
-    coordinates: FloatArray,
-    base: Mapping[str, Estimate],
-    parameters: Mapping[str, Estimate],
+    case: Case, final: Explanation, coordinates: FloatArray, verdict: Verdict
 ) -> dict[str, object]:
-    """The content of corrected.json of the explanation `final` of a case.
-
-    `coordinates` (draws, size) are posterior draws, `base` and `parameters` the estimates of the verdict.
-    """
+    """The content of corrected.json of the explanation `final` of a case, with its posterior draws
+    `coordinates` (draws, size)."""
+    base, parameters = verdict.base, verdict.parameters
     hypothesis, values = final.fit.hypothesis, final.fit.values
     chains = ChainBuilder(case.model)
     sigma = base[NOISE_SIGMA].mean if NOISE_SIGMA in base else case.model.noise_sigma
@@ -77,22 +72,35 @@ def corrected_train(
         "scale": asdict(hypothesis.scale),
         "effects": [effect.name for effect in hypothesis.effects],
         "values": values.tolist(),
-        "draws": hypothesis.to_values(coordinates[:DRAWS_KEPT]).tolist(),
+        "draws": hypothesis.to_values(coordinates[_spread(len(coordinates))]).tolist(),
     }
+    found["answer"] = list(verdict.answer)
+    found["probability"] = {label: verdict.probability[label] for label in verdict.answer}
+    found["motion"] = {
+        "velocity": max(float(np.abs(r.u).max()) for r in case.train),
+        "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in case.train),
+        "stroke": [min(float(r.y.min()) for r in case.train), max(float(r.y.max()) for r in case.train)],
+    }
+    found["next_experiment"] = verdict.next_experiment
     return found
+
+
+def _spread(count: int) -> IntArray:
+    """Rows of `count` draws that are kept, evenly over all."""
+    return np.unique(np.linspace(0, count - 1, min(count, DRAWS_KEPT)).astype(np.int64))
 
 
 def simulate_train(data: Mapping[str, Any], u: FloatArray) -> TrainSimulation:
     """Noise-free response of such a corrected.json to a command (samples,) from rest; raises InputError where
     it is not what diagnose writes."""
-    hypothesis, values, _ = _hypothesis(data, u)
+    hypothesis, values, _ = hypothesis_of(data, u)
     ((w, y),) = hypothesis.simulate_signals(values)
     return TrainSimulation(w, y)
 
 
 def predict_train(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean and 94 % band of y (samples,) under a command, parameters and noise both counted."""
-    hypothesis, values, draws = _hypothesis(data, u)
+    hypothesis, values, draws = hypothesis_of(data, u)
     (mean,) = hypothesis.simulate(values)
     spread = np.zeros_like(mean)
     if len(draws) > 1:
@@ -104,8 +112,9 @@ def predict_train(data: Mapping[str, Any], u: FloatArray) -> tuple[FloatArray, F
     return mean, mean - half, mean + half
 
 
-def _hypothesis(data: Mapping[str, Any], u: FloatArray) -> tuple[Hypothesis, FloatArray, FloatArray]:
-    """The hypothesis with its values (size,) and draws (draws, size)."""
+def hypothesis_of(data: Mapping[str, Any], u: FloatArray) -> tuple[Hypothesis, FloatArray, FloatArray]:
+    """The hypothesis on a command (samples,), with its values (size,) and draws (draws, size); raises
+    InputError where `data` is not what diagnose writes."""
     try:
         held = data[KEY]
         scale = held["scale"]

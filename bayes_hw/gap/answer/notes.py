@@ -31,6 +31,8 @@ def starts_disagree(attribution: Attribution) -> bool:
 
 def _of_train(case: Case) -> str:
     """How torques of the effects reach the axis."""
+    if case.model.physical is not None:
+        return "torques act in the drive train that the model states (physical); its G stays as given"
     if ChainBuilder(case.model).reference is not None:
         return (
             "the drive train (motor, spring, load, loop) was read back from the model's G; torques act in it"

@@ -16,6 +16,9 @@ from bayes_hw.gap.search.attribute import Attribution
 MOST_AMOUNTS = 2
 """Parameters of one effect that the sentence tells."""
 
+EXACT = 1e-5
+"""Of a value: a smaller standard deviation is not told."""
+
 DOUBT = (
     "In doubt: of several starts of the fit only one reached its best place, a better one may lie elsewhere, "
     "and all that follows rests on it. "
@@ -68,9 +71,8 @@ def _of_the_gap(diagnosis: Answered) -> str:
         where = BLOCK_WORDS[block_of(label, effects)]
         parts.append(f"{label_words(label)} {where} ({_percent(verdict.probability[label])} sure)")
     named = "it" if len(verdict.answer) == 1 else "them"
-    gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
     said = f"{differ}; what the model lacks is {' and '.join(parts)}"
-    return f"{said}{_amounts(verdict)}. {consequence(gap, gain, named, bool(effects))}"
+    return f"{said}{_amounts(verdict)}. {consequence(gap, named, bool(effects))}"
 
 
 def _amounts(verdict: Verdict) -> str:
@@ -95,11 +97,9 @@ def _entrance(diagnosis: Answered) -> str:
     return f"{found}, where {others} does not." if named and block not in named else f"{found}."
 
 
-def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:
-    """What adding the effects, `named` so, does; `gain` is that of the log-evidence.
-
-    Unless a response is `tracked`, the effects are random, and only what is expected of the records changes.
-    """
+def consequence(gap: Closure, named: str, tracked: bool) -> str:
+    """What adding the effects, `named` so, does. Unless a response is `tracked`, they are random, and only
+    what is expected of the records changes."""
     low, high = gap.closed_hdi94
     if tracked:
         return (
@@ -107,9 +107,9 @@ def consequence(gap: Closure, gain: float, named: str, tracked: bool) -> str:
             "avoidable error on the record held out is gone."
         )
     return (
-        f"No simulation follows {named}: knowing of {named} makes the training records {gain:.0f} nats "
-        f"likelier, and of the avoidable error on the record held out {_share(gap.closed)} % "
-        f"[{_share(low)}, {_share(high)}] go with the model's own numbers."
+        f"No simulation follows {named}: what knowing of {named} improves is the band and the model's own "
+        f"numbers, by which {_share(gap.closed)} % [{_share(low)}, {_share(high)}] of the avoidable error on "
+        "the record held out are gone."
     )
 
 
@@ -122,6 +122,8 @@ def _amount(estimate: Estimate) -> str:
     unit = f" {estimate.unit}" if estimate.unit else ""
     if not estimate.sd > 0 or not math.isfinite(estimate.sd):
         return f"{estimate.mean:.3g}{unit}"
+    if estimate.sd < EXACT * abs(estimate.mean):
+        return f"{estimate.mean:.5g}{unit}"
     place = math.floor(math.log10(estimate.sd))
     if -7 < place < 5:
         decimals = max(0, -place)

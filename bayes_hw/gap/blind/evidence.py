@@ -35,7 +35,6 @@ from bayes_hw.gap.blind.run import (
     run_digest,
     verdict_digest,
 )
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.joint.joint_decision import PART_OF_G
 
 
@@ -241,15 +240,3 @@ def _truth(name: str, files: Mapping[str, str]) -> CaseTruth:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"the truth of {name} is missing or damaged ({error!r})") from None
-
-
-def of_white_choice(evidence: Evidence) -> Evidence:
-    """The same cases as a plain rule would have answered them (`white_choice` of their verdicts)."""
-    plain = []
-    for verdict in evidence.verdicts:
-        labels = verdict.white_choice
-        block = LABEL_BLOCKS.get(labels[0], "") if labels else "none"
-        said = dict.fromkeys(labels or ("none",), 1.0)
-        probability = {label: said.get(label, 0.0) for label in verdict.probability}
-        plain.append(CaseVerdict(labels, probability, block, failed=verdict.failed))
-    return replace(evidence, verdicts=tuple(plain))

@@ -30,11 +30,6 @@ def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
     write_text_atomically(out / EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
 
 
-def read_evidence_of(folder: Path) -> JointEvidence:
-    """OUT/CASE/joint_evidence.json."""
-    return JointEvidence.from_dict(json.loads(read_small_text(folder / EVIDENCE)))
-
-
 def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
     """Diagnose the case in FOLDER as `diagnose_any_case` does; where its train is not read back,
     OUT/given_evidence.json too."""
@@ -45,9 +40,3 @@ def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
     found = any_train.diagnose_case_by_ports(folder, out, seed).found
     evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
     write_text_atomically(out / GIVEN_EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
-
-
-def read_given_evidence_of(folder: Path) -> GivenEvidence | None:
-    """OUT/CASE/given_evidence.json, None where there is none."""
-    path = folder / GIVEN_EVIDENCE
-    return GivenEvidence.from_dict(json.loads(read_small_text(path))) if path.exists() else None

@@ -126,11 +126,15 @@ class Hypothesis:
         dead_zone = self.settings(values, self.chain(values))[S.DEAD_ZONE]
         return [w for w, _ in self.simulate_signals(values)], float(dead_zone)
 
+    def axes(self, values: FloatArray) -> tuple[Sequence[SignalChain], FloatArray]:
+        """The linear blocks at parameter values (n, parameters), and the settings (n, COUNT) of each."""
+        chains = self._chains(values)
+        return chains, np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
+
     def _signals(
         self, values: FloatArray, inputs: Sequence[FloatArray] | None, drift: bool, keep_w: bool
     ) -> list[Signals]:
-        chains = self._chains(values)
-        settings = np.array([self.settings(*pair) for pair in zip(values, chains, strict=True)])
+        chains, settings = self.axes(values)
         if not drift:
             settings[:, [S.DRIFT_RATE, S.DRIFT_SETTLING]] = 0.0
         if inputs is not None:

@@ -5,15 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.answer.corrected_train import KEY
-from bayes_hw.gap.joint.corrected_model import joint_response_of, read_corrected
+from bayes_hw.gap.joint.corrected_model import joint_response_of
 from bayes_hw.gap.joint.effect_loop import EffectLoop
 from bayes_hw.gap.joint.finding import percent, words_of
 from bayes_hw.gap.joint.joint_response import JointResponse
@@ -45,28 +43,8 @@ class CorrectedAxis:
     next_experiment: str
 
     @classmethod
-    def read(cls, folder: Path | str) -> CorrectedAxis | None:
-        """Of a folder that `diagnose` or `report` wrote; None where it holds a sampled posterior or neither.
-
-        Raises InputError where corrected.json is damaged.
-        """
-        path = Path(folder) / CORRECTED
-        if (Path(folder) / SAMPLED).is_file() or not path.is_file():
-            return None
-        data = read_corrected(path)
-        if data is None:
-            raise InputError(f"{path}: damaged or not written by bayes-hw; diagnose again")
-        return cls.of(data)
-
-    @classmethod
     def of(cls, data: Mapping[str, Any]) -> CorrectedAxis:
         """Of the content of corrected.json. Raises InputError where it is not what diagnose writes."""
-        if KEY in data:
-            raise InputError(
-                f"{CORRECTED}: its effects act in the drive train of a given model, which no design "
-                "simulates; diagnose the records without the model (bayes-hw diagnose RECORD... --holdout "
-                "RECORD) and give that folder"
-            )
         response, centre, draws = joint_response_of(data)
         model = HammersteinWiener.from_dict(data)
         values = response.values(centre)

@@ -14,7 +14,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.answer.corrected_train import KEY, TrainSimulation, predict_train, simulate_train
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
-from bayes_hw.gap.joint.effect_form import FORMS, JointScale
+from bayes_hw.gap.joint.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
     JointPosterior,
@@ -24,6 +25,7 @@ from bayes_hw.gap.joint.joint_posterior import (
 from bayes_hw.gap.joint.joint_response import JointResponse, Simulated
 from bayes_hw.gap.joint.joint_values import Effect, Ports
 from bayes_hw.gap.joint.known_input import form_named
+from bayes_hw.gap.joint.observer import unobserved
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -45,7 +47,7 @@ def corrected_model(
     name: str, train: Sequence[Record], posterior: JointPosterior, sigma: float
 ) -> dict[str, object]:
     """The content of corrected.json: a model.json with "effects", and below "joint" what simulates them."""
-    fit = posterior.fit
+    fit, kept_coordinates = unobserved(posterior.fit)
     values = fit.values
     model = model_of(f"{name}, corrected", train, fit, sigma, posterior.sections)
     s = fit.structure
@@ -86,7 +88,7 @@ def corrected_model(
         ],
         "steps": fit.response.steps,
         "coordinates": fit.point.coordinates.tolist(),
-        "draws": posterior.coordinates[:DRAWS_KEPT].tolist(),
+        "draws": posterior.coordinates[:DRAWS_KEPT, kept_coordinates].tolist(),
     }  # fmt: skip
     return found
 
@@ -115,7 +117,7 @@ def model_of(
         known=tuple(
             known_input_of(fit, effect, train[0].known_units.get(effect.form.column, ""))
             for effect in values.effects
-            if effect.form.column
+            if effect.form.is_known_input
         ),
     )
 
@@ -154,7 +156,7 @@ def joint_response_of(data: Mapping[str, Any]) -> tuple[JointResponse, FloatArra
         template = []
         for item in joint["effects"]:
             form = form_named(item["label"], item["form"]) or next(
-                f for f in FORMS if f.label == item["label"] and f.name == item["form"]
+                f for f in GIVEN_FORMS if f.label == item["label"] and f.name == item["form"]
             )
             ports = None
             if form.is_law:

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 
 Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
@@ -18,6 +18,9 @@ TURNS_SEEN = 1.5
 COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
 """Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
 since a period that is off by a turn over the travel shows nothing."""
+
+INNOVATION_COLUMN = "(output)"
+"""What stands for the readings themselves among the columns that an effect acts by."""
 
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
@@ -76,6 +79,10 @@ class Form:
         return self.place == "law"
 
     @property
+    def is_known_input(self) -> bool:
+        return bool(self.column) and self.column != INNOVATION_COLUMN
+
+    @property
     def full_name(self) -> str:
         return f"{self.label} ({self.name})" if self.name else self.label
 
@@ -105,7 +112,7 @@ def _wavenumber(scale: JointScale, row: int) -> Slot:
     return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
 
 
-def _period_wavenumber(scale: JointScale, row: int) -> Slot:
+def period_wavenumber(scale: JointScale, row: int) -> Slot:
     shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
     return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, 2 * np.pi / shortest)
 
@@ -196,7 +203,7 @@ def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> 
 def _second_harmonic() -> Form:
     return Form(
         "torque_ripple", "two harmonics", "law",
-        lambda s: (_period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
+        lambda s: (period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
         lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
         K.RIPPLE, K.BASE_POSITION, further=True,
     )  # fmt: skip
@@ -207,7 +214,7 @@ def _oval() -> Form:
     return Form(
         "encoder_eccentricity", "two harmonics", "output",
         lambda s: (
-            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), _period_wavenumber(s, K.WAVENUMBER),
+            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), period_wavenumber(s, K.WAVENUMBER),
             Slot(K.SINE2, "second_sine"), Slot(K.COSINE2, "second_cosine"),
         ),
         lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.0, 0.0) for p in _turning_or_long(s)],
@@ -219,7 +226,7 @@ def _any_period(scale: JointScale) -> list[float]:
     return [*coarse_periods(scale), *_bending(scale)]
 
 
-def _turning(scale: JointScale) -> list[float]:
+def turning_periods(scale: JointScale) -> list[float]:
     """What a scan found, or long periods seen often enough."""
     return list(scale.periods) or coarse_periods(scale)
 
@@ -266,9 +273,9 @@ FORMS: tuple[Form, ...] = (
         lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
         K.GAP, K.BASE_TWIST,
     ),
-    _ripple("torque_ripple", "", _turning, _period_wavenumber),
+    _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _second_harmonic(),
-    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, _period_wavenumber),
+    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),
     _oval(),
     Form(
         "gain_asymmetry", "", "output",

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import JointScale
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.loop_kernel import limited_commands

@@ -79,7 +79,7 @@ def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
 def noise_screens(fit: JointFit) -> list[NoiseScreen]:
     """Under the noise as fitted and, where that is of a higher order, under one of the first."""
     whiteners = [fit.point.whitener]
-    if fit.point.whitener.order > 1:
+    if fit.noise_order > 1:
         whiteners.append(first_order_noise(fit.point.residuals))
     return [NoiseScreen.of(fit, whitener) for whitener in whiteners]
 
@@ -102,8 +102,8 @@ def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[flo
     direction of motion: a torque's response lags, so that its phase turns round with the speed."""
     values, travel = fit.values, fit.response.scale.travel
     waves = []
-    for number, record in enumerate(fit.response.records):
-        run = fit.response.simulate(values, record.u, record.known)
+    for number in range(len(fit.response.records)):
+        run = fit.response.along(values, number)
         speed = np.gradient(run.w)
         usual = float(np.sqrt(np.mean(speed**2))) or 1.0
         over = 1.0 if fit.response.weights is None else fit.response.weights[number]

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Place
 from bayes_hw.gap.joint.effect_paths import limited_and_gain, through_drive, through_port
 from bayes_hw.gap.joint.error_views import error_over_time, glitches, late_readings, rounding, slow_torque
@@ -79,7 +79,7 @@ def _without(seen: Seen, number: int) -> list[Simulated]:
     response = seen.fit.response
     plain = replace(response, template=kept, weights=None)
     shown = JointValues(values.cascade, kept)
-    return [plain.simulate(shown, record.u, record.known) for record in seen.records]
+    return [plain.along(shown, number) for number in range(len(seen.records))]
 
 
 def _reading_error(

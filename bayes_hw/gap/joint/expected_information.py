@@ -46,7 +46,7 @@ class ExpectedInformation:
 
     def _at_rest(self, u: FloatArray) -> dict[str, FloatArray]:
         """Known inputs that do not change."""
-        return {e.form.column: np.zeros(len(u)) for e in self.axis.response.template if e.form.column}
+        return {e.form.column: np.zeros(len(u)) for e in self.axis.response.template if e.form.is_known_input}
 
     def nats(self, u: FloatArray) -> float:
         """Half the fall of the log-determinant of the covariance of the effects' parameters, noise white."""

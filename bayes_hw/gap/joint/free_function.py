@@ -66,8 +66,8 @@ class Seen:
         return self.fit.response.scale.rate_hz
 
     def runs(self, values: JointValues) -> list[Simulated]:
-        """Simulations of every record."""
-        return [self.fit.response.simulate(values, record.u, record.known) for record in self.records]
+        """The motion along every record, corrected by its readings where the fit is."""
+        return [self.fit.response.along(values, number) for number in range(len(self.records))]
 
     def delayed_commands(self) -> list[FloatArray]:
         """The command (samples,) of every record as G meets it."""

@@ -10,7 +10,6 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_fit import JointFit
@@ -42,7 +41,7 @@ class GivenEvidence:
     @classmethod
     def of(cls, found: JointAnswer, noise: float) -> GivenEvidence:
         """Of a finished search around a model."""
-        return cls(evidence_given(found), residual_rms(found.fit), residual_rms(found.base), noise)
+        return cls(JointEvidence.of(found), residual_rms(found.fit), residual_rms(found.base), noise)
 
     def to_dict(self) -> dict[str, Any]:
         """For a file; a noise that is not stated is null."""
@@ -78,19 +77,6 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     probability["none"] = min(probability["none"], calibration.excess_doubt)
     probability[OTHER] = 1 - calibration.excess_doubt
     return replace(decided, answer=answer, probability=probability, confusable=())
-
-
-def evidence_given(found: JointAnswer) -> JointEvidence:
-    """That of the search, which has weighed wind and walking angles beside all other labels: what is left of
-    the noise speaks for neither again, and the noise of a cause has none that is left."""
-    evidence = JointEvidence.of(found)
-    left = evidence.remainder
-    low = min(left.spectrum.first_order, left.spectrum.white)
-    spectrum = replace(left.spectrum, walk=low, torque=low)
-    fit = found.fit
-    explained = isinstance(fit, GivenFit) and fit.response.cause is not None
-    order, ratio = (1, 1.0) if explained else (left.order, left.ratio)
-    return replace(evidence, remainder=replace(left, spectrum=spectrum, order=order, ratio=ratio))
 
 
 def residual_rms(fit: JointFit) -> float:

@@ -1,32 +1,36 @@
-"""Moves of the search around a given model: laws through the same ports, more delay, a further mode, noise of
-a cause."""
+"""Moves of the search around a given model: laws through the same ports, more delay, a further mode."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.gap.joint.effect_form import FORMS
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.drive_forms import DRIVE_FORMS, GIVEN_FORMS
+from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
+from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.effect_screen import noise_screens
 from bayes_hw.gap.joint.given_model import FURTHER
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
-from bayes_hw.gap.joint.joint_fit import highest
-from bayes_hw.gap.joint.joint_kernel import BASE_POSITION, MODULATED
+from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
-from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.joint_values import JointValues
 
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
-FEW_STARTS, STARTS_KEPT = 3, 3
+FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
+"""Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
+end."""
 
-LIGHT = 0.25
-"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
+PERIODIC = (RIPPLE, MODULATED)
 
-NEARLY_INTEGRAL = 1e-3
+NEARLY_WORTH = 5.0
+"""Nats below its price from which an effect is taken for a trace of something."""
 
 
 def as_given(found: object) -> GivenFit:
@@ -49,24 +53,66 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
     return found
 
 
-def every_law(fit: GivenFit) -> list[GivenFit]:
-    """Of every label that the fit lacks the best law through ports of its own, looking at the states of G.
+def found_something(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
+    """Whether the noise hides something, or a form explains more than its price."""
+    return fit.point.whitener.order > 1 or any(t.score > fit.score - NEARLY_WORTH for t in found)
 
-    All of its starts are followed: neither what a start promises nor a few steps without the states tell
-    which law it is. Laws of the position are left out, their starts are too many.
+
+def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
+    """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
+    own, looking at the states of G.
+
+    All of its starts are begun, and where the noise is of higher order, which may have taken up what they
+    explain, under noise of the first as well: neither what a start promises nor a few steps without the
+    states tell which law it is. Laws that are periodic in position are left out, their starts are too many.
     """
     found: dict[str, list[GivenFit]] = {}
+    for form in forms:
+        if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
+            kind = form.full_name if form.label == OTHER else form.label
+            found.setdefault(kind, []).extend(_law_starts(fit, form))
+    kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
+    kinds.sort(key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
+    return [kind[0] for kind in kinds]
+
+
+def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
+    """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
+    the command, from what the loop lacks of it."""
     last = len(fit.values.effects)
-    for form in FORMS:
-        if not form.is_law or form.further or form.base == BASE_POSITION or form.law == MODULATED:
-            continue
-        if form.label not in fit.labels:
-            starts = [fit.with_effect(form, s).with_signal(last) for s in form.starts(fit.response.scale)]
-            found.setdefault(form.label, []).extend(as_given(s.descended(SECOND_STEPS)) for s in starts)
-    return [
-        best_of([t.descended() for t in sorted(begun, key=lambda t: -t.score)[:STARTS_KEPT]])
-        for begun in found.values()
-    ]
+    starts = [as_given(fit.with_effect(form, s)).with_signal(last) for s in form.starts(fit.response.scale)]
+    if form in DRIVE_FORMS and form.base == BASE_COMMAND:
+        starts += [_lacking(as_given(s)) for s in starts]
+    return [as_given(s) for s in starts]
+
+
+def _lacking(fit: GivenFit) -> GivenFit:
+    """The last law begun from the command less the axis' own speed in units of the command."""
+    values, scale = fit.values, fit.response.scale
+    sections = values.cascade.sections
+    last = values.effects[-1]
+    assert last.ports is not None
+    seen = np.stack([1 - sections[0], -np.ones(sections.shape[1])])
+    ports = replace(
+        last.ports, signal_real=(1 - values.cascade.real[0]) / scale.gain, signal_sections=seen / scale.gain
+    )
+    effects = (*values.effects[:-1], replace(last, ports=ports))
+    return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
+
+
+def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
+    """A few steps from every start, best first."""
+    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
+    if starts[0].point.whitener.order > 1:
+        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
+    return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
+
+
+def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
+    """The best `count` of some that are in order, after more steps, best first."""
+    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
 
 
 def other_laws(fit: GivenFit) -> list[GivenFit]:
@@ -76,8 +122,8 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
         return []
     form, scale = fit.values.effects[last].form, fit.response.scale
     found = []
-    for other in FORMS:
-        if other.is_law and other.base == form.base and other.label not in fit.labels:
+    for other in GIVEN_FORMS:
+        if other.is_law and not other.further and other.base == form.base and other.label not in fit.labels:
             starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
             found.append(as_given(best_of([start.descended(SECOND_STEPS) for start in starts]).descended()))
     return found
@@ -120,24 +166,6 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
             break
         fit = moved
     return fit
-
-
-def slow_causes(fit: GivenFit) -> list[GivenFit]:
-    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
-    white or of the first order."""
-    response = fit.response
-    if response.cause is not None or fit.point.whitener.order <= 1:
-        return []
-    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
-    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
-    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
-    damping = -np.log(pairs).real / np.abs(np.log(pairs))
-    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
-    return [
-        as_given(fit.with_cause(SlowNoise(cause, response.scale.rate_hz, sets)).descended()).with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,11 +10,9 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.given_model import GivenCascade, GivenModel
-from bayes_hw.gap.joint.joint_fit import LABEL_PRICE_NATS, JointFit
+from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
-from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
-from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
 
 DIFFERENCE = 1e-6
@@ -25,13 +23,11 @@ MOST_STEP = 1.0
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GivenResponse(JointResponse):
     """Coordinates: those of `GivenModel.cascade`, then the effects as in `JointResponse`; `part` and
-    `further` say whether a delay and a mode are added to G. The noise is that of the `cause` where there is
-    one."""
+    `further` say whether a delay and a mode are added to G."""
 
     given: GivenModel
     part: bool = False
     further: bool = False
-    cause: SlowNoise | None = None
 
     @cached_property
     def _n_base(self) -> int:
@@ -60,12 +56,6 @@ class GivenResponse(JointResponse):
         found = np.zeros(self.size)
         found[: self._n_base] = self.given.all_sd(self.part, self.further) ** -2.0
         return found
-
-    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
-        """Of the cause, or an autoregression."""
-        if self.cause is None:
-            return Whitener.of_residuals(residuals, most)
-        return self.cause.of(residuals, previous)
 
     def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
         step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
@@ -122,29 +112,14 @@ class GivenFit(JointFit):
     response: GivenResponse
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        return (*self.added, *super().labels)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return (*self.added, *super().names)
-
-    @property
-    def score(self) -> float:
-        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more, and
-        noise of a cause costs what is free of it."""
-        priced = super().score - LABEL_PRICE_NATS * len(self.added)
-        held = len(self.response.given.loose_sd) if self.response.further else 0
-        if self.response.cause is not None:
-            held += self.point.whitener.order - PARAMETERS
-        return priced + 0.5 * held * float(np.log(self.point.samples))
+    def free_count(self) -> int:
+        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        return super().free_count - self.response.further * len(self.response.given.loose_sd)
 
     @property
     def added(self) -> tuple[str, ...]:
         """Labels of what is added to G itself and of the noise's cause."""
-        r = self.response
-        cause = () if r.cause is None else (r.cause.cause,)
-        return (DELAY,) * r.part + (MODE,) * r.further + cause
+        return (DELAY,) * self.response.part + (MODE,) * self.response.further + super().added
 
     def at(
         self, theta: FloatArray, part: bool, further: bool, extra_delay: int, effects: tuple[Effect, ...]
@@ -185,22 +160,10 @@ class GivenFit(JointFit):
             np.concatenate([self.theta, added]), self.response.part, True, self.extra_delay, effects
         )
 
-    def with_cause(self, cause: SlowNoise | None) -> GivenFit:
-        """With noise of a cause, or with a free autoregression again; not descended."""
-        response = replace(self.response, cause=cause)
-        return GivenFit(response, evaluate(response, self.point.coordinates))
-
-    def with_noise_kept(self) -> GivenFit:
-        """The noise of the cause begun where it is now, however its effects change."""
-        cause, whitener = self.response.cause, self.point.whitener
-        if cause is None or not isinstance(whitener, SlowWhitener):
-            return self
-        return replace(self, response=replace(self.response, cause=replace(cause, begun=whitener)))
-
     def without(self, label: str) -> GivenFit:
         """One label fewer, not descended."""
         r, n, effects = self.response, self.response.given.size, self.values.effects
-        if r.cause is not None and label == r.cause.cause:
+        if label in super().added:
             return self.with_cause(None)
         if label == DELAY:
             theta = np.delete(self.theta, n)

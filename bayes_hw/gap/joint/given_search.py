@@ -10,22 +10,25 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import natural_scale
+from bayes_hw.gap.joint.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.given_model import GivenModel
 from bayes_hw.gap.joint.given_moves import (
     as_given,
     best_of,
     every_law,
+    found_something,
     further_modes,
     later,
     other_laws,
     pruned,
-    slow_causes,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates
+from bayes_hw.gap.joint.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.joint_search import (
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,
@@ -65,14 +68,26 @@ LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
 def search_given(
     records: Sequence[Record], model: HammersteinWiener, say: Callable[[str], None] | None = None
 ) -> JointAnswer:
-    """Base, effects one after the other, pruned and verified; raises InputError where G has no ports."""
+    """Base, effects one after the other, pruned and verified, then other labels in place of the strongest;
+    raises InputError where G has no ports."""
     told = say or silent
     base, readings = _begun(records, model)
     told(f"without effects: {described(base)}")
-    fit, base, readings, rivals = _extended(base, readings, told)
-    base, fit, readings = read_again(base, fit, readings, reweighted)
-    fit, nats = _verified(fit, base, VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS, told)
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit))
+    trail = _extended(base, readings, told)
+    base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
+    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
+    fit, nats = _verified(fit, base, asked, told)
+    ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
+    rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
+    best = max(ends, key=lambda label: ends[label].score, default=None)
+    if best is not None and ends[best].score > fit.score:
+        fit = ends[best]
+        told(f"in its place: {described(fit)}")
+        if fit.response.records is base.response.records:
+            fit, nats = _verified(fit, base, asked, told)
+        else:
+            nats = {**{label: n for label, n in nats.items() if label in fit.labels}, OTHER: rivals[OTHER]}
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
 
 
 def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
@@ -160,19 +175,18 @@ def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
 @dataclass(frozen=True, eq=False)
 class _Trail:
     """Where a search ended: its fit, the base and the readings under the last weights, what every label alone
-    reached; `whole` is the base of all samples."""
+    reached and by which fit; `whole` is the base of all samples."""
 
     fit: GivenFit
     base: GivenFit
     whole: GivenFit
     readings: Readings
     rivals: dict[str, float]
+    alone: dict[str, GivenFit]
 
 
-def _extended(
-    base: GivenFit, readings: Readings, say: Callable[[str], None]
-) -> tuple[GivenFit, GivenFit, Readings, dict[str, float]]:
-    """The fit with effects, base and readings under the last weights, what every label alone reached.
+def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) -> _Trail:
+    """Where the search ended: its fit pruned, labels exchanged.
 
     Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
     where such noise is part of the answer, effects are sought without it too.
@@ -188,15 +202,22 @@ def _extended(
     fit, base = exchanged(fit, trail.rivals, say), trail.base
     if fit.response.cause is None and base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
-    return fit, base, trail.readings, trail.rivals
+    return replace(trail, fit=fit, base=base)
 
 
 def _trials(begun: GivenFit) -> list[GivenFit]:
-    """The best explanations with one label more, or with other ports and forms of those present."""
+    """The best explanations with one label more, or with other ports and forms of those present.
+
+    Where the noise is white or of the first order and no form promises anything, no law is begun that looks
+    at the states of G: there is nothing to be found.
+    """
     trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
-        found += with_signals(found) + further_modes(begun) + later(begun) + every_law(begun)
+        found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
+        found += with_signals(found) + further_modes(begun) + later(begun)
+        if found_something(begun, found):
+            found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
         trials += found
     if begun.response.cause is not None and trials:
@@ -207,7 +228,7 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
 def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
     """One label after the other while the score improves; without `causes` the noise has none, and faults of
     the readings are as they were found."""
-    whole, fit, rivals = base, base, dict[str, float]()
+    whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
     steps = 0
     while steps < MOST_STEPS:
@@ -221,11 +242,15 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if fit is base:
             for t in (t for t in trials if len(set(t.labels)) == 1):
                 label = t.labels[0]
-                rivals[label] = max(rivals.get(label, -np.inf), t.score - base.score)
+                if t.score - base.score > rivals.get(label, -np.inf):
+                    rivals[label], alone[label] = t.score - base.score, t
         best = as_given(finer(best_of(trials)))
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        if fit is base and causes and is_shape(base, best):
+            fit = best
+            break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
@@ -247,7 +272,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 finished = False
         if finished:
             break
-    return _Trail(fit, base, whole, readings, rivals)
+    return _Trail(fit, base, whole, readings, rivals, alone)
 
 
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
@@ -266,7 +291,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         trials: list[GivenFit] = []
         for label in dict.fromkeys(fit.labels):
             rest = as_given(fit.without(label).descended())
-            forms = [f for f in FORMS if f.label in near and f.label not in (label, *rest.labels)]
+            forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]
             found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
             trials += [t for t in found if label not in t.labels]

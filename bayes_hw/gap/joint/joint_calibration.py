@@ -27,7 +27,8 @@ class JointCalibration:
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
     more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
     many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
-    Of two labels the odds are e for every `nats_between` that one explains more in place of the other.
+    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, of two
+    causes of the noise, whose likelihoods are exact, for every `nats_between_causes`.
     """
 
     doubt: float
@@ -43,6 +44,7 @@ class JointCalibration:
     nats_nearly_found: float
     nats_of_gap: float
     nats_between: float
+    nats_between_causes: float
 
     def sure(self, nats: float, floor: float) -> float:
         """Probability of a label of so many nats, its doubt at least `floor`."""

@@ -13,22 +13,22 @@ from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.slow_noise import WALK, WIND
 
 COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
-TORQUE_NATS = 40.0
 AS_GOOD = 15.0
-"""Nats within which another spectrum of the noise, or a rival label, explains the records as well."""
+"""Nats within which a rival label explains the records as well."""
+
+LEAST_SHARE = 0.05
+"""Of the probability of two labels: a rival that has less is not confusable with the other."""
+
+MIMIC_COLOUR = {"encoder_quantization", "timing_jitter"}
+"""Faults of the readings whose errors follow each other."""
 
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
-
-GAUSSIAN = 0.6
-"""Largest excess kurtosis of the innovations of wind or of an angle that walks: neither jumps."""
-
-COARSE_RATIO = 1.5
-"""Root mean square residual over innovations, beside a label, from which something else is said to remain."""
 
 MOST_NAMED = 2
 SMALL = 0.002
@@ -39,6 +39,9 @@ NEAR = 0.7
 """Share of the answer's nats that a form without a name, not followed to the end, earns alone, from which
 `other` is not ruled out; and one with a name, beside an answer without."""
 
+
+OTHER_CAUSE = {WIND: WALK, WALK: WIND}
+"""Of slow noise."""
 
 PART_OF_G = ("transport_delay", "unmodelled_mode")
 """Without a model they are no gap."""
@@ -71,12 +74,8 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif not evidence.keys() & {"encoder_quantization", "timing_jitter"}:
-        cause, nats = cause_of_remainder(found)
-        if cause == OTHER:
-            remains = max(remains, nats)
-        elif cause is not None:
-            evidence.setdefault(cause, nats)
+    elif not (found.nats or evidence.keys() & MIMIC_COLOUR) and found.remainder.coloured > COLOURED_NATS:
+        remains = max(remains, found.remainder.coloured)
     # What the readings themselves show needs no model, so it comes first.
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
@@ -86,30 +85,14 @@ def decide(
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
     confusable = []
     for named, rival, lead in contests(found, answer):
-        if lead < AS_GOOD:
+        causes = OTHER_CAUSE.get(named) == rival
+        nats = calibration.nats_between_causes if causes else calibration.nats_between
+        share = 1 / (1 + float(np.exp(-lead / nats)))
+        if lead < AS_GOOD and 1 - share > LEAST_SHARE:
             confusable.append((named, rival))
         together = probability[named] + probability[rival]
-        probability[named] = together / (1 + float(np.exp(-lead / calibration.nats_between)))
-        probability[rival] = together - probability[named]
+        probability[named], probability[rival] = share * together, (1 - share) * together
     return JointDecision(answer, probability, tuple(confusable))
-
-
-def cause_of_remainder(found: JointEvidence) -> tuple[str | None, float]:
-    """Wind, an angle that walks, or something without a name in the noise that is left, with its nats."""
-    left, spectrum = found.remainder, found.remainder.spectrum
-    if found.nats and left.ratio < COARSE_RATIO:
-        return None, 0.0
-    closest = max(spectrum.autoregression, spectrum.first_order)
-    plain = max(spectrum.first_order, spectrum.white)
-    slow, walk = spectrum.torque - plain, spectrum.walk - plain
-    if left.kurtosis < GAUSSIAN:
-        if walk > TORQUE_NATS and spectrum.walk > max(closest - AS_GOOD, spectrum.torque):
-            return "sensor_drift", walk
-        if slow > TORQUE_NATS and spectrum.torque > closest - AS_GOOD:
-            return "wind", slow
-    coloured = spectrum.autoregression - spectrum.first_order
-    strongest = max(coloured, slow, walk)
-    return (OTHER, strongest) if left.order > 1 and strongest > COLOURED_NATS else (None, 0.0)
 
 
 def _probabilities(
@@ -168,25 +151,23 @@ def _probabilities(
 
 def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
     """Labels of the answer, rivals in place of each, and the nats by which it leads: of effects, rivals that
-    were followed to the end, and beside a single one those whose own best explanation is as good; of slow
-    noise, wind and a walk of nearly the same spectrum."""
-    slow = ("wind", "sensor_drift")
-    spectrum = found.remainder.spectrum
-    if answer in ((slow[0],), (slow[1],)) and answer[0] not in found.nats:
-        lead = abs(spectrum.torque - spectrum.walk)
-        return [(answer[0], slow[answer[0] == slow[0]], lead)] if lead < AS_GOOD else []
+    were followed to the end, and beside a single one those whose own best explanation is as good. Causes of
+    the noise are rivals of each other."""
     named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
     if named is None or named not in answer:
         return []
     own = found.own if named in found.followed else max(found.rivals.get(named, 0.0), found.own)
     alone = len(found.labels) == 1 and len(answer) == 1
-    return [
-        (named, label, own - nats)
+    rivals = {
+        label: nats
         for label, nats in found.rivals.items()
         if label not in found.labels
         and nats > 0
         and (label in found.followed or (alone and label != OTHER and nats > own - AS_GOOD))
-    ]
+    }
+    caused = {label: OTHER_CAUSE[label] for label in rivals if OTHER_CAUSE.get(label) in found.labels}
+    instead_of = {label: caused.get(label, named) for label in rivals}
+    return [(instead_of[x], x, own - nats) for x, nats in rivals.items() if instead_of[x] in answer]
 
 
 def rivals_of(found: JointAnswer, decision: JointDecision) -> list[tuple[JointFit, float]]:

@@ -25,6 +25,7 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.free_shape import ShapedFit
 from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.given_posterior import laplace_given
@@ -59,8 +60,10 @@ from bayes_hw.gap.joint.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.known_verdict import known_verdict
+from bayes_hw.gap.joint.observer import unobserved
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.starts import Starts
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
@@ -77,7 +80,7 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
-or where something without a name remains."""
+where something without a name remains, or where an observer makes up for what a law lacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +150,7 @@ def diagnose_records(
             found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
-        fit = found.base if unnamed else found.fit
+        fit = found.base if unnamed and not isinstance(found.fit, ShapedFit) else found.fit
         poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
         if isinstance(fit, GivenFit):
             inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
@@ -157,7 +160,7 @@ def diagnose_records(
             if samples > MOST_SAMPLES:
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
-            inflation = OF_ROUNDED if poorly else INFLATION
+            inflation = OF_ROUNDED if poorly or fit.observer is not None else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         return _finished(
@@ -168,7 +171,7 @@ def diagnose_records(
 
 def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
     """Standard deviation of the encoder's noise, output units, as far as the fit tells: noise of higher order
-    than one is of the motion."""
+    than one is of the motion, but for what is not of its cause."""
     answer = set(decision.answer)
     moves = (
         found.remainder.order > 1
@@ -176,7 +179,9 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
         or (OTHER in answer and OTHER not in fit.labels)
         or walks(fit, decision.answer)
     )
-    sigma = innovation_sigma(fit) if moves else fit.point.rms
+    sigma, whitener = innovation_sigma(fit) if moves else fit.point.rms, fit.point.whitener
+    if moves and isinstance(whitener, SlowWhitener):
+        sigma = whitener.of_readings(sigma)
     if "encoder_quantization" in answer and found.readings.step is not None:
         sigma = max(
             float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, 0.0))), 0.15 * found.readings.step
@@ -185,11 +190,13 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
 
 
 def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
-    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it."""
+    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it, and
+    innovations of motion that is followed have a part of it."""
     answer = set(decision.answer)
     if "encoder_quantization" in answer:
         return 0.4
-    return DOUBT if found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
+    followed = found.fit.observer is not None
+    return DOUBT if followed or found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
 
 
 def _finished(
@@ -246,6 +253,9 @@ def _finished(
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
     half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
+    if fit.observer is not None:
+        # No simulation follows the motion, whatever the parameters: as far off as on the training records.
+        half = np.maximum(half, NORMAL_HALF_WIDTH * spread(unobserved(fit)[0]))
     estimates = {n: Estimate.of(d, posterior.units.get(n, "")) for n, d in posterior.base.items()}
     estimates[NOISE_SIGMA] = Estimate.log_normal(sigma, noise_error / sigma, units.output)
     parameters = {

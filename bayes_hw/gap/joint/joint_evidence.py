@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from bayes_hw.gap.joint.joint_search import JointAnswer
-from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.remainder import Remainder
-
-REMAINS = [each.name for each in fields(Remainder)]
 
 
 @dataclass(frozen=True)
@@ -48,15 +45,12 @@ class JointEvidence:
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> JointEvidence:
         """As `to_dict` gives it."""
-        left = content["remainder"]
         return cls(
             content["nats"],
             content["reading_nats"],
             content["rivals"],
             float(content["own"]),
             tuple(content["labels"]),
-            Remainder(
-                **{name: left[name] for name in REMAINS} | {"spectrum": NoiseSpectrum(**left["spectrum"])}
-            ),
+            Remainder(**content["remainder"]),
             tuple(content.get("followed", ())),
         )

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Self, TypeVar
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
@@ -59,25 +62,49 @@ class JointFit:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Of the catalogue; known inputs, which come first among the effects, have none."""
+        """Of the catalogue, the noise's cause first; known inputs and an observer, which come first among
+        the effects, have none."""
+        return (*self.added, *self.effect_labels)
+
+    @property
+    def effect_labels(self) -> tuple[str, ...]:
+        """Of the template."""
         return tuple(effect.form.label for effect in self.response.template if not effect.form.column)
 
     @property
-    def known_count(self) -> int:
-        """How many of the effects are known inputs."""
-        return len(self.response.template) - len(self.labels)
+    def added(self) -> tuple[str, ...]:
+        """Labels that are no effects of the template: the cause of the noise."""
+        return () if self.response.cause is None else (self.response.cause.cause,)
 
     @property
-    def numbers(self) -> range:
-        """Where the effects of `labels` stand."""
-        return range(self.known_count, len(self.response.template))
+    def known_count(self) -> int:
+        """How many of the effects are known inputs, an observer counted; they come first."""
+        return sum(bool(effect.form.column) for effect in self.response.template)
+
+    @property
+    def observer(self) -> int | None:
+        """Where among the effects the observer stands, if the fit is in observer form."""
+        laws = [effect.form.law for effect in self.response.template]
+        return laws.index(K.INNOVATION) if K.INNOVATION in laws else None
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(
+        effects = (
             effect.form.full_name + ("+" if effect.ports is not None and effect.ports.signal else "")
             for effect in self.response.template
         )
+        return (*self.added, *effects)
+
+    @property
+    def noise_order(self) -> int:
+        """Of the noise without a cause; what a cause explains has the encoder's own left, of the first."""
+        return self.point.whitener.order if self.response.cause is None else 1
+
+    @property
+    def free_count(self) -> int:
+        """How many numbers were fitted; noise of a cause has few that are free."""
+        noise = self.point.whitener.order if self.response.cause is None else PARAMETERS
+        return self.response.size + noise + 1 + self.taken
 
     @property
     def log_likelihood(self) -> float:
@@ -88,25 +115,24 @@ class JointFit:
     @property
     def score(self) -> float:
         """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
-        size = self.response.size + self.point.whitener.order + 1 + self.taken
-        price = 0.5 * size * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * len(
-            self.response.template
-        )
+        labels = len(self.response.template) + len(self.added)
+        price = 0.5 * self.free_count * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * labels
         return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
 
-    def descended(self, steps: int = FULL_STEPS) -> JointFit:
+    def descended(self, steps: int = FULL_STEPS) -> Self:
         """After at most `steps` steps."""
         if self.point.converged:
             return self
         return replace(self, point=descend(self.response, self.point, steps))
 
-    def descended_under(self, order: int, steps: int) -> JointFit:
+    def descended_under(self, order: int, steps: int) -> Self:
         """After at most `steps` steps under noise of a held order, free again at the end."""
         return replace(self, point=descend(self.response, self.point, steps, order))
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        steps = self.response.steps if any(e.ports is not None for e in values.effects) else 1
+        laws = any(e.ports is not None and not e.form.column for e in values.effects)
+        steps = self.response.steps if laws else 1
         response = replace(self.response, structure=structure, template=values.effects, steps=steps)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)
@@ -128,10 +154,30 @@ class JointFit:
         values = JointValues(larger.values.cascade, ordered)
         return larger.moved(self.structure, values, self.point.whitener)
 
-    def without_effect(self, number: int) -> JointFit:
-        """One effect fewer."""
+    def with_cause(self, cause: SlowNoise | None) -> Self:
+        """With noise of a cause, or with a free autoregression again; not descended."""
+        response = replace(self.response, cause=cause)
+        return replace(self, response=response, point=evaluate(response, self.point.coordinates))
+
+    def with_noise_kept(self) -> Self:
+        """The noise of the cause begun where it is now, however its effects change."""
+        cause, whitener = self.response.cause, self.point.whitener
+        if cause is None or not isinstance(whitener, SlowWhitener):
+            return self
+        return replace(self, response=replace(self.response, cause=replace(cause, begun=whitener)))
+
+    def without(self, label: str) -> JointFit:
+        """One label fewer, not descended."""
+        if label in self.added:
+            return self.with_cause(None)
         values = self.values
-        kept = tuple(e for i, e in enumerate(values.effects) if i != number)
+        kept = tuple(e for e in values.effects if e.form.label != label)
+        return self.moved(self.structure, JointValues(values.cascade, kept))
+
+    def without_observer(self) -> JointFit:
+        """As a simulation that no reading corrects, not descended."""
+        values = self.values
+        kept = tuple(e for e in values.effects if e.form.law != K.INNOVATION)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
     def with_signal(self, number: int) -> JointFit:
@@ -225,6 +271,9 @@ class JointFit:
         values = self.values
         structure, cascade = advanced(self.structure, values.cascade)
         return self.moved(structure, JointValues(cascade, values.effects))
+
+
+AnyFit = TypeVar("AnyFit", bound=JointFit)
 
 
 def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:

@@ -20,14 +20,41 @@ import math
 import numpy as np
 from numba import njit
 
-EARLY_RATE, LATE_RATE, LIMIT_SINE, LIMIT_COSINE, LIMIT_WAVENUMBER, LIMIT_SLOPE = range(6)
-BIAS, CHANGE, WARMING, EVEN_CURVE, ODD_CURVE = range(6, 11)
-INPUTS = 11
-PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTLING_TIME = range(10)
-OUTPUTS = 10
-COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG, SLIP = range(11)
-BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
-THETAS = 3
+from bayes_hw.gap.joint.effect_codes import (
+    BASE_COMMAND,
+    BASE_SPEED,
+    BASE_TWIST,
+    BASE_TWIST_RATE,
+    BIAS,
+    BRISTLE,
+    CHANGE,
+    COSINE,
+    COSINE2,
+    COULOMB,
+    EARLY_RATE,
+    EVEN_CURVE,
+    INNOVATION,
+    KNOWN,
+    LATE_RATE,
+    LIMIT_COSINE,
+    LIMIT_SINE,
+    LIMIT_SLOPE,
+    LIMIT_WAVENUMBER,
+    LOG_RATIO,
+    ODD_CURVE,
+    PLAY,
+    RATE,
+    SETTLING,
+    SETTLING_TIME,
+    SINE,
+    SINE2,
+    SLIP,
+    STRIBECK,
+    WARMING,
+    WAVENUMBER,
+)
+from bayes_hw.gap.joint.law_kernel import held_back, law_of, torque_of_memory
+from bayes_hw.gap.joint.ramp_kernel import ramped, ramped_within
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -40,18 +67,20 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
     are held; poles, weights and ports are those of a step, all else is stated in samples.
 
-    `u` (samples,): the delayed command; `static` (3,): limits and half width; `inputs` (11,) and `outputs`
-    (10,) as named above, rates as samples per unit, times in samples; `real` (2, n): poles and residues;
-    `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections` (j, 2, n),
-    `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the torque `forced`
-    and its derivative by the lag `forced_by_lag` (j, samples). The arrays c_... hold the column of
-    each parameter or -1. `work` (rows, columns) is scratch of 7 + real poles + 2 sections + 4 laws rows.
-    Written: v, w, y, dy/dw (samples,), every law's torque and signal (j, samples), and `rows` (columns,
-    samples), the tangents of y.
+    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (11,) and `outputs`
+    (10,) as `effect_codes` numbers them, rates as samples per unit, times in samples; `real` (2, n): poles
+    and residues; `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections`
+    (j, 2, n), `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the
+    torque `forced` and its derivative by the lag `forced_by_lag` (j, samples). An INNOVATION is a torque of
+    what was measured, `forced`, less y, times `forced_by_lag`: zero in the dead zone, where y tells nothing
+    of w, and growing over `edge` beyond it. The arrays c_... hold the column of each parameter or -1. `work`
+    (rows, columns) is scratch of 7 + real poles + 2 sections + 4 laws rows.
+    Written: v, w, dy/dw (samples,), every law's torque and signal (j, samples); added to what known inputs
+    do to the readings: y (samples,) and `rows` (columns, samples), the tangents of y.
     """
     work[:, :] = 0.0
     n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
-    lower, upper, half_width = static
+    lower, upper, half_width, edge = static
     d_v, d_w, d_w1, d_early, d_late, d_out, d_i = (
         work[0], work[1], work[2], work[3], work[4], work[5], work[6],
     )  # fmt: skip
@@ -118,7 +147,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         lowest, highest = lower * factor, upper * factor
         if has_early:
             limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
-                _ramped_within(asked, early, inputs[EARLY_RATE] * steps, lowest, highest)
+                ramped_within(asked, early, inputs[EARLY_RATE] * steps, lowest, highest)
             )
             by_rate *= steps
             end_by_rate *= steps
@@ -157,7 +186,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_v[c_inputs[LIMIT_SLOPE]] += by_factor * w
         v = limited
         if has_late:
-            v, late_end, by_rate, by_before, end_by_rate, end_by_before = _ramped(
+            v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(
                 limited, late, inputs[LATE_RATE] * steps
             )
             by_rate *= steps
@@ -194,6 +223,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             d_v[c_inputs[BIAS]] += 1.0
         # Torques.
         for j in range(n_laws):
+            if laws[j] == INNOVATION:
+                continue
             d_q, d_tau, d_z = work[at_q + j], work[at_tau + j], work[at_memory + j]
             base = bases[j]
             if base == BASE_COMMAND:
@@ -287,134 +318,44 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                         d_q[c_signal_sections[j, 0, i]] += x1[i]
                         d_q[c_signal_sections[j, 1, i]] += x2[i]
             t0, t1, t2 = thetas[j, 0], thetas[j, 1], thetas[j, 2]
-            g0 = g1 = g2 = by_q = by_w = 0.0
-            tau, by_z = 0.0, 0.0
-            law = laws[j]
-            by_own = 0.0
-            if law in (COULOMB, STRIBECK) and base == BASE_SPEED:
+            law, friction = laws[j], laws[j] in (COULOMB, STRIBECK) and base == BASE_SPEED
+            by_w = by_z = by_own = 0.0
+            if law == KNOWN:
+                tau, by_q, g0, g1, g2 = forced[j, sample], 0.0, forced_by_lag[j, sample], 0.0, 0.0
+            elif friction:
                 own = direct[j, 0]
                 for i in range(n_real):
                     own += port_real[j, i]
                 for i in range(n_sections):
                     own += port_sections[j, 0, i]
-                width = t0 + max(own * steps, 0.0)
-                most, most_by_q, bell = 1.0, 0.0, 0.0
-                if law == STRIBECK:
-                    bell = math.exp(-((q / t2) ** 2))
-                    most += t1 * bell
-                    most_by_q = -2 * q / t2**2 * t1 * bell
-                tau = -q / width
-                if abs(tau) <= most:
-                    by_q, g0 = -1 / width, q / width**2
-                    by_own = g0 * steps if own > 0.0 else 0.0
-                else:
-                    sign = 1.0 if q > 0 else -1.0
-                    tau, by_q = -sign * most, -sign * most_by_q
-                    g1 = -sign * bell
-                    g2 = -sign * t1 * bell * 2 * q * q / t2**3
-            elif law in (COULOMB, STRIBECK):
-                t = math.tanh(q / t0)
-                slope = (1.0 - t * t) / t0
-                bell, bell_by_q, bell_by_width = 0.0, 0.0, 0.0
-                if law == STRIBECK:
-                    bell = math.exp(-((q / t2) ** 2))
-                    bell_by_q = -2 * q / t2**2 * bell
-                    bell_by_width = 2 * q * q / t2**3 * bell
-                tau = -t * (1 + t1 * bell)
-                by_q = -slope * (1 + t1 * bell) - t * t1 * bell_by_q
-                g0 = slope * q / t0 * (1 + t1 * bell)
-                g1 = -t * bell
-                g2 = -t * t1 * bell_by_width
-            elif law == BRISTLE:
-                sign = 1.0 if q >= 0 else -1.0
-                path = abs(q) * share
-                decay_z = math.exp(-path / t0)
-                rest = (memory[j] - sign) * decay_z
-                memory[j] = sign + rest
-                tau = -memory[j]
-                by_z = decay_z
-                by_q = -rest * sign * share / t0
-                g0 = -rest * path / t0**2
-            elif law == SLIP:
-                # What slipped follows the twist beyond what grips, like play.
-                by_z = 1.0
-                if q - t0 > memory[j]:
-                    memory[j], by_q, by_z, g0 = q - t0, 1.0, 0.0, -1.0
-                elif q + t0 < memory[j]:
-                    memory[j], by_q, by_z, g0 = q + t0, 1.0, 0.0, 1.0
-                tau = memory[j] / t0
-            elif law == RIPPLE:
-                s = math.sin(t0 * q + t1)
-                s2 = math.sin(2 * t0 * q + t1)
-                tau = s + t2 * s2 - (1 + t2) * math.sin(t1)
-                co, co2 = math.cos(t0 * q + t1), math.cos(2 * t0 * q + t1)
-                by_q = t0 * (co + 2 * t2 * co2)
-                g0 = q * (co + 2 * t2 * co2)
-                g1 = co + t2 * co2 - (1 + t2) * math.cos(t1)
-                g2 = s2 - math.sin(t1)
-            elif law == CUBIC:
-                r = q / t0
-                below = 1 + t1 * r * r
-                tau = r**3 / below
-                by_q = (3 * r * r / below - r**3 * 2 * t1 * r / below**2) / t0
-                g0 = -by_q * r
-                g1 = -(r**5) / below**2
-            elif law == GAP:
-                r = q / t0
-                if abs(r) < 1.0:
-                    tau, by_q, g0 = -r, -1 / t0, r / t0
-                else:
-                    tau = -1.0 if r > 0 else 1.0
-            elif law == EXCESS:
-                r = q / t0
-                if r > 1.0:
-                    tau, by_q, g0 = 1.0 - r, -1 / t0, r / t0
-                elif r < -1.0:
-                    tau, by_q, g0 = -1.0 - r, -1 / t0, r / t0
-            elif law == KNOWN:
-                tau, g0 = forced[j, sample], forced_by_lag[j, sample]
-            elif law == MODULATED:
-                by_q = math.sin(t0 * w + t1)
-                turned = q * math.cos(t0 * w + t1)
-                tau = q * by_q
-                by_w, g0, g1 = t0 * turned, w * turned, turned
-            elif law == DRAG:
-                r = q / t0
-                tau, by_q, g0 = -r * abs(r), -2 * abs(r) / t0, 2 * r * abs(r) / t0
+                tau, by_q, by_own, g0, g1, g2 = held_back(q, own * steps, t0, t1, t2, law == STRIBECK)
+                by_own *= steps
+            else:
+                tau, memory[j], by_q, by_w, g0, g1, g2, by_z = law_of(law, q, w, t0, t1, t2, memory[j], share)
             taus[j] = tau
             if at_sample:
                 tau_out[j, sample], q_out[j, sample] = tau, q
-            if law == BRISTLE:
+            d_changed = d_z if law in (BRISTLE, SLIP) else d_tau
+            for c in range(columns):
+                d_changed[c] = by_z * d_changed[c] + by_q * d_q[c] + by_w * d_w[c]
+            if c_thetas[j, 0] >= 0:
+                d_changed[c_thetas[j, 0]] += g0
+            if c_thetas[j, 1] >= 0:
+                d_changed[c_thetas[j, 1]] += g1
+            if c_thetas[j, 2] >= 0:
+                d_changed[c_thetas[j, 2]] += g2
+            if law in (BRISTLE, SLIP):
+                by_z, g0 = torque_of_memory(law, memory[j], t0)
                 for c in range(columns):
-                    d_z[c] = by_z * d_z[c] + by_q * d_q[c]
-                if c_thetas[j, 0] >= 0:
-                    d_z[c_thetas[j, 0]] -= g0
-                for c in range(columns):
-                    d_tau[c] = -d_z[c]
-            elif law == SLIP:
-                for c in range(columns):
-                    d_z[c] = by_z * d_z[c] + by_q * d_q[c]
-                if c_thetas[j, 0] >= 0:
-                    d_z[c_thetas[j, 0]] += g0
-                for c in range(columns):
-                    d_tau[c] = d_z[c] / t0
-                if c_thetas[j, 0] >= 0:
-                    d_tau[c_thetas[j, 0]] -= tau / t0
-            else:
-                for c in range(columns):
-                    d_tau[c] = by_q * d_q[c] + by_w * d_w[c]
+                    d_tau[c] = by_z * d_z[c]
                 if c_thetas[j, 0] >= 0:
                     d_tau[c_thetas[j, 0]] += g0
-                if c_thetas[j, 1] >= 0:
-                    d_tau[c_thetas[j, 1]] += g1
-                if c_thetas[j, 2] >= 0:
-                    d_tau[c_thetas[j, 2]] += g2
-                if by_own != 0.0 and c_direct[j, 0] >= 0:
-                    d_tau[c_direct[j, 0]] += by_own
-                    for i in range(n_real):
-                        d_tau[c_port_real[j, i]] += by_own
-                    for i in range(n_sections):
-                        d_tau[c_port_sections[j, 0, i]] += by_own
+            elif by_own != 0.0 and c_direct[j, 0] >= 0:
+                d_tau[c_direct[j, 0]] += by_own
+                for i in range(n_real):
+                    d_tau[c_port_real[j, i]] += by_own
+                for i in range(n_sections):
+                    d_tau[c_port_sections[j, 0, i]] += by_own
         # The output.
         if has_play:
             play = outputs[PLAY]
@@ -435,12 +376,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             for c in range(columns):
                 d_out[c] = d_w[c]
         if at_sample:
-            y, slope_y, by_half, by_ratio = 0.0, 0.0, 0.0, 0.0
+            y, slope_y, by_half, by_ratio = y_out[sample], 0.0, 0.0, 0.0
             if out > half_width:
-                y = ratio * (out - half_width)
-                slope_y, by_half, by_ratio = ratio, -ratio, y
+                slope_y, by_half, by_ratio = ratio, -ratio, ratio * (out - half_width)
+                y += by_ratio
             elif out < -half_width:
-                y = out + half_width
+                y += out + half_width
                 slope_y, by_half = 1.0, 1.0
             if has_wave:
                 s, co = math.sin(wave * out), math.cos(wave * out)
@@ -463,7 +404,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 decay = math.exp(-k / outputs[SETTLING_TIME])
                 y += outputs[SETTLING] * (1 - decay)
             for c in range(columns):
-                rows[c, sample] = slope_y * d_out[c]
+                rows[c, sample] += slope_y * d_out[c]
             if columns > 0:
                 if c_static[2] >= 0:
                     rows[c_static[2], sample] += by_half
@@ -486,6 +427,24 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     rows[c_outputs[SETTLING_TIME], sample] -= (
                         outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
                     )
+            # What the encoder shows beyond that.
+            for j in range(n_laws):
+                if laws[j] != INNOVATION:
+                    continue
+                e = forced[j, sample] - y
+                outside, direction = 1.0, 0.0
+                if half_width > 0.0:
+                    outside = min(max((abs(out) - half_width) / edge, 0.0), 1.0)
+                    if 0.0 < outside < 1.0:
+                        direction = 1.0 if out > 0.0 else -1.0
+                trust = forced_by_lag[j, sample]
+                taus[j] = trust * outside * e
+                d_tau, by_out = work[at_tau + j], trust * direction * e / edge
+                for c in range(columns):
+                    d_tau[c] = by_out * d_out[c] - trust * outside * rows[c, sample]
+                if c_static[2] >= 0:
+                    d_tau[c_static[2]] -= trust * abs(direction) * e / edge
+                tau_out[j, sample] = q_out[j, sample] = taus[j]
             w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
             v_out[sample] = 0.0
         v_out[sample] += v * share
@@ -561,71 +520,3 @@ def own_difference(a1, a2, power):  # type: ignore[no-untyped-def]
         e1 * (a1 - 1) - e2 * a2, e1 - e2,
         3 * (a1 - 1) ** 2 - 2 * a2, 2 * a1 - 3, 3 - 2 * a1, -1.0,
     )  # fmt: skip
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ramped(target, before, slowness):  # type: ignore[no-untyped-def]
-    """Mean of a ramp from `before` towards `target` over one sample and its value at the end, with their
-    derivatives by the slowness (samples per unit) and by the value before."""
-    step = target - before
-    size = abs(step)
-    if size * slowness <= 1.0:
-        lost = step * size * slowness / 2
-        return target - lost, target, -step * size / 2, size * slowness, 0.0, 0.0
-    sign = 1.0 if step > 0 else -1.0
-    reach = sign / slowness
-    by_slowness = -sign / slowness**2
-    return before + reach / 2, before + reach, by_slowness / 2, 1.0, by_slowness, 1.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ramped_within(target, before, slowness, lowest, highest):  # type: ignore[no-untyped-def]
-    """Mean over one sample of a ramp from `before` towards `target` that is limited behind, its derivatives
-    by both limits, by the slowness (samples per unit) and by the value before; the ramp's value at the end
-    and its derivatives by the slowness and the value before."""
-    step = target - before
-    size = abs(step)
-    sign = 1.0 if step > 0 else -1.0
-    if size * slowness <= 1.0:
-        end, ramping, reach = target, size * slowness, step
-        end_by_rate, end_by_before = 0.0, 0.0
-    else:
-        reach = sign / slowness
-        end, ramping = before + reach, 1.0
-        end_by_rate, end_by_before = -sign / slowness**2, 1.0
-    if lowest <= min(before, end) and max(before, end) <= highest:
-        mean, by_rate, by_before = end - ramping * reach / 2, end_by_rate / 2, 1.0
-        if end == target:
-            by_rate, by_before = -step * size / 2, size * slowness
-        return mean, 0.0, 0.0, by_rate, by_before, end, end_by_rate, end_by_before
-    first, first_by_lowest, first_by_highest = _limited_integral(before, lowest, highest)
-    last, last_by_lowest, last_by_highest = _limited_integral(end, lowest, highest)
-    held = min(max(end, lowest), highest)
-    begun = min(max(before, lowest), highest)
-    if end == target:
-        per = sign * slowness
-        mean = per * (last - first) + (1 - ramping) * held
-        by_rate = sign * (last - first) - size * held
-        by_before = per * (held - begun)
-    else:
-        per = 1 / reach
-        mean = per * (last - first)
-        by_rate = (held * per - mean * per) * end_by_rate
-        by_before = per * (held - begun)
-    by_lowest = per * (last_by_lowest - first_by_lowest)
-    by_highest = per * (last_by_highest - first_by_highest)
-    if end < lowest:
-        by_lowest += 1 - ramping
-    elif end > highest:
-        by_highest += 1 - ramping
-    return mean, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _limited_integral(x, lowest, highest):  # type: ignore[no-untyped-def]
-    """Antiderivative at x of the limiter, and its derivatives by both limits."""
-    if x > highest:
-        return highest * x - highest**2 / 2, 0.0, x - highest
-    if x < lowest:
-        return lowest * x - lowest**2 / 2, x - lowest, 0.0
-    return x * x / 2, 0.0, 0.0

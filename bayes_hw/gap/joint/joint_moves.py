@@ -8,8 +8,9 @@ import numpy as np
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
-from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit, highest
 from bayes_hw.gap.joint.joint_values import Effect
+from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 
@@ -24,6 +25,11 @@ test hides nothing."""
 
 REGROWTHS = 4
 SLACK_NATS = 0.5
+
+LIGHT = 0.25
+"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
+
+NEARLY_INTEGRAL = 1e-3
 
 
 def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
@@ -44,14 +50,14 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
         and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
     ]
     starts = screened(fit, free)
-    if fit.point.whitener.order <= 1:
+    if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
     trials: list[JointFit] = []
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
         begun = [fit.with_effect(s.form, s.values) for s in own]
         trials += [t.descended(FIRST_STEPS // 2) for t in begun]
-        if fit.point.whitener.order > 1:
+        if fit.noise_order > 1:
             trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
     ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
@@ -69,6 +75,38 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     final = [t.descended() for t in list(found.values())[: KEPT_AFTER + 1]]
     final += list(found.values())[KEPT_AFTER + 1 :]
     return final
+
+
+def slow_causes(fit: AnyFit) -> list[AnyFit]:
+    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
+    white or of the first order."""
+    if fit.noise_order <= 1:
+        return []
+    return [
+        with_slow_noise(fit, cause).descended().with_noise_kept()
+        for cause in (WIND, WALK)
+        if cause not in fit.labels
+    ]
+
+
+def each_cause(fit: AnyFit) -> list[AnyFit]:
+    """With either cause of the noise, all else free, through the poles that G now has, exact."""
+    return [
+        with_slow_noise(fit, cause, exact=True).descended().with_noise_kept()
+        for cause in (WIND, WALK)
+        if cause not in fit.effect_labels
+    ]
+
+
+def with_slow_noise(fit: AnyFit, cause: str, exact: bool = False) -> AnyFit:
+    """With noise of this cause, fitted to what the fit leaves; a torque may shake G's light pairs of poles or
+    all of its poles."""
+    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
+    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
+    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
+    damping = -np.log(pairs).real / np.abs(np.log(pairs))
+    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
+    return fit.with_cause(SlowNoise(cause, fit.response.scale.rate_hz, sets, exact=exact))
 
 
 def port_candidates(fit: JointFit) -> list[JointFit]:
@@ -133,11 +171,13 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
 
 
 def pruned(fit: JointFit) -> JointFit:
-    """Effects, sections and poles taken out while the score improves."""
+    """Effects, an observer, sections and poles taken out while the score improves."""
     while True:
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
-            trials += [fit.without_effect(i) for i in fit.numbers]
+            trials += [fit.without(label) for label in fit.labels]
+        if fit.observer is not None:
+            trials.append(fit.without_observer())
         trials += [fit.without_section(i) for i in range(fit.structure.sections)]
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:
@@ -176,5 +216,5 @@ def widened(fit: JointFit, steps: int = 2) -> JointFit:
 
 
 def _akaike(fit: JointFit) -> float:
-    likelihood = fit.log_likelihood - fit.response.size - fit.point.whitener.order
+    likelihood = fit.log_likelihood - fit.free_count
     return likelihood if np.isfinite(likelihood) else -np.inf

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.effect_form import TURNS_SEEN
+from bayes_hw.gap.joint.free_shape import ShapedFit
 from bayes_hw.gap.joint.given_response import GivenFit
+from bayes_hw.gap.joint.joint_closure import spread
 from bayes_hw.gap.joint.joint_decision import JointDecision
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
+from bayes_hw.gap.joint.observer import unobserved
 
 SHAPES = ("reading over position", "torque over position")
 """Forms without a name that are too wide to be told as a period."""
@@ -33,6 +36,7 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, a "
             "machine nearby may"
         )
+    said += of_followed(fit)
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
         f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
@@ -47,8 +51,25 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
         )
     if OTHER in decision.answer:
         said += of_unnamed(fit)
+        if isinstance(fit, ShapedFit):
+            said.append(
+                "what has no name is most like an error of the reading that is a function of position; its "
+                "size is that of what is left, and no part of the prediction"
+            )
     return said + [
         f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable
+    ]
+
+
+def of_followed(fit: JointFit) -> list[str]:
+    """That the readings corrected the motion as it was fitted, and how far a simulation of it is off."""
+    if fit.observer is None:
+        return []
+    off, left, unit = spread(unobserved(fit)[0]), spread(fit), fit.response.records[0].units.output
+    return [
+        "small differences grow in the motion of this explanation: it was fitted with its states corrected "
+        "at every sample by what the encoder shows; a simulation, which nothing corrects, is off by "
+        f"{off:.2g} {unit} (root mean square) where the corrected motion leaves {left:.2g}"
     ]
 
 

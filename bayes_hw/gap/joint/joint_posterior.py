@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.leading_sample import leading_draws
@@ -195,10 +195,10 @@ def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
 
 
 def whitened_factor(fit: JointFit) -> tuple[FloatArray, bool]:
-    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic, with the
-    effects' torques held as they are and their parameters not moved."""
+    """Triangular factor of the whitened derivatives and residual; where the motion is chaotic and no observer
+    follows it, with the effects' torques held as they are and their parameters not moved."""
     whole = triangular_factor(fit.response, fit.point)
-    if not any(effect.ports is not None for effect in fit.response.template):
+    if fit.observer is not None or not any(effect.ports is not None for effect in fit.response.template):
         return whole, False
     plain = JointFit(replace(fit.response, template=()), fit.point)
     coordinates = plain.response.coordinates(JointValues(fit.values.cascade))
@@ -298,6 +298,8 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     found: dict[str, float] = {}
     for effect in values.effects:
         form, label = effect.form, effect.form.label
+        if form.law == K.INNOVATION:
+            continue
         if form.column:
             gain, late = gain_and_lag(effect, values, fit.response.column_cycles[form.column])
             found[f"{label}.gain"], found[f"{label}.lag"] = gain, late / rate

@@ -14,12 +14,15 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
-from bayes_hw.gap.joint.effect_form import JointScale
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.effect_form import INNOVATION_COLUMN, JointScale
+from bayes_hw.gap.joint.joint_kernel import respond_jointly
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.slow_noise import SlowNoise
 from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
 from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
@@ -44,7 +47,8 @@ class Simulated:
 class JointResponse:
     """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
     effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
-    `steps` steps a sample; coordinates are those of samples, however many."""
+    `steps` steps a sample; coordinates are those of samples, however many. The noise is that of the `cause`
+    where there is one, else a free autoregression."""
 
     structure: Structure
     template: tuple[Effect, ...]
@@ -52,6 +56,7 @@ class JointResponse:
     scale: JointScale
     weights: tuple[FloatArray, ...] | None = None
     steps: int = 1
+    cause: SlowNoise | None = None
 
     @cached_property
     def _cascade(self) -> CascadeResponse:
@@ -68,8 +73,19 @@ class JointResponse:
         return {
             effect.form.column: typical_cycles([record.known[effect.form.column] for record in self.records])
             for effect in self.template
-            if effect.form.column
+            if effect.form.is_known_input
         }
+
+    @cached_property
+    def _shown(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """What the encoder shows of every record, and how far an observer trusts it: in proportion to the
+        inverse of its noise's variance, not at all in a hole."""
+        found = []
+        for number, record in enumerate(self.records):
+            trust = np.ones(len(record)) if self.weights is None else self.weights[number] ** -2.0
+            seen = ~np.isnan(record.y_or_nan)
+            found.append((np.where(seen, record.y, 0.0), np.where(seen, trust, 0.0)))
+        return tuple(found)
 
     @cached_property
     def _n_base(self) -> int:
@@ -176,22 +192,35 @@ class JointResponse:
         values = self.values(coordinates)
         found = []
         for number, record in enumerate(self.records):
-            e = with_holes(record.y - self.simulate(values, record.u, record.known).y, record.measured)
+            e = with_holes(record.y - self.along(values, number).y, record.measured)
             found.append(e if self.weights is None else e / self.weights[number])
         return found
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """Of the cause, or an autoregression of order up to `most`."""
+        if self.cause is None:
+            return Whitener.of_residuals(residuals, most)
+        return self.cause.of(residuals, previous)
+
+    def along(self, values: JointValues, number: int) -> Simulated:
+        """The response to a record's command that residuals are of: corrected by its readings where an
+        observer is part of the effects, else the same as `simulate` gives."""
+        record = self.records[number]
+        return self._run(values, record.u, record.known, False, number=number)[0]
 
     def simulate(
         self, values: JointValues, u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
     ) -> Simulated:
-        """The response to a command (samples,) and known inputs (samples,) by name from rest."""
+        """The response to a command (samples,) and known inputs (samples,) by name from rest, which no
+        reading corrects."""
         simulated, _ = self._run(values, u, known, False)
         return simulated
 
     def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """For every record the drive's command and dy/dw over the weight."""
         values, found = self.values(coordinates), []
-        for number, record in enumerate(self.records):
-            run = self.simulate(values, record.u, record.known)
+        for number in range(len(self.records)):
+            run = self.along(values, number)
             slope = run.slope if self.weights is None else run.slope / self.weights[number]
             found.append((run.v, slope))
         return found
@@ -205,7 +234,7 @@ class JointResponse:
         the samples that were measured, None where all were."""
         values = self.values(coordinates)
         for number, record in enumerate(self.records):
-            run, tangents = self._run(values, record.u, record.known, True)
+            run, tangents = self._run(values, record.u, record.known, True, number=number)
             rows = np.empty((self.size + 1, len(record)))
             self._chain(values, tangents, rows)
             rows[-1] = record.y - run.y
@@ -220,7 +249,7 @@ class JointResponse:
         effect = values.effects[-1]
         for number, record in enumerate(self.records):
             first = self._n_natural + sum(self._sizes[:-1])
-            _, rows = self._run(values, record.u, record.known, True, first)
+            _, rows = self._run(values, record.u, record.known, True, first, number)
             for i, slot in enumerate(effect.form.slots(self.scale)):
                 if slot.logarithmic:
                     rows[i] *= effect.values[i]
@@ -262,8 +291,10 @@ class JointResponse:
         known: Mapping[str, FloatArray],
         tangents: bool,
         first: int = 0,
+        number: int | None = None,
     ) -> tuple[Simulated, FloatArray]:
-        """Simulate, with tangents by the coordinates from `first` on."""
+        """Simulate, with tangents by the coordinates from `first` on; an observer corrects by the record of
+        that `number`, and without one does nothing."""
         s, cascade = self.structure, values.cascade
         n, m = s.real_poles, s.sections
         laws = [effect for effect in values.effects if effect.ports is not None]
@@ -293,44 +324,47 @@ class JointResponse:
         for i in range(m):
             c_sections[:, i] = range(at, at + 4)
             at += 4
-        number, length = 0, len(u)
+        law, length = 0, len(u)
         forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
         readings: list[tuple[int, float, FloatArray, FloatArray]] = []
         for effect in values.effects:
-            if effect.form.column:
+            if effect.form.column == INNOVATION_COLUMN:
+                if number is not None:
+                    forced[law], forced_by_lag[law] = self._shown[number]
+            elif effect.form.column:
                 shown, by_lag = delayed_column(known, effect.form.column, float(effect.values[-1]), length)
                 if effect.ports is None:
                     readings.append((at, float(effect.values[0]), shown, by_lag))
                     at += 2
                     continue
-                forced[number], forced_by_lag[number] = shown, by_lag
+                forced[law], forced_by_lag[law] = shown, by_lag
             if effect.ports is not None:
-                thetas[number, 0] = effect.form.unit_of_signal(self.scale)
+                thetas[law, 0] = effect.form.unit_of_signal(self.scale)
             for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
                 if effect.form.place == "input":
                     inputs[slot.row], c_inputs[slot.row] = value, at
                 elif effect.form.place == "output":
                     outputs[slot.row], c_outputs[slot.row] = value, at
                 else:
-                    thetas[number, slot.row], c_thetas[number, slot.row] = value, at
+                    thetas[law, slot.row], c_thetas[law, slot.row] = value, at
                 at += 1
             if (own := effect.ports) is None:
                 continue
-            port_real[number], port_sections[number] = own.real, own.sections
-            direct[number] = own.direct
-            c_port_real[number] = np.arange(at, at + n)
+            port_real[law], port_sections[law] = own.real, own.sections
+            direct[law] = own.direct
+            c_port_real[law] = np.arange(at, at + n)
             at += n
-            c_port_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
+            c_port_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
             at += 2 * m
-            c_direct[number] = at, at + 1
+            c_direct[law] = at, at + 1
             at += 2
-            signal_real[number], signal_sections[number] = own.signal_real, own.signal_sections
+            signal_real[law], signal_sections[law] = own.signal_real, own.signal_sections
             if own.signal:
-                c_signal_real[number] = np.arange(at, at + n)
+                c_signal_real[law] = np.arange(at, at + n)
                 at += n
-                c_signal_sections[number] = np.arange(at, at + 2 * m).reshape(2, m)
+                c_signal_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
                 at += 2 * m
-            number += 1
+            law += 1
         if not tangents:
             first = at
         columns = at - first
@@ -343,17 +377,24 @@ class JointResponse:
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
         work = np.empty((7 + n + 2 * m + 4 * count, max(columns, 1)))
-        rows = np.empty((columns, length)) if tangents else np.empty((0, 0))
+        rows = np.zeros((columns, length)) if tangents else np.empty((0, 0))
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
+        run.y[:] = 0.0
+        for row, gain, shown, by_lag in readings:
+            run.y[:] += gain * shown
+            for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
+                if tangents and column >= 0:
+                    rows[column] = slope
         paths = Paths(
             cascade.integrator_residue, np.ascontiguousarray(cascade.real),
             np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
             signal_sections,
         )  # fmt: skip
         stepped = Stepped(paths, self.steps)
+        static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
         p = stepped.fast
-        K.respond_jointly(
-            delayed, np.array([cascade.lower, cascade.upper, cascade.half_width]), inputs, outputs,
+        respond_jointly(
+            delayed, static, inputs, outputs,
             p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
             np.array([e.form.base for e in laws], dtype=np.int64),
             thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
@@ -367,9 +408,4 @@ class JointResponse:
                 c_signal_sections,
             )  # fmt: skip
             stepped.chain(rows, where)
-        for row, gain, shown, by_lag in readings:
-            run.y[:] += gain * shown
-            for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
-                if tangents and column >= 0:
-                    rows[column] = slope
         return run, rows

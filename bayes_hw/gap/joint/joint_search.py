@@ -13,14 +13,19 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
+    SLACK_NATS,
     delayed,
+    each_cause,
     effect_candidates,
     larger_cascades,
     port_candidates,
     pruned,
     regrown,
+    slow_causes,
 )
+from bayes_hw.gap.joint.jumps import jumps
 from bayes_hw.gap.joint.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.observer import observed
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults, weighted
 from bayes_hw.gap.joint.remainder import Remainder, remainder_of
 from bayes_hw.gap.joint.tone import Tone, tone_in
@@ -32,11 +37,8 @@ VERIFIED_NATS = 25.0
 
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains. Also of all labels beside wind or a walk, where that explains as
-much of what the cascade alone leaves."""
-
-SLOW_SHARE = 0.5
-"""Of the nats of all labels, from which wind or a walk explains as much: forms follow slow noise a little."""
+which is something that no label explains. Also of every label where the noise has a cause and an effect
+stands beside it: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -144,18 +146,21 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
-    rivals |= {label: end.gained for label, end in ends.items()}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
-    left = remainder_of(fit)
-    if fit.labels:
-        slow = remainder_of(best.base)
-        own = fit.score - best.base.score
-        worth = own + left.slow_nats - slow.slow_nats
-        if slow.slow_nats > SLOW_SHARE * own and worth < VERIFIED_BESIDE_NATS:
-            told(f"slow noise explains as much: {slow.slow_nats:.0f} nats, {worth:.0f} beside it")
-            fit, nats, left = best.base, {}, slow
+    best = replace(best, fit=fit)
+    if fit.response.cause is not None:
+        caused = sorted((replace(best, fit=one) for one in each_cause(fit)), key=lambda p: p.gained)
+        best = caused[-1]
+        for one in caused:
+            label = one.fit.added[-1]
+            ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
+        more = best.fit.score - fit.score
+        named = dict(zip(fit.labels, best.fit.labels, strict=True))
+        nats = {named[label]: value + more for label, value in nats.items()}
+    rivals |= {label: end.gained for label, end in ends.items()}
     fits = {label: end.fit for label, end in ends.items()}
-    return JointAnswer(fit, best.base, nats, rivals, best.readings, left, ends=fits)
+    left = remainder_of(best.fit)
+    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
 
 
 def described(fit: JointFit) -> str:
@@ -163,7 +168,7 @@ def described(fit: JointFit) -> str:
     names = " + ".join(fit.names) or "no effect"
     if fit.response.steps > 1:
         names += f" in {fit.response.steps} steps a sample"
-    order, noise = fit.structure.order, fit.point.whitener.order
+    order, noise = fit.structure.order, fit.noise_order
     return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
 
 
@@ -190,12 +195,21 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too.
+    Where none of it nor finer steps help, the motion may be one that no simulation follows: it is then tried
+    corrected by the readings."""
     trials = port_candidates(fit) + larger_cascades(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
-    if fit.point.whitener.order > 1:
+    coloured = fit.noise_order > 1
+    if coloured:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
-    return highest([fit, *(t.descended() for t in begun)])
+    best = highest([fit, *(t.descended() for t in begun)])
+    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
+        return best
+    stepped = finer(best)
+    if stepped.score >= fit.score + STRUCTURAL_NATS:
+        return stepped
+    return highest([best, *(t.descended() for t in observed(best))])
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -231,10 +245,26 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
     return found
 
 
+def one_more(fit: JointFit) -> list[JointFit]:
+    """The best explanations with one more label; of causes of the noise the likelier."""
+    slow = [t for t in slow_causes(fit) if not jumps(t)]
+    effects = [t for t in effect_candidates(fit, FORMS) if is_followed(t, fit)]
+    return [*effects, *([highest(slow)] if slow else [])]
+
+
+def is_followed(fit: JointFit, without: JointFit) -> bool:
+    """Whether what is left of the records grows no larger by an effect beside noise of a cause.
+
+    Such noise weighs the steps of the error and leaves its level to itself: an effect may make it likelier
+    and the error larger, and then follows the noise.
+    """
+    return not without.added or fit.point.rms <= without.point.rms
+
+
 def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
     """The best explanations by one label, best first, and every label's."""
     fit = begun.fit
-    trials = effect_candidates(fit, FORMS)
+    trials = one_more(fit)
     settled = _settled(fit, trials)
     paths = [replace(begun, fit=finer(one)).reread() for one in settled]
     paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
@@ -248,10 +278,10 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         fit = path.fit
         best = _structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            settled = _settled(fit, effect_candidates(fit, FORMS))
+            settled = _settled(fit, one_more(fit))
             best = highest([best, *settled])
         best = finer(best)
-        if best.score <= fit.score:
+        if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
         path = replace(path, fit=best).reread()
@@ -273,8 +303,8 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for i, label in zip(fit.numbers, fit.labels, strict=True):
-            without = regrown(fit.without_effect(i))
+        for label in fit.labels:
+            without = regrown(fit.without(label))
             weights = fit.response.weights
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
             without = highest([without, *same])
@@ -282,9 +312,11 @@ def verified(
             alternatives.append(without)
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        doubtful = readings.nats or fit.point.whitener.order > 1
+        beside = bool(fit.added) and len(fit.labels) > 1
+        doubtful = readings.nats or fit.noise_order > 1 or beside
         asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
-    return fit, {}
+    # What is left of an observer without laws is coloured noise, which is free as it is.
+    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}

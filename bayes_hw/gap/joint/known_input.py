@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.gap.joint import joint_kernel as K  # noqa: N812
+from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.effect_form import Form, JointScale, Slot
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.joint_fit import JointFit, highest

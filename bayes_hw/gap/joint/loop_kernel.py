@@ -11,23 +11,18 @@ import math
 import numpy as np
 from numba import njit
 
-from bayes_hw.gap.joint.joint_kernel import (
+from bayes_hw.gap.joint.effect_codes import (
     BASE_COMMAND,
     BASE_SPEED,
     BASE_TWIST,
     BASE_TWIST_RATE,
     BIAS,
-    BRISTLE,
     CHANGE,
     COSINE,
     COSINE2,
     COULOMB,
-    CUBIC,
-    DRAG,
     EARLY_RATE,
     EVEN_CURVE,
-    EXCESS,
-    GAP,
     LATE_RATE,
     LIMIT_COSINE,
     LIMIT_SINE,
@@ -37,59 +32,18 @@ from bayes_hw.gap.joint.joint_kernel import (
     ODD_CURVE,
     PLAY,
     RATE,
-    RIPPLE,
     SETTLING,
     SETTLING_TIME,
     SINE,
     SINE2,
-    SLIP,
     STRIBECK,
     WARMING,
     WAVENUMBER,
-    _ramped,
-    _ramped_within,
-    own_difference,
 )
+from bayes_hw.gap.joint.joint_kernel import own_difference
+from bayes_hw.gap.joint.law_kernel import held_back, law_of
+from bayes_hw.gap.joint.ramp_kernel import ramped, ramped_within
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def law_value(law, q, w, theta, memory, steps):  # type: ignore[no-untyped-def]
-    """Torque of a law at signal q and position w, and its memory a step of `steps` a sample after it; `theta`
-    (3,)."""
-    t0, t1, t2 = theta
-    if law == COULOMB:
-        return -math.tanh(q / t0), memory
-    if law == STRIBECK:
-        return -math.tanh(q / t0) * (1 + t1 * math.exp(-((q / t2) ** 2))), memory
-    if law == BRISTLE:
-        sign = 1.0 if q >= 0 else -1.0
-        after = sign + (memory - sign) * math.exp(-abs(q) / (t0 * steps))
-        return -after, after
-    if law == SLIP:
-        after = min(max(memory, q - t0), q + t0)
-        return after / t0, after
-    if law == RIPPLE:
-        return math.sin(t0 * q + t1) + t2 * math.sin(2 * t0 * q + t1) - (1 + t2) * math.sin(t1), memory
-    r = q / t0
-    if law == CUBIC:
-        return r**3 / (1 + t1 * r * r), memory
-    if law == GAP:
-        return -min(max(r, -1.0), 1.0), memory
-    if law == EXCESS:
-        return -(r - min(max(r, -1.0), 1.0)), memory
-    if law == DRAG:
-        return -r * abs(r), memory
-    return q * math.sin(t0 * w + t1), memory
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def held_back(speed, own, theta, stribeck):  # type: ignore[no-untyped-def]
-    """Friction's torque where the coming step's `speed` without it changes by `own` with a unit of it."""
-    most = 1.0
-    if stribeck:
-        most += theta[1] * math.exp(-((speed / theta[2]) ** 2))
-    return -min(max(speed / (theta[0] + max(own, 0.0)), -most), most)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -100,13 +54,13 @@ def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[n
     lowest, highest = lower * factor, upper * factor
     v = asked
     if ins[EARLY_RATE] > 0.0:
-        v, _, _, _, _, early, _, _ = _ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
+        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
     elif asked < lowest:
         v = lowest
     elif asked > highest:
         v = highest
     if ins[LATE_RATE] > 0.0:
-        v, late, _, _, _, _ = _ramped(v, late, ins[LATE_RATE])
+        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE])
     return v, early, late
 
 
@@ -133,6 +87,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     controller's; `reference` (samples,), `noise` (d, samples) or empty, `start` (d,) the position of w.
     Written: command, w and output without noise (d, samples)."""
     n_laws, samples = len(laws), len(reference)
+    share = 1.0 / steps
     n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
     for d in range(len(residue)):
         lower, upper, half_width = static[d]
@@ -221,11 +176,14 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         q += signal_real[d, j, i] * x_real[i]
                     for i in range(n_sections):
                         q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
+                    t0, t1, t2 = thetas[d, j]
                     if bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
                         own = direct[d, j, 0] + port_real[d, j].sum() + port_sections[d, j, 0].sum()
-                        taus[j] = held_back(q, own * steps, thetas[d, j], laws[j] == STRIBECK)
+                        taus[j], _, _, _, _, _ = held_back(q, own * steps, t0, t1, t2, laws[j] == STRIBECK)
                     else:
-                        taus[j], memory[j] = law_value(laws[j], q, w, thetas[d, j], memory[j], steps)
+                        taus[j], memory[j], _, _, _, _, _, _ = law_of(
+                            laws[j], q, w, t0, t1, t2, memory[j], share
+                        )
                 # A step on.
                 w1 = w
                 integral += residue[d] * v

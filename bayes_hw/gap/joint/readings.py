@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.joint_moves import pruned, regrown
 from bayes_hw.gap.joint.noise_causes import speed_noise, speeds
 from bayes_hw.gap.joint.reading_faults import (
@@ -22,8 +21,6 @@ from bayes_hw.gap.joint.reading_faults import (
 )
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.holes import with_holes, without_holes
-
-AnyFit = TypeVar("AnyFit", bound=JointFit)
 
 ROUNDED = 1.6
 """Step over the innovations' standard deviation from which rounding is named."""
@@ -43,7 +40,7 @@ def read_faults(fit: JointFit) -> Readings:
     """Rounding, repeats, glitches and errors of timing, from the residuals of a fit."""
     records = fit.response.records
     values = fit.values
-    angles = [fit.response.simulate(values, record.u, record.known).y for record in records]
+    angles = [fit.response.along(values, number).y for number in range(len(records))]
     residuals = [
         without_holes(with_holes(record.y - angle, record.measured))
         for record, angle in zip(records, angles, strict=True)

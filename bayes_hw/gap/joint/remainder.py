@@ -9,53 +9,38 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.noise_causes import NoiseSpectrum, noise_spectrum
 from bayes_hw.gap.joint.noise_rhythm import rhythm_nats
+from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
-from bayes_hw.identify.holes import without_holes
-from bayes_hw.identify.resonances import dominant_modes
 
 LONGEST_LAG = 200
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """What the final fit leaves: order of its noise, root mean square over innovations, kurtosis of the
-    innovations, the spectra's log-likelihoods, nats of a variance that changes in a rhythm."""
+    """What the final fit leaves: order of its noise, by how many nats that explains it better than noise of
+    the first order, nats of a variance that changes in a rhythm."""
 
     order: int
-    ratio: float
-    kurtosis: float
-    spectrum: NoiseSpectrum
+    coloured: float
     rhythm: float = 0.0
-
-    @property
-    def slow_nats(self) -> float:
-        """By which wind or an angle that walks explains the noise better than an autoregression does."""
-        spectrum = self.spectrum
-        plain = max(spectrum.autoregression, spectrum.first_order)
-        return max(spectrum.torque - plain, spectrum.walk - plain, 0.0)
 
 
 def remainder_of(fit: JointFit) -> Remainder:
-    """Of a fit's weighted residuals; for spectra those that were not measured lie between their
-    neighbours."""
-    residuals = [without_holes(e) for e in fit.point.residuals]
-    whitener = fit.point.whitener
-    found = innovations(fit.point)
-    a = np.concatenate(found)
-    rate = fit.response.scale.rate_hz
-    modes = [
-        (m.frequency_hz, m.damping_ratio)
-        for m in dominant_modes(fit.structure, fit.values.cascade, rate, fit.response.scale.samples / rate)
-    ]
-    return Remainder(
-        whitener.order,
-        float(fit.point.rms / np.sqrt(np.mean(a**2))),
-        float(np.mean(a**4) / np.mean(a**2) ** 2 - 3),
-        noise_spectrum(fit, residuals, modes),
-        rhythm_nats(found),
-    )
+    """Of a fit's weighted residuals."""
+    return Remainder(fit.noise_order, coloured_nats(fit), rhythm_nats(innovations(fit.point)))
+
+
+def coloured_nats(fit: JointFit) -> float:
+    """By which noise of the fit's order is likelier than noise of the first, less half a logarithm of the
+    samples for every number more; zero for noise of a cause."""
+    point = fit.point
+    if fit.noise_order <= 1:
+        return 0.0
+    first = Whitener.of_residuals(point.residuals, point.most_noise, 1)
+    gained = point.whitener.log_likelihood(point.residuals, point.masks)
+    gained -= first.log_likelihood(point.residuals, point.masks)
+    return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))
 
 
 def samples_of_variance(residuals: Sequence[FloatArray]) -> float:

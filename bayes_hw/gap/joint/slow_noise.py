@@ -35,7 +35,11 @@ LEVEL_AT = 40.0
 """The size is that of the slow spectrum at the sample rate over this: it stays while the corner moves."""
 
 LONGEST, GRID = 40, 2048
-"""Largest order of the autoregression and points of the spectrum."""
+"""Largest order of the autoregression, and points of the spectrum, while structure and effects are sought."""
+
+EXACT, EXACT_GRID = 160, 8192
+"""The same where causes are held against each other: a walk that is small beside the noise is remembered for
+as many samples as the noise is larger than its steps."""
 
 LONGEST_OVER_HOLES = 14
 """Where samples are missing, while parameters are sought: bridging costs the square of the order."""
@@ -59,22 +63,28 @@ class SlowWhitener(Whitener):
     chosen: int
     at: FloatArray
 
+    def of_readings(self, innovation: float) -> float:
+        """Standard deviation of the readings' own noise, of innovations of this one."""
+        return innovation / float(np.sqrt(1 - _phi(self.at) ** 2))
+
     def slow_share(self, rms: float, innovation: float) -> float:
         """Standard deviation of the slow part over that of the readings' own noise, of residuals with this
         root mean square and innovations of that standard deviation."""
-        plain = innovation / np.sqrt(1 - _phi(self.at) ** 2)
+        plain = self.of_readings(innovation)
         return float(np.sqrt(max(rms**2 - plain**2, 0.0)) / plain)
 
 
 @dataclass(frozen=True, eq=False)
 class SlowNoise:
     """Noise of one cause, WIND or WALK; a torque may pass through any of `poles`, sets of poles of G (z).
-    Where it was fitted before it goes on from there (`begun`), its shape kept."""
+    Where it was fitted before it goes on from there (`begun`), its shape kept. An `exact` one takes EXACT
+    orders."""
 
     cause: str
     rate_hz: float
     poles: tuple[ComplexArray, ...] = ()
     begun: SlowWhitener | None = None
+    exact: bool = False
 
     def of(self, residuals: Sequence[FloatArray], previous: Whitener | None = None) -> SlowWhitener:
         """Fitted to residuals, NaN where nothing was measured; from `previous` where it is of this noise."""
@@ -85,7 +95,7 @@ class SlowNoise:
         def likelihood(whitener: SlowWhitener) -> float:
             return whitener.log_likelihood(residuals, masks)
 
-        most = LONGEST if masks is None else LONGEST_OVER_HOLES
+        most = self._longest if masks is None else LONGEST_OVER_HOLES
 
         def refined(begun: SlowWhitener, iterations: int) -> SlowWhitener:
             """By the likelihood in time."""
@@ -146,10 +156,17 @@ class SlowNoise:
             found = found * np.abs((1 - pole) / (z - pole)) ** 2
         return found
 
-    def _whitener(self, power: float, chosen: int, at: FloatArray, longest: int = LONGEST) -> SlowWhitener:
+    @property
+    def _longest(self) -> int:
+        return EXACT if self.exact else LONGEST
+
+    def _whitener(
+        self, power: float, chosen: int, at: FloatArray, longest: int | None = None
+    ) -> SlowWhitener:
         """The autoregression that has the spectrum's autocovariance (Levinson's recursion)."""
-        f = (np.arange(GRID // 2 + 1) + 0.0) * self.rate_hz / GRID
-        f[0] = 0.25 * self.rate_hz / GRID
+        longest, grid = longest or self._longest, EXACT_GRID if self.exact else GRID
+        f = (np.arange(grid // 2 + 1) + 0.0) * self.rate_hz / grid
+        f[0] = 0.25 * self.rate_hz / grid
         differenced = 4 * np.sin(np.pi * f / self.rate_hz) ** 2
         resonance = self._response(chosen, f)
         covariance = np.fft.irfft(self._spectrum(at, power, resonance, f, differenced))[: longest + 1]

@@ -18,6 +18,7 @@ from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.gap.simulate.nominal_prior import STATIC_SPREAD, base_parameters
 from bayes_hw.gap.simulate.path import Path
+from bayes_hw.gap.simulate.physical_train import PhysicalTrain
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.gap.simulate.small_signals import InjectionStates, injection_states, small_responses, torsions
 from bayes_hw.model.axis_parameters import AxisParameters
@@ -32,6 +33,7 @@ KEPT = 24
 OfG: TypeAlias = tuple[float, ...]
 """The base parameters that G depends on."""
 
+AnyTrain: TypeAlias = DriveTrain | PhysicalTrain | UnknownTrain
 Asked: TypeAlias = tuple[OfG, Resonator | None, bool]
 
 
@@ -75,13 +77,16 @@ class ChainBuilder:
         self.model = model
         self.axis = AxisParameters(model)
         self._linears: LruCache[OfG, tuple[ContinuousPoles, float]] = LruCache(KEPT)
-        self._trains: LruCache[OfG, DriveTrain | UnknownTrain] = LruCache(KEPT)
+        self._trains: LruCache[OfG, AnyTrain] = LruCache(KEPT)
         self._torques: LruCache[tuple[OfG, Resonator | None], Path] = LruCache(KEPT)
         self._chains: LruCache[Asked, Chain] = LruCache(KEPT)
         self.base_parameters = base_parameters(self.axis)
         self.start_spreads = STATIC_SPREAD
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
-        self.reference = realise(self._linear(self.nominal_of_g)[0], model.sample_rate_hz)
+        system = self._linear(self.nominal_of_g)[0]
+        self.stated = None if model.physical is None else PhysicalTrain.of(model.physical, system)
+        read = None if self.stated is not None else realise(system, model.sample_rate_hz)
+        self.reference: DriveTrain | PhysicalTrain | None = self.stated or read
 
         nominal = self.axis.nominal[None]
         unscaled = self._speed_of_unit_gain(nominal)
@@ -102,7 +107,7 @@ class ChainBuilder:
         """Write the limits and the dead zone at parameter values (parameters,) into `settings`."""
         settings[S.LOWER], settings[S.UPPER], settings[S.DEAD_ZONE] = values[:STATIC_COUNT]
 
-    def train(self, values: FloatArray) -> DriveTrain | UnknownTrain:
+    def train(self, values: FloatArray) -> AnyTrain:
         """The drive train behind G at base parameters `values` (parameters,).
 
         The latest few are kept: most derivatives leave G as it is.
@@ -160,11 +165,11 @@ class ChainBuilder:
             train.contact_damping,
         )
 
-    def _train(self, of_g: OfG) -> DriveTrain | UnknownTrain:
+    def _train(self, of_g: OfG) -> AnyTrain:
         known = self._trains[of_g]
         if known is None:
-            found: DriveTrain | None = None
-            if self.reference is not None:
+            found: DriveTrain | PhysicalTrain | None = self.stated
+            if isinstance(self.reference, DriveTrain):
                 found = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self.reference)
             known = self._trains[of_g] = found or UnknownTrain()
         return known

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.errors import InputError
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.batch_kernel import delay, in_lanes, lanes_of, silence
 from bayes_hw.gap.simulate.chain_kernel import simulate_lanes
@@ -58,6 +59,65 @@ class Followed:
     spread: float
 
 
+@dataclass(frozen=True, eq=False)
+class PositionLoop:
+    """A controller around chains, as `bayes_hw.model.controller_kernel` takes it: it acts on every `ratio`-th
+    sample, its command `delay` samples late beside G's own delay.
+
+    `numbers` and `sections` (n, 5) are the controller's, `reference` (samples,) in output units, `noise`
+    (chains, samples) or empty is added to what it measures, `start` (chains,) is where the axis rests.
+    """
+
+    numbers: FloatArray
+    sections: FloatArray
+    ratio: int
+    delay: int
+    reference: FloatArray
+    noise: FloatArray
+    start: FloatArray
+
+    def take(self, index: IntArray) -> PositionLoop:
+        """Of the chains of the given indices."""
+        noise = self.noise[index] if self.noise.size else self.noise
+        return replace(self, noise=noise, start=self.start[index])
+
+
+class LoopSignals(NamedTuple):
+    """Command, w and y (samples, chains) in a position loop."""
+
+    u: FloatArray
+    w: FloatArray
+    y: FloatArray
+
+
+def simulate_loops(chains: Sequence[Chain], settings: FloatArray, loop: PositionLoop) -> LoopSignals:
+    """Every chain with its row of `settings` (chains, COUNT) in a position loop.
+
+    Raises InputError where G answers a command in the same sample, so that no controller can precede it.
+    """
+    active = settings != S.NEUTRAL
+    late = loop.delay + chains[0].delay_samples
+    if late == 0 and any(chain.direct != 0 for chain in chains):
+        raise InputError("linear: G answers a command in the same sample; no position loop can be closed")
+    shape = (len(loop.reference), len(chains))
+    found = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
+    for some in _alike(chains, active):
+        alike = [chains[i] for i in some]
+        signals = _loops_alike(alike, settings[some], active[some[0]], loop.take(some))
+        for whole, part_of_it in zip(found, signals, strict=True):
+            whole[:, some] = part_of_it
+    return found
+
+
+def _alike(chains: Sequence[Chain], active: BoolArray) -> list[IntArray]:
+    """Indices of chains of one structure with the same settings `active` (chains, COUNT), group by group."""
+    switches = active & S.IS_SWITCH
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, chain in enumerate(chains):
+        groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
+    return [np.array(group) for group in groups.values()]
+
+
 def simulate_chains(
     chains: Sequence[Chain],
     settings: FloatArray,
@@ -72,18 +132,14 @@ def simulate_chains(
     `known` says where ripple acts if not at the simulated position.
     """
     active = settings != S.NEUTRAL
-    switches = active & S.IS_SWITCH
-    groups: dict[tuple[object, ...], list[int]] = {}
-    for i, chain in enumerate(chains):
-        groups.setdefault((chain.structure, switches[i].tobytes()), []).append(i)
+    groups = _alike(chains, active)
     if len(groups) == 1:
         return _simulate_alike(chains, settings, active[0], inputs, keep_w, known, followed)
     done = []
-    for group in groups.values():
-        some = np.array(group)
-        alike = [chains[i] for i in group]
+    for some in groups:
+        alike = [chains[i] for i in some]
         done.append(_simulate_alike(alike, settings[some], active[some[0]], inputs, keep_w, known, followed))
-    order = np.argsort(np.concatenate([np.array(group) for group in groups.values()]))
+    order = np.argsort(np.concatenate(groups))
     return [
         ChainSignals(*(np.concatenate(parts, axis=1)[:, order] for parts in zip(*record, strict=True)))
         for record in zip(*done, strict=True)
@@ -101,20 +157,13 @@ def _simulate_alike(
 ) -> list[ChainSignals]:
     """The same for chains of one structure with the same settings active."""
     rate, count = chains[0].rate, len(chains)
-    substeps = substeps_of(active, rate)
-    h = 1 / (rate * substeps)
     columns = padded_to_lanes(count * len(inputs))
     lanes = lanes_of(count, len(inputs), columns)
-    whole = np.floor(settings[:, S.EXTRA_DELAY])
-    rows = settings.T.copy()
-    rows[S.EXTRA_DELAY] -= whole
+    rows, delays = _whole_delays(chains, settings)
     samples = max(len(u) for u in inputs)
     commands = silence(samples, columns)
-    delays = chains[0].delay_samples + whole.astype(np.int64)
     for record, u in enumerate(inputs):
         delay(commands, record * count, u, delays)
-    command = states([chain.command_path for chain in chains], h, lanes)
-    torque = states([chain.torque_path for chain in chains], h, lanes)
     positions = np.zeros((samples if known is not None else 0, columns))
     for record, position in enumerate(known.positions if known is not None else []):
         positions[: len(position), record * count : (record + 1) * count] = position[:, None]
@@ -125,23 +174,85 @@ def _simulate_alike(
     simulate_lanes(
         commands,
         rate,
-        substeps,
+        substeps_of(active, rate),
         active,
-        in_lanes(rows, lanes),
-        in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
-        *command,
-        *torque,
+        *_axes(chains, rows, active, lanes),
         positions,
         known.share if known is not None else 0.0,
         targets,
         followed.gains if followed is not None else np.zeros(0),
         w,
         y,
+        None,
     )
     return [
         ChainSignals(*(part(signal[: len(u)], record * count, count) for signal in (w, y)))
         for record, u in enumerate(inputs)
     ]
+
+
+def _loops_alike(
+    chains: Sequence[Chain], settings: FloatArray, active: BoolArray, loop: PositionLoop
+) -> LoopSignals:
+    """`simulate_loops` for chains of one structure with the same settings active."""
+    rate, count, samples = chains[0].rate, len(chains), len(loop.reference)
+    columns = padded_to_lanes(count)
+    lanes = lanes_of(count, 1, columns)
+    rows, delays = _whole_delays(chains, settings)
+    axes = _axes(chains, rows, active, lanes)
+    real_count, outputs = axes[2], axes[5]
+    at = int(np.argmin(np.abs(chains[0].command_path.poles[:real_count])))
+    start = np.ascontiguousarray(loop.start[lanes])
+    states_at_rest = np.zeros(outputs.shape[1:])
+    states_at_rest[at] = start / outputs[0, at]
+    signals = LoopSignals(*(np.zeros((samples, columns)) for _ in range(3)))
+    simulate_lanes(
+        silence(samples, columns),
+        rate,
+        substeps_of(active, rate),
+        active,
+        *axes,
+        np.zeros((0, columns)),
+        0.0,
+        np.zeros((0, columns)),
+        np.zeros(0),
+        signals.w,
+        signals.y,
+        (
+            loop.numbers,
+            loop.sections,
+            loop.ratio,
+            (delays + loop.delay)[lanes],
+            loop.reference,
+            loop.noise,
+            lanes,
+            states_at_rest,
+            start[None],
+            signals.u,
+        ),
+    )
+    return LoopSignals(*(part(signal, 0, count) for signal in signals))
+
+
+def _whole_delays(chains: Sequence[Chain], settings: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Settings (COUNT, chains) with the part of a sample of EXTRA_DELAY, and the whole samples by which
+    commands are late (chains,), G's own among them."""
+    whole = np.floor(settings[:, S.EXTRA_DELAY])
+    rows = settings.T.copy()
+    rows[S.EXTRA_DELAY] -= whole
+    return rows, chains[0].delay_samples + whole.astype(np.int64)
+
+
+def _axes(chains: Sequence[Chain], rows: FloatArray, active: BoolArray, lanes: IntArray) -> tuple[Any, ...]:
+    """Settings, direct parts, and states that commands and torques drive, as `simulate_lanes` takes them."""
+    rate = chains[0].rate
+    h = 1 / (rate * substeps_of(active, rate))
+    return (
+        in_lanes(rows, lanes),
+        in_lanes(np.array([[chain.direct for chain in chains]]), lanes),
+        *states([chain.command_path for chain in chains], h, lanes),
+        *states([chain.torque_path for chain in chains], h, lanes),
+    )
 
 
 def substeps_of(active: BoolArray, rate: float) -> int:

@@ -24,6 +24,7 @@ from numba import njit
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.friction_kernel import bent_bristle, coulomb_torque, falling_torque
 from bayes_hw.gap.simulate.state_kernel import later_rows, output_of, pushed, repeated, response_to, stepped
+from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 from bayes_hw.model.lane_functions import absolute, exponential, sine, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, gather, load, maximum, minimum, store
 
@@ -106,6 +107,54 @@ def _read(reading, steps, per, ahead, by_command, x, v):  # type: ignore[no-unty
     return output_of(row, ahead, x) + load(by_command, row) * v
 
 
+@njit(cache=True, inline="always")
+def _shown(output, play, s, active, k, rate):  # type: ignore[no-untyped-def]
+    """The play's position, w*, the same behind the gain's asymmetry, and y, where the axis is at `output` in
+    sample `k` and the play was at `play`."""
+    zero, one = broadcast(0.0), broadcast(1.0)
+    if active[S.PLAY]:
+        half_gap = load(s, S.PLAY)
+        play = _clipped(play, output - half_gap, output + half_gap)
+        output = play
+    if active[S.ECCENTRICITY]:
+        output = output + _reading_wave(s, S.ECCENTRICITY, active[S.ECCENTRICITY_SECOND], output)
+    at = output
+    output = where_less(zero, output, output * load(s, S.GAIN_RATIO), output)
+    half_width = load(s, S.DEAD_ZONE)
+    shown = maximum(output - half_width, zero) + minimum(output + half_width, zero)
+    shown = where_less(zero, shown, shown * load(s, S.SHOWN_RATIO), shown)
+    if active[S.READING_ERROR]:
+        shown = shown + _reading_wave(s, S.READING_ERROR, active[S.READING_SECOND], output)
+    t = broadcast(k / rate)
+    if active[S.DRIFT_RATE]:
+        shown = shown + load(s, S.DRIFT_RATE) * t
+    if active[S.DRIFT_SETTLING]:
+        age = (zero - t) / load(s, S.DRIFT_TIME)
+        shown = shown + load(s, S.DRIFT_SETTLING) * (one - exponential(age))
+    return play, at, output, shown
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fed_back(loop, k, group, shown, filters, controls, u):  # type: ignore[no-untyped-def]
+    """The controller's sample `k` at what a group's lanes show: its command, written into `u` where it
+    arrives."""
+    numbers, sections, ratio, delays, reference, noise, rows, _, _, commands = loop
+    for i in range(LANES):
+        lane = group * LANES + i
+        if k == 0:
+            start_at_rest(sections, reference[0] - shown[0, lane], filters[i], controls[i])
+        if k % ratio == 0:
+            error = reference[k] - shown[k, lane]
+            if noise.size > 0:
+                error -= noise[rows[lane], k]
+            commands[k, lane] = next_command(numbers, sections, error, filters[i], controls[i])
+        else:
+            commands[k, lane] = commands[k - 1, lane]
+        arrival = k + delays[lane]
+        if arrival < len(u):
+            u[arrival, lane] = commands[k, lane]
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, responses):  # type: ignore[no-untyped-def]
     """Fill responses (samples, lanes) with one output of the states (n,) that `signals` drive from rest."""
@@ -144,6 +193,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     gains_of,
     w_out,
     y_out,
+    loop,
 ):
     """Fill y_out (samples, lanes), and w_out if it has rows, from rest at zero; lanes are whole groups.
 
@@ -159,7 +209,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     samples, groups = len(u), settings.shape[1] // LANES
     n, t_n = len(factors_of), len(torque_factors_of)
     h = 1.0 / (rate * substeps)
-    s, ds = aligned_rows(S.COUNT), aligned_rows(1)
+    s, ds, start = aligned_rows(S.COUNT), aligned_rows(1), aligned_rows(1)
     factors, inputs, outputs = aligned_rows(n), aligned_rows(n), aligned_rows(4 * n)
     t_factors, t_inputs, t_outputs = aligned_rows(t_n), aligned_rows(2 * t_n), aligned_rows(4 * t_n)
     per = substeps + 1
@@ -169,6 +219,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     x, b, gains = aligned_rows(n), aligned_rows(t_n), aligned_rows(t_n)
     for i in range(t_n if len(targets) else 0):
         store(gains, i, broadcast(gains_of[i]))
+    ahead_of_command = not direct.any()
     zero, one, step, tau = broadcast(0.0), broadcast(1.0), broadcast(h), broadcast(TAU)
 
     rubbing, load_rubbing = active[S.MOTOR_FRICTION], active[S.LOAD_FRICTION]
@@ -222,15 +273,24 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             stiffness_ratio = stiffness / load_stiffness
         x[:], b[:] = 0.0, 0.0
         followed, ramped, play, earlier, last_place = zero, zero, zero, zero, zero
+        if loop is not None:
+            gather(loop[7], group, x)
+            gather(loop[8], group, start)
+            play, last_place = load(start, 0), load(start, 0)
+            filters, controls = np.zeros((LANES, len(loop[1]), 2)), np.zeros((LANES, STATES))
         bristle, load_bristle, v = zero, zero, zero
         part = zero
         if active[S.EXTRA_DELAY]:
             part = load(s, S.EXTRA_DELAY)
         for k in range(samples):
-            later = load(u, k * groups + group)
             position = output_of(W, outputs, x)
             if torques:
                 position = position + output_of(W, t_outputs, b)
+            if loop is not None and ahead_of_command:
+                _, _, _, shown = _shown(position, play, s, active, k, rate)
+                store(y_out, k * groups + group, shown)
+                _fed_back(loop, k, group, y_out, filters, controls, u)
+            later = load(u, k * groups + group)
             aside = zero
             if len(known_positions):
                 aside = broadcast(known_share) * (load(known_positions, k * groups + group) - position)
@@ -370,30 +430,15 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             if held:
                 stepped(sample_factors, sample_inputs, 0, v, real_count, x)
             earlier = later
-            if active[S.PLAY]:
-                half_gap = load(s, S.PLAY)
-                play = _clipped(play, output - half_gap, output + half_gap)
-                output = play
-            if active[S.ECCENTRICITY]:
-                output = output + _reading_wave(s, S.ECCENTRICITY, active[S.ECCENTRICITY_SECOND], output)
+            play, at, output, shown = _shown(output, play, s, active, k, rate)
             if len(w_out):
-                store(w_out, k * groups + group, output)
-            output = where_less(zero, output, output * load(s, S.GAIN_RATIO), output)
-            half_width = load(s, S.DEAD_ZONE)
-            shown = maximum(output - half_width, zero) + minimum(output + half_width, zero)
-            shown = where_less(zero, shown, shown * load(s, S.SHOWN_RATIO), shown)
-            if active[S.READING_ERROR]:
-                shown = shown + _reading_wave(s, S.READING_ERROR, active[S.READING_SECOND], output)
-            t = broadcast(k / rate)
-            if active[S.DRIFT_RATE]:
-                shown = shown + load(s, S.DRIFT_RATE) * t
-            if active[S.DRIFT_SETTLING]:
-                age = (zero - t) / load(s, S.DRIFT_TIME)
-                shown = shown + load(s, S.DRIFT_SETTLING) * (one - exponential(age))
+                store(w_out, k * groups + group, at)
             store(y_out, k * groups + group, shown)
+            if loop is not None and not ahead_of_command:
+                _fed_back(loop, k, group, y_out, filters, controls, u)
             if len(targets):
                 error = load(targets, k * groups + group) - shown
                 error = where_less(absolute(error), broadcast(np.inf), error, zero)
-                error = where_less(half_width, absolute(output), error, zero)
+                error = where_less(load(s, S.DEAD_ZONE), absolute(output), error, zero)
                 for i in range(t_n):
                     store(b, i, load(b, i) + load(gains, i) * error)

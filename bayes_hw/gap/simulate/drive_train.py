@@ -24,7 +24,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.linalg.lapack import dgeev
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles
 from bayes_hw.gap.simulate.drive_train_kernel import (
     command_path,
@@ -66,6 +66,29 @@ VELOCITY_LOOP_CORNER = 10.0
 """rad/s; where a torque is rejected when the drive train is not known: the integral time of usual loops."""
 
 
+def resonant_poles(
+    poles: ComplexArray,
+    residues: ComplexArray,
+    host_residues: ComplexArray,
+    real: BoolArray,
+    resonator: Resonator,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Upper poles and residues of G / (1 + X H): G and H, from load torque to the host's angle, as residues
+    (n,) at upper `poles` (n,), X what the resonator takes; an integrator of G stays one."""
+    every, of_g, of_host = (
+        np.concatenate([upper, upper[~real].conj()]) for upper in (poles, residues, host_residues)
+    )
+    denominator, (numerator, host_numerator) = numerators(every, np.stack([of_g, of_host]))
+    taken = np.polymul(resonator.resisting, host_numerator)
+    closed = np.polyadd(np.polymul(denominator, resonator.own), taken)
+    found = np.roots(closed).astype(np.complex128)
+    nearest = np.argmin(np.abs(found))
+    found[nearest] = 0.0 if np.any(poles == 0) else found[nearest]
+    found = found[found.imag >= 0]
+    passed = np.polyval(numerator, found) * np.polyval(resonator.own, found)
+    return found, np.asarray(passed / np.polyval(np.polyder(closed), found), np.complex128)
+
+
 @dataclass(frozen=True)
 class UnknownTrain:
     """Torque paths where G is not that of the drive train above: G itself behind a velocity loop.
@@ -104,21 +127,9 @@ class UnknownTrain:
         self, system: ContinuousPoles, resonator: Resonator
     ) -> tuple[ComplexArray, ComplexArray]:
         """Poles and residues of G / (1 + X H), H from load torque to w, X what the resonator takes."""
-        pairs = system.real == 0
         to_host = system.poles / (self.bandwidth * (system.poles + self.corner))
-        every, residues, by_host = (
-            np.concatenate([upper, upper[pairs].conj()])
-            for upper in (system.poles, system.residues, system.residues * to_host)
-        )
-        denominator, (numerator, host_numerator) = numerators(every, np.stack([residues, by_host]))
-        taken = np.polymul(resonator.resisting, host_numerator)
-        closed = np.polyadd(np.polymul(denominator, resonator.own), taken)
-        poles = np.roots(closed).astype(np.complex128)
-        nearest = np.argmin(np.abs(poles))
-        poles[nearest] = 0.0 if np.any(system.poles == 0) else poles[nearest]
-        poles = poles[poles.imag >= 0]
-        passed = np.polyval(numerator, poles) * np.polyval(resonator.own, poles)
-        return poles, np.asarray(passed / np.polyval(np.polyder(closed), poles), np.complex128)
+        by_host = system.residues * to_host
+        return resonant_poles(system.poles, system.residues, by_host, system.real != 0, resonator)
 
     @property
     def stiffness(self) -> tuple[float, float]:

@@ -25,6 +25,10 @@ CONVERGED_NATS = 0.02
 """A descent ends when a step with fresh noise gains less log-likelihood than this."""
 
 
+LARGEST_DERIVATIVE = 1e140
+"""The squares of larger ones are not finite: a trial on its way out of any sense."""
+
+
 class Response(Protocol):
     """What a descent needs: residuals, NaN where nothing was measured, their derivatives, and which
     coordinates mean something. `masks` say what was measured of every record, None where all was."""
@@ -143,8 +147,8 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     for rows, first, measured in response.linearise(point.coordinates, point.whitener.order):
         block = point.whitener.apply(rows, first, measured)
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
-        if not np.isfinite(stacked).all():
-            raise FloatingPointError("derivatives are not finite")
+        if not np.isfinite(stacked).all() or np.abs(stacked).max(initial=0.0) > LARGEST_DERIVATIVE:
+            raise FloatingPointError("derivatives are not finite, or their squares are not")
         factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(rows)]
     assert factor is not None
     if isinstance(response, PriorResponse):

@@ -116,7 +116,7 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
     largest = max(float(np.abs(r.u).max()) for r in records)
     limits = [abs(x) for x in (fit.values.cascade.lower, fit.values.cascade.upper) if np.isfinite(x)]
     command = STEP_SHARE * min([*limits, largest])
-    columns = {e.form.column for e in fit.response.template if e.form.column}
+    columns = {e.form.column for e in fit.response.template if e.form.is_known_input}
     lead = max(round(0.05 * seconds * rate), 2)
     u = np.concatenate([np.zeros(lead), np.full(max(round(seconds * rate), 20), command)])
 

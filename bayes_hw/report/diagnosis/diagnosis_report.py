@@ -13,9 +13,14 @@ from bayes_hw.provenance import Provenance
 from bayes_hw.report.diagnosis.diagnosis_sections import (
     NO_NUMBER,
     OTHER,
+    advice_section,
     how_far_section,
+    left_section,
+    numbers_section,
+    share_interval,
+    weighed_section,
+    when_section,
     where_section,
-    which_section,
 )
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record
 from bayes_hw.report.page.document import (
@@ -45,8 +50,8 @@ SMALLEST_GAP = 0.3
 def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
     """The report whose first page answers: is there a gap, which effect is it, how far does it shrink."""
     return Report(
-        title=f"Sim-to-real gap of {diagnosis.case.name}",
-        subtitle="Where simulation and records differ, which effect is missing, how far the gap shrinks",
+        title=diagnosis.case.name,
+        subtitle="What its simulator lacks, and how far the error shrinks with it",
         verdict=_verdict(diagnosis),
         badges=_badges(diagnosis),
         key_figure=gap_on_record(
@@ -58,12 +63,16 @@ def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
             diagnosis.verdict.gap_holdout.noise_floor,
         ),
         sections=(
-            where_section(diagnosis),
-            which_section(diagnosis),
             how_far_section(diagnosis),
+            advice_section(diagnosis),
+            where_section(diagnosis),
+            numbers_section(diagnosis),
+            when_section(diagnosis),
+            left_section(diagnosis),
+            weighed_section(diagnosis),
             _records_section(diagnosis),
             _limits_section(diagnosis),
-            Section("Provenance", (KeyValues(origin.rows()),)),
+            Section("Where this comes from", (KeyValues(origin.rows()),), folded=True),
         ),
     )
 
@@ -74,7 +83,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     if verdict.confusable:
         rivals = ", ".join(label_words(other) for _, other in verdict.confusable)
         parts.append(f"These records cannot rule out {rivals} instead.")
-    return " ".join([*parts, *(f"Note: {typeset(note)}." for note in verdict.notes)])
+    return " ".join(parts)
 
 
 def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
@@ -116,7 +125,7 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     return Badge(
         f"closes {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
-        f"of the avoidable error held out, 94 % interval {format_percent(low)} to {format_percent(high)}",
+        f"of the avoidable error held out (94 %: {share_interval(low, high)})",
     )
 
 
@@ -126,8 +135,8 @@ def _rival_badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
     if not answer:
         return ()
     if confusable:
-        pairs = "; ".join(f"{label_words(one)} or {label_words(other)}" for one, other in confusable)
-        return (Badge("not told apart", "warn", pairs),)
+        rivals = ", ".join(label_words(other) for _, other in confusable)
+        return (Badge("not told apart", "warn", f"could also be {rivals}"),)
     if answer == OTHER:
         return (Badge("cause open", "warn", "see what is left, and the next experiment"),)
     if len(answer) > 1:
@@ -174,7 +183,7 @@ def _records_section(diagnosis: Diagnosis) -> Section:
     if treated:
         blocks += [Paragraph("What was done to the data after reading:"), Bullets(tuple(treated))]
     blocks += [Callout("warn", "Note", typeset(note)) for note in diagnosis.verdict.notes]
-    return Section("Records and starts", tuple(blocks))
+    return Section("Records, starts and notes", tuple(blocks), folded=True)
 
 
 def _limits_section(diagnosis: Diagnosis) -> Section:
@@ -199,7 +208,7 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
             "Small effects: no noise level was given, so that what is small beside the gap (a fifth of its "
             "root mean square) is called neither a second effect nor “other”."
         )
-    return Section("What was not checked", (Bullets(tuple(items)),))
+    return Section("What was not checked", (Bullets(tuple(items)),), folded=True)
 
 
 def _structure(diagnosis: Diagnosis) -> str:

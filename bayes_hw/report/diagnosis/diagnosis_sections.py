@@ -1,8 +1,9 @@
-"""Sections of a diagnosis: where the gap lies, which effect it is, how far it shrinks."""
+"""Sections of a diagnosis around a model, in the order in which an engineer doubts."""
 
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,10 +16,11 @@ from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.criticism.latent_force import latent_force
 from bayes_hw.gap.criticism.residual_map import noise_power, residual_map
 from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
+from bayes_hw.gap.effects.words import label_words
 from bayes_hw.gap.noise.spectra import mean_spectrum
 from bayes_hw.report.diagnosis.figures_diagnosis import (
     block_shares,
-    error_before_and_after,
     gap_on_record,
     label_probabilities,
     regimes_and_coherences,
@@ -33,6 +35,7 @@ from bayes_hw.report.page.rounding import (
     format_estimate,
     format_interval,
     format_number,
+    format_p_value,
     format_percent,
     format_value,
 )
@@ -40,21 +43,24 @@ from bayes_hw.report.page.typography import MINUS, typeset
 
 OTHER = ("other",)
 ZOOM_SHARE = 0.1
+NEVER_ALL = 0.999
+"""No closed share is said to be larger."""
+
 RANKED_SHOWN = 24
 NO_NUMBER = "—"
 
 BLOCK_MEANINGS = {
-    "input": "the command side: what happens between the command and the limited velocity",
-    "linear": "the linear dynamics G",
-    "drive": "the drive train: friction, play, ripple",
-    "disturbance": "a disturbance from outside that no record shows",
-    "sensor": "the output: encoder and output map",
-    "none": "no block",
+    "input": "on the command side, between the command and the limited velocity",
+    "linear": "in the linear dynamics G",
+    "drive": "in the drive train: friction, play, ripple",
+    "disturbance": "from outside, by a disturbance that no record shows",
+    "sensor": "at the output: encoder and output map",
+    "none": "nowhere",
 }
 
 
 def where_section(diagnosis: Diagnosis) -> Section:
-    """By block, by band, in time and frequency, by regime, in time."""
+    """By place in the axis, by frequency, by regime."""
     where, explanation = diagnosis.verdict.where, diagnosis.decision.explanation
     base = diagnosis.attribution.base.fit
     rate = base.hypothesis.scale.rate
@@ -63,14 +69,13 @@ def where_section(diagnosis: Diagnosis) -> Section:
     name = explanation.name
     if diagnosis.verdict.answer == OTHER:
         name += " (the best of the catalogue, which is not the answer)"
-    loudest = int(np.argmax([np.mean(e**2) for e in base.residuals]))
     low, high = where.band_hz
     blocks: list[Block] = [
         Paragraph(
-            f"Block: {where.block}, {BLOCK_MEANINGS.get(where.block, 'registered by another package')}. "
-            f"Most of the excess lies between {format_number(low)} and {format_number(high, unit='Hz')}; "
-            f"{_loudest_regime(where.regime)}. All of this is of the re-estimated model's "
-            "residuals on the training records."
+            f"It enters {BLOCK_MEANINGS.get(where.block, 'at a place registered by another package')}. "
+            f"Most of the error lies between {format_number(low)} and {format_number(high, unit='Hz')}; "
+            f"{_loudest_regime(where.regime)}. All of this is of what the model, its numbers estimated "
+            "again, leaves of the training records."
         ),
         block_shares(where.share, where.block),
         residual_spectrum(
@@ -81,6 +86,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
             diagnosis.case.model.units.output,
             name,
         ),
+        regimes_and_coherences(where.regimes, where.coherences, where.regime),
     ]
     if explanation.followed is not None:
         blocks.append(
@@ -96,30 +102,34 @@ def where_section(diagnosis: Diagnosis) -> Section:
             Callout(
                 "info",
                 "Before and after look alike",
-                f"Stochastic ({' and '.join(explanation.cause_of_noise.labels)}): what is expected of the "
-                "residuals changes, the residuals themselves stay.",
+                f"Random ({' and '.join(map(label_words, explanation.cause_of_noise.labels))}): what is "
+                "expected of the errors changes, the errors themselves stay.",
             )
         )
-    blocks += [
-        time_frequency(
-            residual_map(base.residuals[loudest], explanation), diagnosis.case.train[loudest].name
-        ),
-        regimes_and_coherences(where.regimes, where.coherences, where.regime),
+    return Section("Where does it show?", tuple(blocks))
+
+
+def when_section(diagnosis: Diagnosis) -> Section:
+    """In time and frequency, over the records, and the force that would make up for it."""
+    where, explanation = diagnosis.verdict.where, diagnosis.decision.explanation
+    base = diagnosis.attribution.base.fit
+    loudest = int(np.argmax([np.mean(e**2) for e in base.residuals]))
+    name, units = diagnosis.case.train[loudest].name, diagnosis.case.model.units
+    blocks: list[Block] = [
+        time_frequency(residual_map(base.residuals[loudest], explanation), name),
         time_segments(where.segments),
         Paragraph(_of_change_points(diagnosis)),
         latent_force_figure(
-            latent_force(base, loudest, explanation.encoder_noise),
-            diagnosis.case.train[loudest].name,
-            (diagnosis.case.model.units.output, diagnosis.case.model.units.time),
+            latent_force(base, loudest, explanation.encoder_noise), name, (units.output, units.time)
         ),
     ]
-    return Section("Where", tuple(blocks))
+    return Section("When does it show?", tuple(blocks), folded=True)
 
 
 def _loudest_regime(regime: str) -> str:
     if regime == EVERYWHERE:
-        return "in no regime is the residual larger than in all samples together"
-    return f"the residual is largest in the regime “{regime}”"
+        return "it is no larger in any state of motion than in all samples together"
+    return f"it is largest in the samples “{regime}”"
 
 
 def _of_change_points(diagnosis: Diagnosis) -> str:
@@ -135,46 +145,62 @@ def _of_change_points(diagnosis: Diagnosis) -> str:
     return f"Change points of the size of the error: {found}. Where a sweep passes a mode there are such too."
 
 
-def which_section(diagnosis: Diagnosis) -> Section:
-    """Probabilities, ranking, what cannot be told apart, the next experiment, what is left."""
+def advice_section(diagnosis: Diagnosis) -> Section:
+    """What each effect of the answer is, what it would look like, what to do about it, and the experiment
+    that confirms."""
     verdict = diagnosis.verdict
-    blocks: list[Block] = [
-        label_probabilities(verdict.probability, verdict.answer),
-        ranking_table(diagnosis),
+    effects = diagnosis.decision.explanation.fit.hypothesis.effects
+    registered = {effect.label: effect.description for effect in effects}
+    blocks: list[Block] = []
+    for label in verdict.answer:
+        described = DESCRIPTIONS.get(label) or registered.get(label)
+        if described is not None:
+            said = (f"What it looks like: {described.looks}", f"What to do: {described.remedy}")
+            told = [f"Not {label_words(n)}: {how}" for n, how in described.neighbours.items()]
+            blocks += [Paragraph(f"{described.title}: {described.meaning}."), Bullets((*said, *told))]
+    blocks += [
+        Callout(
+            "info",
+            f"The law of {effect.name}",
+            typeset(_one_paragraph(inspect.getdoc(type(effect)) or "")),
+        )
+        for effect in effects
+        if effect.label in verdict.answer
     ]
     if verdict.confusable:
-        pairs = tuple(f"{one} and {other}" for one, other in verdict.confusable)
+        pairs = tuple(f"{label_words(one)} and {label_words(other)}" for one, other in verdict.confusable)
         blocks += [Paragraph("These records cannot tell apart:"), Bullets(pairs)]
     elif len(verdict.answer) > 1:
         blocks.append(Paragraph("Rivals of a pair were not sought; the ranking shows what comes near."))
     elif verdict.answer and verdict.answer != OTHER:
-        blocks.append(Paragraph("No other single effect comes near the evidence of the answer."))
+        blocks.append(Paragraph("No other single effect explains these records nearly as well."))
     if verdict.next_experiment:
-        blocks.append(Callout("info", "Next experiment", verdict.next_experiment))
-    blocks.append(
-        Table(
-            ("what is left", "surprise (nats)", "size / noise"),
-            tuple(
-                (left.kind, f"{left.surprise:.2f}", f"{left.size:.2f}")
-                for left in diagnosis.decision.leftovers
-            ),
-            f"What stays in the residuals beside {diagnosis.decision.explanation.name}: descriptions that "
-            "name no cause, each with minus the logarithm of the probability of as much by chance, and its "
-            "size in units of the noise. A surprising one of some size makes the verdict “other”; so does an "
-            "effect in a block where functions that name no cause find next to nothing.",
-            (1, 2),
-        )
+        blocks.append(Paragraph(typeset(f"Next experiment: {verdict.next_experiment}.")))
+    return Section("What is it, and what to do?", tuple(blocks))
+
+
+def left_section(diagnosis: Diagnosis) -> Section:
+    """What stays beside the explanation."""
+    table = Table(
+        ("what is left", "chance in noise alone", "size / noise"),
+        tuple(
+            (left.kind, format_p_value(min(1.0, math.exp(-left.surprise))), f"{left.size:.2f}")
+            for left in diagnosis.decision.leftovers
+        ),
+        f"What stays beside {diagnosis.decision.explanation.name}: descriptions that name no cause, each "
+        "with the probability of as much by chance, and its size in units of the noise. An unlikely one of "
+        "some size makes the verdict “other”; so does an effect in a place where functions that name no "
+        "cause find next to nothing.",
+        (1, 2),
     )
-    described = [
-        Callout(
-            "info",
-            f"What {effect.name} means here",
-            typeset(_one_paragraph(inspect.getdoc(type(effect)) or "")),
-        )
-        for effect in diagnosis.decision.explanation.fit.hypothesis.effects
-        if effect.label in verdict.answer
-    ]
-    return Section("Which effect", (*blocks, *described))
+    return Section("What is left?", (table,), folded=diagnosis.verdict.answer != OTHER)
+
+
+def weighed_section(diagnosis: Diagnosis) -> Section:
+    """Probabilities of all labels, and the ranking of what was tried."""
+    verdict = diagnosis.verdict
+    blocks = (label_probabilities(verdict.probability, verdict.answer), ranking_table(diagnosis))
+    return Section("What else was weighed?", blocks, folded=True)
 
 
 def _one_paragraph(docstring: str) -> str:
@@ -218,21 +244,21 @@ def _ranked_row(row: Ranked, chosen: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def how_far_section(diagnosis: Diagnosis) -> Section:
-    """Errors before and after, the hold-out record to zoom, parameters of effects and base."""
+    """Errors before and after, and the hold-out record to zoom."""
+    blocks = (closure_table(diagnosis), *_unclosed(diagnosis), _zoomable(diagnosis))
+    return Section("Does it predict what it has not seen?", blocks)
+
+
+def numbers_section(diagnosis: Diagnosis) -> Section:
+    """Parameters of the effects, and of the base model before and after."""
     verdict = diagnosis.verdict
-    unit = diagnosis.case.model.units.output
-    blocks: list[Block] = [
-        error_before_and_after(verdict.gap_train, verdict.gap_holdout, unit),
-        closure_table(diagnosis),
-    ]
-    blocks += _unclosed(diagnosis)
-    blocks.append(_zoomable(diagnosis))
+    blocks: list[Block] = []
     if verdict.parameters:
         blocks.append(parameter_table(verdict))
     elif verdict.answer == OTHER:
         blocks.append(Paragraph("No effect of the catalogue was added, so there are no parameters of one."))
     blocks.append(_base_table(diagnosis))
-    return Section("How far it shrinks", tuple(blocks))
+    return Section("How sure are the numbers?", tuple(blocks))
 
 
 def closure_table(diagnosis: Diagnosis) -> Table:
@@ -249,6 +275,11 @@ def closure_table(diagnosis: Diagnosis) -> Table:
         "finite length of the records.",
         (1, 2, 3, 4, 5),
     )
+
+
+def share_interval(low: float, high: float) -> str:
+    """Ends of the interval of a closed share."""
+    return " to ".join(format_percent(min(end, NEVER_ALL), 1) for end in (low, high))
 
 
 def parameter_table(verdict: Verdict) -> Table:
@@ -284,14 +315,13 @@ def _unclosed(diagnosis: Diagnosis) -> list[Block]:
         ]
     if explanation.cause_of_noise is None:
         return []
-    gain = explanation.log_evidence - diagnosis.attribution.base.log_evidence
+    random = " and ".join(map(label_words, explanation.cause_of_noise.labels))
     return [
         Callout(
             "info",
-            "No simulator can track a stochastic effect",
-            f"What is random ({' and '.join(explanation.cause_of_noise.labels)}) is not known beforehand on "
-            "another record. What is gained is a better description of the error, and with it of the band: "
-            f"log-evidence {format_number(gain)} over the re-estimated model with coloured noise.",
+            "No simulator can track it",
+            f"What is random ({random}) is not known beforehand on another record. What is gained is a "
+            "better description of the error, and with it of the band.",
         )
     ]
 
@@ -304,7 +334,7 @@ def _closure_row(name: str, gap: Closure, unit: str) -> tuple[str, ...]:
         format_number(gap.rmse_after, 3, unit),
         format_number(gap.noise_floor, 3, unit),
         format_percent(gap.closed),
-        f"{format_percent(low)} to {format_percent(high)}",
+        share_interval(low, high),
     )
 
 
@@ -354,7 +384,8 @@ def _base_table(diagnosis: Diagnosis) -> Table:
         way = "about the best explanation that failed, as far off as those lie apart: no model here holds"
     else:
         way = f"{'jointly with the effects of the answer' if added else 'without effects'}, averaged over "
-        way += "other explanations by their probability"
+        way += "other explanations by their probability (where an unlikely one puts a number far off, its sd "
+        way += "is wider than its interval)"
     header = ("base parameter", "as given", "fitted alone", "estimated", "94 % HDI")
     shifts = base_shifts(diagnosis.attribution.base, diagnosis.case.model.noise_sigma, diagnosis.verdict.base)
     return Table(

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import LogLocator
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.criticism.residual_map import ResidualMap
+from bayes_hw.gap.effects.words import BLOCK_WORDS
 from bayes_hw.gap.noise.spectra import Spectrum
 from bayes_hw.record import Record
 from bayes_hw.report.page.document import Figure
@@ -26,7 +26,7 @@ from bayes_hw.report.page.drawing import (
     plain_log_ticks,
     with_unit,
 )
-from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, MUTED, NOMINAL, VERMILLION
+from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, NOMINAL, VERMILLION
 from bayes_hw.report.page.rounding import format_number, format_percent
 from bayes_hw.report.page.typography import squared_unit, typeset_unit
 
@@ -34,6 +34,9 @@ BEFORE = VERMILLION
 AFTER = MODEL
 OTHER_BAR = "#b9c3cc"
 LOUDEST = LinearSegmentedColormap.from_list("gap", ["#ffffff", "#BFE0F5", MODEL, "#1b1b3a"])
+SHOWN_FROM = 0.01
+"""Probability above which a label has a bar."""
+
 LEAST_DECIBELS = 20.0
 """The colour scale of a map reaches at least this far, so that a map of noise looks like one."""
 
@@ -109,28 +112,32 @@ def gap_canvas(
 def block_shares(share: Mapping[str, float], named: str) -> Figure:
     """Probability of every block that the cause enters there; the block `named` stands out."""
     return _bars(
-        {name: 100 * value for name, value in share.items()},
-        {named},
+        {BLOCK_WORDS.get(name, name): 100 * value for name, value in share.items()},
+        {BLOCK_WORDS.get(named, named)},
         "probability (%)",
-        "Where by block: probability that the cause enters there, two causes counted half each. An effect "
-        "of the catalogue counts where it acts; where the answer is other, blocks are held against each "
-        "other by how surprising what free functions take of the residual there is, beside a random walk. "
-        f"Verdict: {named}.",
+        "Where it enters: probability of every place, two causes counted half each. Of an effect of the "
+        "catalogue that is where it acts; where none is found, places are compared by how much functions "
+        f"that name no cause explain there. Verdict: {BLOCK_WORDS.get(named, named)}.",
         f"Bars of {len(share)} blocks; the verdict is {named}.",
         100.0,
     )
 
 
 def label_probabilities(probability: Mapping[str, float], answer: Sequence[str]) -> Figure:
-    """Marginal probability that each label is present, none and other among them."""
-    ordered = dict(sorted(((n, 100 * p) for n, p in probability.items()), key=lambda item: -item[1]))
+    """Marginal probability that each label is present, none and other among them: those above `SHOWN_FROM`,
+    and the answer; the others in one line."""
+    blue = set(answer) or {"none"}
+    ordered = sorted(probability.items(), key=lambda item: -item[1])
+    shown = {name: 100 * p for name, p in ordered if p > SHOWN_FROM or name in blue}
+    rest = [p for name, p in ordered if name not in shown]
+    others = f" Not drawn: {len(rest)} more, each {format_percent(rest[0], 1)} or less." if rest else ""
     return _bars(
-        ordered,
-        set(answer) or {"none"},
+        shown,
+        blue,
         "probability (%)",
         "Which: probability that each effect is present. The bars need not add up to 100 %: two "
-        "effects can be present at once. Blue: the answer.",
-        f"Bars of {len(ordered)} labels; the answer is {', '.join(answer) or 'none'}.",
+        f"effects can be present at once. Blue: the answer.{others}",
+        f"Bars of {len(shown)} labels; the answer is {', '.join(answer) or 'none'}.",
         100.0,
     )
 
@@ -272,39 +279,4 @@ def time_segments(segments: Sequence[float]) -> Figure:
             f"Where in time: rms of the residual in {len(segments)} equal parts of the training records, in "
             "units of the noise (dashed).",
             "Rms of the residual over the course of the records.",
-        )
-
-
-def error_before_and_after(train: Closure, holdout: Closure, unit: str) -> Figure:
-    """Root mean square errors of both kinds of record, with the noise floor."""
-    rows = (("training records", train), ("held-out records", holdout))
-    with drawing_settings():
-        canvas = new_canvas(1.75)
-        axes = canvas.subplots()
-        for row, (_, gap) in enumerate(rows):
-            axes.barh(row - 0.19, gap.rmse_before, 0.34, color=BEFORE, label="before" if row == 0 else None)
-            axes.barh(row + 0.19, gap.rmse_after, 0.34, color=AFTER, label="after" if row == 0 else None)
-            axes.vlines(
-                gap.noise_floor,
-                row - 0.45,
-                row + 0.45,
-                color=INK,
-                linestyle="--",
-                linewidth=1.3,
-                label="noise floor" if row == 0 else "",
-            )
-        axes.set_yticks(range(2), [name for name, _ in rows])
-        axes.invert_yaxis()
-        axes.grid(False, axis="y")
-        axes.set_xlabel(with_unit("root mean square error", unit))
-        axes.spines["left"].set_color(MUTED)
-        canvas.legend(loc="outside upper center", ncols=3)
-        closed = (
-            f"{format_percent(train.closed)} of training and {format_percent(holdout.closed)} of held-out"
-        )
-        return finished(
-            canvas,
-            "How far: root mean square error before and after the answer's effects are added, with the noise "
-            "floor that no simulator can go below.",
-            f"Bars of errors before and after: {closed} avoidable error is closed.",
         )

@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.finding import MOST_SAID, words_of
 from bayes_hw.gap.joint.free_function import EffectView, Seen
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
+from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
@@ -52,9 +53,11 @@ class JointPage:
         whitener = fit.point.whitener
         order = whitener.order
         residuals = [
-            with_holes(r.y - fit.response.simulate(fit.values, r.u, r.known).y, r.measured) for r in train
+            with_holes(r.y - fit.response.along(fit.values, number).y, r.measured)
+            for number, r in enumerate(train)
         ]
-        return examine_residuals(train, residuals, whitener.coefficients[order, :order])
+        fitted = PARAMETERS if isinstance(whitener, SlowWhitener) else order
+        return examine_residuals(train, residuals, whitener.coefficients[order, :order], fitted)
 
     @cached_property
     def view(self) -> EffectView | None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayes_hw.gap.answer.train_axis import TrainAxis
 from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage
 from bayes_hw.provenance import Provenance
@@ -20,7 +21,7 @@ WORTH = 0.9
 
 def confirming_report(
     title: str,
-    axis: CorrectedAxis,
+    axis: CorrectedAxis | TrainAxis,
     stage: Stage,
     found: Sequence[Experiment],
     narrowing: float,

@@ -9,7 +9,7 @@ NO_BREAK_SPACE = "\u00a0"
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _POWER_OF_TEN = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
-_EXPONENT = re.compile(r"(?<=[\w)|])\^(-?\d)(?![\w.])")
+_EXPONENT = re.compile(r"(?<=[\w)|])\^(-?\d)(?!\w|\.\d)")
 _MINUS_SIGN = re.compile(r"(?<![\w.)\]%-])-(?=[\d∞])|(?<= )-(?= )|(?:(?<=\()|(?<== ))-(?=[\w(])")
 """Before a number, between spaces, and where a formula in brackets or behind a sign of equality begins."""
 

@@ -89,6 +89,7 @@ def test_a_label_of_another_package_has_its_own_block() -> None:
     assert block_shares(decision(("ice",), ice=0.9, snow=0.1), blocks)["dish"] == 0.9
 
 
+@pytest.mark.compiles
 def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
     """A torque largest 0.4 s after the axis turned: without memory it would be taken for lags."""
     fit = with_residuals(noise())
@@ -159,6 +160,10 @@ def test_regimes_are_where_the_motion_says() -> None:
         ratios = regime_ratios(with_residuals(residuals), INPUTS, SIGMA)
         assert max(ratios, key=lambda regime: ratios[regime]) == name
         assert ratios[name] == pytest.approx(26, rel=0.1)
+    at_rest = np.concatenate(masks["dead zone"])
+    near = np.abs(travelled) < AXIS.dead_zone.half_width / 2
+    assert at_rest.any()
+    np.testing.assert_array_equal(at_rest, near)
     quiet = regime_ratios(fit, INPUTS, SIGMA)
     assert all(value == pytest.approx(1, abs=0.35) for value in quiet.values())
 

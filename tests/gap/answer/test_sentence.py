@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
-from bayes_hw.gap.answer.sentence import _amount, consequence
+from bayes_hw.gap.answer.sentence import _amount, _of_the_gap, consequence
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate
 
@@ -18,6 +21,7 @@ from bayes_hw.gap.answer.verdict import Estimate
         (1.2e-9, 3e-10, "1.2e-09 +- 3e-10 deg"),
         (-0.4, 0.5, "-0.4 +- 0.5 deg"),
         (0.25, 0.0, "0.25 deg"),
+        (0.06311144, 6e-8, "0.063111 deg"),
     ],
 )
 def test_amounts_are_rounded_by_their_deviation(mean: float, sd: float, text: str) -> None:
@@ -30,11 +34,39 @@ def test_amounts_are_rounded_by_their_deviation(mean: float, sd: float, text: st
         (True, "With it in the model, 88 % [83, 92] of the avoidable error on the record held out is gone."),
         (
             False,
-            "No simulation follows it: knowing of it makes the training records 41 nats likelier, and of the "
-            "avoidable error on the record held out 88 % [83, 92] go with the model's own numbers.",
+            "No simulation follows it: what knowing of it improves is the band and the model's own numbers, "
+            "by which 88 % [83, 92] of the avoidable error on the record held out are gone.",
         ),
     ],
 )
 def test_what_is_random_is_not_said_to_be_removed(tracked: bool, text: str) -> None:
     gap = Closure(0.3, 0.1, 0.01, 0.88, (0.83, 0.92))
-    assert consequence(gap, 41.3, "it", tracked) == text
+    assert consequence(gap, "it", tracked) == text
+
+
+def answered(answer: tuple[str, ...], noise: float, before: float) -> Any:
+    gap = Closure(before, noise, noise, 0.9, (0.85, 0.95))
+    effects = (SimpleNamespace(block="drive", label="friction", name="friction, Coulomb"),)
+    fit = SimpleNamespace(hypothesis=SimpleNamespace(effects=effects))
+    explanation = SimpleNamespace(fit=fit, log_evidence=60.0, labels=("friction",))
+    return SimpleNamespace(
+        verdict=SimpleNamespace(
+            answer=answer, gap_holdout=gap, probability={"none": 0.97, "friction": 0.96}, parameters={}
+        ),
+        decision=SimpleNamespace(explanation=explanation),
+        attribution=SimpleNamespace(base=SimpleNamespace(log_evidence=10.0)),
+    )
+
+
+def test_the_gap_is_stated_in_multiples_of_the_noise() -> None:
+    """sqrt(0.05^2 - 0.03^2) / 0.03 = 1.33."""
+    said = _of_the_gap(answered(("friction",), 0.03, 0.05))
+    assert said.startswith(
+        "Model and records differ by 1.3 times the noise; what the model lacks is friction"
+    )
+    assert "(96 % sure)" in said
+
+
+def test_no_gap_is_said_as_one() -> None:
+    said = _of_the_gap(answered((), 0.03, 0.029))
+    assert said.startswith("Nothing is missing from the model") and "(97 % sure)" in said

@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.shrink import (
     Closure,
+    _positive_normal,
     closure,
     measured_closure,
     rounded_outward,
@@ -197,3 +198,14 @@ def test_glitches_do_not_count_as_motion() -> None:
     np.testing.assert_array_equal(cleaned[glitches == 0], measured[0][glitches == 0])
     plain: Any = SimpleNamespace(stochastic=None)
     assert without_glitches(plain, measured, shown)[0] is measured[0]
+
+
+def test_a_normal_cut_off_at_zero_has_its_moments() -> None:
+    """Means of a half normal, sd sqrt(2 / pi), and of one of mean and sd one, 1 + 0.2420 / 0.8413; without
+    spread there is nothing to draw."""
+    rng = np.random.default_rng(5)
+    for mean, sd, expected in ((0.0, 2.0, 2.0 * np.sqrt(2 / np.pi)), (1.0, 1.0, 1 + 0.2420 / 0.8413)):
+        drawn = np.array([_positive_normal(mean, sd, rng) for _ in range(2000)])
+        assert drawn.min() >= 0
+        assert drawn.mean() == pytest.approx(expected, rel=0.05)
+    assert _positive_normal(1.0, 0.0, rng) == 0.0

@@ -1,4 +1,4 @@
-"""From nats and spectra to answers: each rule on numbers of its own."""
+"""From nats to answers: each rule on numbers of its own."""
 
 from __future__ import annotations
 
@@ -13,27 +13,22 @@ from bayes_hw.gap.joint.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.joint_decision import JointDecision, decide, decide_jointly
 from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_search import JointAnswer
-from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
 from bayes_hw.gap.joint.remainder import Remainder
-
-QUIET = NoiseSpectrum(0.0, 0.0, -4.0, -4.0, -11.0, 0.1)
 
 
 def _decided(
     nats: dict[str, float],
-    spectrum: NoiseSpectrum = QUIET,
     *,
+    coloured: float = 0.0,
     readings: dict[str, float] | None = None,
     rivals: dict[str, float] | None = None,
-    kurtosis: float = 0.0,
     followed: tuple[str, ...] = (),
 ) -> JointDecision:
-    order = 0 if spectrum is QUIET else 8
     found = SimpleNamespace(
         nats=nats,
         readings=SimpleNamespace(nats=readings or {}),
         rivals=rivals or dict.fromkeys(LABEL_BLOCKS, -14.0),
-        remainder=Remainder(order, 1.0 if order == 0 else 2.0, kurtosis, spectrum),
+        remainder=Remainder(8 if coloured else 0, coloured),
         fit=SimpleNamespace(labels=tuple(nats), score=sum(nats.values())),
         base=SimpleNamespace(score=0.0),
         followed=followed,
@@ -57,21 +52,14 @@ def test_many_nats_are_nearly_sure_and_few_are_not() -> None:
     assert 0.5 < few.probability["friction"] < 0.8
 
 
-@pytest.mark.parametrize(
-    ("spectrum", "kurtosis", "answer"),
-    [
-        (NoiseSpectrum(0.0, 2322.0, 2126.0, 2091.0, 2378.0, 0.5), 0.1, ("wind",)),
-        (NoiseSpectrum(0.0, 900.0, 700.0, 950.0, 942.0, 0.0), 0.1, ("sensor_drift",)),
-        (NoiseSpectrum(0.0, 2867.0, 2029.0, 2931.0, 2938.0, 0.0), 1.3, ("other",)),
-        (NoiseSpectrum(0.0, 3606.0, 2690.0, 2764.0, 3085.0, 0.4), 0.2, ("other",)),
-        (NoiseSpectrum(0.0, 1720.0, 1718.0, 1551.0, 1710.0, 0.7), 0.0, ()),
-    ],
-)
-def test_noise_that_is_left_has_a_cause(
-    spectrum: NoiseSpectrum, kurtosis: float, answer: tuple[str, ...]
-) -> None:
-    """Wind, an angle that walks, jumps, a line, and plain coloured noise."""
-    assert _decided({}, spectrum, kurtosis=kurtosis).answer == answer
+def test_colour_that_nothing_explains_has_no_name() -> None:
+    """None of a label is left; what is little, or is what rounding leaves, says nothing."""
+    assert _decided({}, coloured=900.0).answer == ("other",)
+    assert _decided({}, coloured=20.0).answer == ()
+    assert _decided({"friction": 900.0}, coloured=900.0).answer == ("friction",)
+    assert _decided({}, coloured=900.0, readings={"outliers": 1500.0}).answer == ("outliers", "other")
+    rounded = _decided({}, coloured=900.0, readings={"encoder_quantization": 500.0})
+    assert rounded.answer == ("encoder_quantization",)
 
 
 def test_a_rival_as_good_is_stated() -> None:
@@ -106,7 +94,7 @@ def test_what_the_readings_show_comes_first() -> None:
 
 
 def test_a_rhythm_of_samples_has_no_name() -> None:
-    quiet = Remainder(0, 1.0, 0.2, QUIET, 90.0)
+    quiet = Remainder(0, 0.0, 90.0)
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
     late = decide(JointEvidence({}, {"timing_jitter": 600.0}, {}, 0.0, (), quiet))
@@ -114,11 +102,16 @@ def test_a_rhythm_of_samples_has_no_name() -> None:
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
 
 
-def test_wind_and_a_walk_of_one_spectrum_are_not_told_apart() -> None:
-    """Nor is either stated as sure; where one spectrum is clearly better it is."""
-    near = _decided({}, NoiseSpectrum(0.0, 1200.0, 1118.0, 1296.0, 1289.0, 0.01))
-    assert near.answer == ("sensor_drift",)
-    assert near.confusable == (("sensor_drift", "wind"),)
-    assert near.probability["sensor_drift"] < 0.7 and near.probability["wind"] > 0.2
-    clear = _decided({}, NoiseSpectrum(0.0, 2322.0, 2126.0, 2091.0, 2378.0, 0.5))
-    assert clear.answer == ("wind",) and clear.confusable == () and clear.probability["wind"] > 0.9
+@pytest.mark.parametrize("beside", [{}, {"saturation_drift": 300.0}], ids=["alone", "beside"])
+def test_wind_and_a_walk_nearly_as_likely_are_not_told_apart(beside: dict[str, float]) -> None:
+    """Nor is either stated as sure, and no other label for it; where one is clearly likelier it is stated."""
+    nats = {**beside, "wind": 400.0}
+    own = sum(nats.values())
+    for lead in (5.0, 120.0):
+        rivals = {"wind": own, "sensor_drift": own - lead} | dict.fromkeys(beside, own)
+        found = _decided(nats, rivals=rivals, followed=tuple(rivals))
+        assert set(found.answer) == set(nats)
+        assert found.confusable == ((("wind", "sensor_drift"),) if lead == 5.0 else ())
+        assert (found.probability["wind"] > 0.9) == (lead > 100)
+        assert (found.probability["sensor_drift"] > 0.1) == (lead < 100)
+        assert all(found.probability[label] > 0.9 for label in beside)

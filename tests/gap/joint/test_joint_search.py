@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
+from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale, torque
 
 from bayes_hw.errors import InputError
+from bayes_hw.gap.joint import joint_search
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.effect_form import FORMS
+from bayes_hw.gap.joint.joint_decision import decide_jointly
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import effect_candidates
+from bayes_hw.gap.joint.joint_posterior import laplace
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_search import search
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.slow_noise import WALK, WIND
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
 
-SAMPLES = 700
+SAMPLES, LONG = 700, 1500
+
+
+def at_the_truth(records: Sequence[Record]) -> JointFit:
+    """A cascade of the true structure, begun at its true values, without any effect."""
+    response = JointResponse(STRUCTURE, (), records, scale(len(records[0])))
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
 
 
 def test_nothing_is_found_where_nothing_is() -> None:
@@ -41,11 +56,30 @@ def test_a_warming_gain_is_found_with_its_base() -> None:
     np.testing.assert_allclose(run.y, found.after, atol=1e-12)
 
 
+def test_a_walk_is_a_cause_of_the_noise() -> None:
+    """Found in the search, kept when it is verified, held against wind; what is left has no colour, and the
+    base holds although the angle wanders by many deviations of the noise."""
+    rng = np.random.default_rng(8)
+    records = [
+        replace(r, y=r.y + np.cumsum(0.15 * SIGMA * rng.standard_normal(LONG)))
+        for r in measured((), LONG, (1, 2))
+    ]
+    base = at_the_truth(records)
+    found = joint_search._explained(base, read_faults(base), joint_search.silent)
+    assert set(found.fit.labels) == {WALK} == set(found.nats)
+    assert min(found.nats.values()) > 25
+    assert found.remainder.order == 1 and found.remainder.coloured == 0
+    assert {WALK, WIND} <= set(found.followed)
+    assert found.rivals[WALK] >= found.rivals[WIND]
+    assert decide_jointly(found).answer == (WALK,)
+    drawn = laplace(found.fit, records[0].units, rng).base["saturation.upper"]
+    assert abs(np.mean(drawn) - CASCADE.upper) < 2.5 * np.std(drawn)
+
+
 def test_friction_is_found_without_a_drive_train() -> None:
     """Of every label, at the base that has none."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    response = JointResponse(STRUCTURE, (), measured((rub,), SAMPLES, (1, 2)), scale(SAMPLES))
-    base = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
+    base = at_the_truth(measured((rub,), SAMPLES, (1, 2)))
     found = max(effect_candidates(base, FORMS), key=lambda fit: fit.score)
     assert found.labels == ("friction",)
     assert found.score > base.score + 50

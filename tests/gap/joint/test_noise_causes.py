@@ -1,10 +1,9 @@
-"""Errors of timing are told from slow ones; a walk is told on an encoder whose own noise is coloured."""
+"""Errors of timing are told from slow ones."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 from joint_axis import CASCADE, SIGMA, STRUCTURE, measured, scale
 from numpy.random import default_rng
 from scipy.signal import lfilter
@@ -12,7 +11,7 @@ from scipy.signal import lfilter
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import JointValues
-from bayes_hw.gap.joint.noise_causes import noise_spectrum, speed_noise, speeds
+from bayes_hw.gap.joint.noise_causes import speed_noise, speeds
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
@@ -39,19 +38,3 @@ def test_jitter_is_seen_beneath_a_slow_disturbance() -> None:
     assert abs(found.memory) < 0.3
     calm = fitted(windy)
     assert not speed_noise(calm, list(calm.point.residuals)).present
-
-
-def test_a_walk_is_told_on_coloured_noise() -> None:
-    records = measured((), SAMPLES, (1, 2))
-    rng = default_rng(6)
-    residuals = [
-        lfilter([1.0], [1, -0.6], rng.standard_normal(SAMPLES))
-        + np.cumsum(0.15 * rng.standard_normal(SAMPLES))
-        for _ in records
-    ]
-    found = noise_spectrum(fitted(records), residuals, [(2.0, 0.05)])
-    assert found.walk > found.first_order + 20
-    assert found.walk > found.torque - 15
-    steady = [lfilter([1.0], [1, -0.6], rng.standard_normal(SAMPLES)) for _ in records]
-    found = noise_spectrum(fitted(records), steady, [(2.0, 0.05)])
-    assert found.first_order > max(found.walk, found.torque)

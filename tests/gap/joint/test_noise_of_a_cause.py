@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 from test_given_search import SAMPLES, model
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.given_moves import slow_causes
 from bayes_hw.gap.joint.given_search import away_from_zero, best_base
+from bayes_hw.gap.joint.joint_moves import slow_causes
 from bayes_hw.gap.joint.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.coloured import Whitener
 
@@ -55,6 +55,28 @@ def test_the_cause_at_work_is_the_likelier() -> None:
         assert score[right] > score[wrong] + 0.2
         free = Whitener.of_residuals(e)
         assert score[right] > free.log_likelihood(e) - 0.5 * free.order * np.log(2 * LENGTH) + 5
+
+
+def test_exact_noise_tells_a_small_walk_from_wind() -> None:
+    """Which the wind's freer spectrum stands in for where what is older than 40 samples is forgotten."""
+    e = [walk(seed, 0.03) for seed in (7, 8, 9)]
+    likely = {
+        (cause, exact): SlowNoise(cause, RATE, exact=exact).of(e).log_likelihood(e)
+        for cause in (WALK, WIND)
+        for exact in (False, True)
+    }
+    assert likely[WALK, True] > likely[WALK, False] + 10
+    assert likely[WALK, True] - likely[WIND, True] > likely[WALK, False] - likely[WIND, False] + 2
+
+
+def test_the_noise_of_the_readings_is_told_beneath_a_walk() -> None:
+    """Coloured noise of the first order: its deviation, which is larger than that of the innovations."""
+    rng = np.random.default_rng(3)
+    plain = lfilter([0.8], [1.0, -0.6], rng.standard_normal(LENGTH))
+    e = [plain + np.cumsum(0.05 * rng.standard_normal(LENGTH))]
+    found = SlowNoise(WALK, RATE, exact=True).of(e)
+    innovation = float(np.sqrt(found.sum_of_squares(e) / LENGTH))
+    assert found.of_readings(innovation) == pytest.approx(np.std(plain), rel=0.1)
 
 
 def test_noise_that_was_fitted_before_goes_on_from_there() -> None:

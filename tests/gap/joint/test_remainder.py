@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, measured, scale
 from scipy.signal import lfilter
 
-from bayes_hw.gap.joint.noise_causes import NoiseSpectrum
+from bayes_hw.gap.joint.joint_fit import JointFit
+from bayes_hw.gap.joint.joint_response import JointResponse
+from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.noise_rhythm import rhythm_nats
-from bayes_hw.gap.joint.remainder import Remainder, samples_of_variance
+from bayes_hw.gap.joint.remainder import coloured_nats, remainder_of, samples_of_variance
+from bayes_hw.gap.joint.slow_noise import WIND, SlowNoise
+from bayes_hw.identify.growth.descent import evaluate
+
+SAMPLES = 700
 
 
 def test_the_variance_of_coloured_noise_is_known_worse() -> None:
@@ -35,12 +44,20 @@ def test_a_rhythm_is_told_from_even_noise_and_from_a_burst() -> None:
     assert rhythm_nats(beat) > 30
 
 
-def test_slow_noise_has_nats_over_an_autoregression() -> None:
-    """The better of both causes, over the better of both plain models, and none where it is worse."""
-
-    def slow(spectrum: NoiseSpectrum) -> float:
-        return Remainder(12, 2.0, 0.0, spectrum).slow_nats
-
-    assert slow(NoiseSpectrum(0.0, 900.0, 700.0, 930.0, 960.0, 0.1)) == 60.0
-    assert slow(NoiseSpectrum(0.0, 700.0, 900.0, 930.0, 910.0, 0.1)) == 30.0
-    assert slow(NoiseSpectrum(0.0, 700.0, 900.0, 830.0, 810.0, 0.1)) == 0.0
+def test_colour_beyond_the_first_order_has_nats_and_noise_of_a_cause_none() -> None:
+    rng = np.random.default_rng(3)
+    records = measured((), SAMPLES, (1, 2))
+    dyed = {
+        order: [
+            replace(r, y=r.y + 5 * SIGMA * lfilter([1.0], a, rng.standard_normal(SAMPLES))) for r in records
+        ]
+        for order, a in ((1, [1.0, -0.7]), (4, [1.0, -0.9, 0.0, 0.0, 0.6]))
+    }
+    response = JointResponse(STRUCTURE, (), dyed[4], scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+    assert coloured_nats(fit) > 100
+    response = replace(response, records=dyed[1])
+    plain = JointFit(response, evaluate(response, fit.point.coordinates))
+    assert coloured_nats(plain) < 5
+    caused = fit.with_cause(SlowNoise(WIND, RATE))
+    assert remainder_of(caused).coloured == 0 and remainder_of(caused).order == 1

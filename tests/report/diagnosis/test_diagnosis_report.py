@@ -18,13 +18,14 @@ from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.residual_map import residual_map
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
+from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
 from bayes_hw.gap.simulate.chain_batch import Followed
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
-from bayes_hw.report.diagnosis.diagnosis_sections import where_section
-from bayes_hw.report.page.document import Callout, Paragraph, Report, Table, ZoomableRecord
+from bayes_hw.report.diagnosis.diagnosis_sections import share_interval, where_section
+from bayes_hw.report.page.document import Bullets, Callout, Paragraph, Report, Table, ZoomableRecord
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render
 
@@ -73,12 +74,26 @@ def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) 
     assert diagnosis.verdict.answer == ("command_bias",)
     assert report.verdict.startswith(sentence(diagnosis).replace("+-", "±"))
     assert report.badges[0].label == "command bias"
-    assert [s.title for s in report.sections][:3] == ["Where", "Which effect", "How far it shrinks"]
-    assert [s.title for s in report.sections][-2:] == ["What was not checked", "Provenance"]
+    assert [s.title for s in report.sections if not s.folded] == [
+        "Does it predict what it has not seen?",
+        "What is it, and what to do?",
+        "Where does it show?",
+        "How sure are the numbers?",
+    ]
+    first = " ".join([report.verdict, *(f"{badge.label} {badge.detail}" for badge in report.badges)])
+    assert not {"nats", "surprise", "block", "residual", "evidence"} & set(first.lower().split())
+    assert len(report.badges) <= 4
+
+
+def test_it_says_what_the_effect_looks_like_and_what_to_do(report: Report) -> None:
+    blocks = next(s.blocks for s in report.sections if s.title == "What is it, and what to do?")
+    said = [item for block in blocks if isinstance(block, Bullets) for item in block.items]
+    described = DESCRIPTIONS["command_bias"]
+    assert f"What it looks like: {described.looks}" in said and f"What to do: {described.remedy}" in said
 
 
 @pytest.mark.parametrize(("regime", "said"), [
-    ("all", "in no regime is the residual larger"), ("slow", "largest in the regime “slow”"),
+    ("all", "it is no larger in any state of motion"), ("slow", "it is largest in the samples “slow”"),
 ])  # fmt: skip
 @pytest.mark.usefixtures("undrawn")
 def test_the_regime_is_named_where_one_stands_out(diagnosis: Diagnosis, regime: str, said: str) -> None:
@@ -88,7 +103,7 @@ def test_the_regime_is_named_where_one_stands_out(diagnosis: Diagnosis, regime: 
 
 
 def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, diagnosis: Diagnosis) -> None:
-    rows = _tables(report, "Which effect")[0].rows
+    rows = _tables(report, "What else was weighed?")[0].rows
     assert [row[0] for row in rows if row[0].startswith("▸")] == ["▸ command_bias"]
     ranked = ranking(diagnosis.attribution, diagnosis.verdict.gap_train.noise_floor, diagnosis.left_out)
     base = next(row for row in ranked if not row.labels)
@@ -104,7 +119,7 @@ def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, 
 
 def test_base_parameters_stand_before_and_after(report: Report, diagnosis: Diagnosis) -> None:
     """The bias had been taken up by the limits, which it pushes by many of their standard deviations."""
-    table = _tables(report, "How far it shrinks")[-1]
+    table = _tables(report, "How sure are the numbers?")[-1]
     assert table.header[-1] == "pushed (sd)"
     shifts = {
         shift.name: shift
@@ -120,10 +135,25 @@ def test_base_parameters_stand_before_and_after(report: Report, diagnosis: Diagn
 
 
 def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis) -> None:
-    blocks = next(s.blocks for s in report.sections if s.title == "How far it shrinks")
+    blocks = next(s.blocks for s in report.sections if s.title == "Does it predict what it has not seen?")
     shown = next(block for block in blocks if isinstance(block, ZoomableRecord))
     assert np.array_equal(shown.mean, diagnosis.after)
     assert np.array_equal(shown.y, diagnosis.case.holdout[0].y)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_rivals_are_on_the_card_each_once(diagnosis: Diagnosis) -> None:
+    pairs = [("command_bias", "gain_drift"), ("command_bias", "wind")]
+    verdict = replace(diagnosis.verdict, confusable=pairs)
+    shown = diagnosis_report(
+        replace(diagnosis, verdict=verdict), provenance("bayes-hw diagnose", 1, diagnosis.case.train, 2.0)
+    )
+    (card,) = [badge for badge in shown.badges if badge.label == "not told apart"]
+    assert card.detail == "could also be gain drift, wind" and len(shown.badges) == 4
+
+
+def test_no_share_is_all_of_it() -> None:
+    assert share_interval(0.126, 0.99999).replace("\u00a0", " ") == "12.6 % to 99.9 %"
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -139,7 +169,7 @@ def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None
         shown = diagnosis_report(replace(diagnosis, verdict=verdict, decision=decision), origin)
         assert shown.badges[0].label == badge
         assert "no rival" not in [b.label for b in shown.badges]
-        assert "pushed (sd)" not in _tables(shown, "How far it shrinks")[-1].header
+        assert "pushed (sd)" not in _tables(shown, "How sure are the numbers?")[-1].header
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -14,5 +14,14 @@ def test_a_probability_short_of_one_is_not_a_hundred_per_cent(
     probability = {"friction": 0.995, "backlash": 0.9999, "none": 0.005, "wind": 0.0}
     found = labels_of(lambda: label_probabilities(probability, ["friction"]))
     shown = {text.replace("\u00a0", " ") for text in found}
-    assert {"99.5 %", "> 99.9 %", "0.5 %", "0.0 %"} <= shown
+    assert {"99.5 %", "> 99.9 %"} <= shown
     assert "100.0 %" not in shown
+
+
+def test_what_is_as_good_as_excluded_has_no_bar_but_the_answer_has() -> None:
+    probability = {"friction": 0.9, "backlash": 0.02, "wind": 0.005, "none": 0.004}
+    found = label_probabilities(probability, ["friction"])
+    assert "2 more, each 0.5 % or less" in found.caption.replace("\u00a0", " ")
+    assert "Bars of 2 labels" in found.alt_text
+    all_shown = label_probabilities({"friction": 0.5, "backlash": 0.5}, ["friction"])
+    assert "Not drawn" not in all_shown.caption

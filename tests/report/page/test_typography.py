@@ -15,6 +15,7 @@ from bayes_hw.report.page.typography import squared_unit, typeset, typeset_unit
     ("median -0.8 deg/s", "median −0.8 deg/s"),
     ("uniform between -1 and 1", "uniform between −1 and 1"),
     ("torque 3.93 +- 0.06 deg/s^2", "torque 3.93 ± 0.06 deg/s²"),
+    ("0.4 deg/s^2. With it", "0.4 deg/s². With it"),
     ("torque = -F (1 + a exp(-(v / v_s)^2)) sign(v)", "torque = −F (1 + a exp(−(v / v_s)²)) sign(v)"),
     ("a = -F sign(v) - B v", "a = −F sign(v) − B v"),
 ])  # fmt: skip
