@@ -32,7 +32,7 @@ training records alone, and checked on the one held out."""
 
 IDENTIFIED = """\
 The model explains {fit:.1f} % of the record held out, a linear one {linear:.1f} %. That looks good. It
-says that the first mode lies at {frequency:.2f} Hz; keep that number in mind."""
+says that the first mode lies at {frequency}; keep that in mind."""
 
 SAMPLE = """\
 2. How sure are its parameters? Their posterior is sampled by ensembles of walkers that must agree
@@ -40,7 +40,7 @@ before the intervals are shown. Here the poles and zeros that make no resonance 
 is quick; without --free dominant every one of them is sampled."""
 
 SAMPLED = """\
-The interval of the first mode is {low:.2f} to {high:.2f} Hz. Mind the warnings, though:
+{interval}Mind the warnings, though:
 residuals that are not white still hold something of the axis, and intervals from a model that lacks it
 are too sure."""
 
@@ -52,7 +52,7 @@ longest, half a minute or so."""
 
 DIAGNOSED = """\
 The truth was: {truth}. Its first mode lies at {true_frequency:.3f} Hz; the model without the effect
-said {frequency:.2f} Hz, the simulator with it says {repaired:.3f} +- {error:.3f} Hz. The verdict was
+said {frequency}, the simulator with it says {repaired:.3f} +- {error:.3f} Hz. The verdict was
 {answer}: {judgement}."""
 
 FAREWELL = """\
@@ -106,8 +106,10 @@ def run(parsed: argparse.Namespace) -> None:
     run_command(
         parsed, "sample", "--model", str(model), *train, "--free", "dominant", "--out", str(posterior)
     )
-    low, high = read_json(posterior / "posterior.json")["parameters"]["mode1.frequency_hz"]["hdi94"]
-    tell(parsed, SAMPLED, low=low, high=high)
+    sampled = read_json(posterior / "posterior.json")["parameters"].get("mode1.frequency_hz")
+    ends = sampled["hdi94"] if sampled else ()
+    interval = "The interval of the first mode is {:.2f} to {:.2f} Hz. ".format(*ends) if ends else ""
+    tell(parsed, SAMPLED, interval=interval)
 
     tell(parsed, DIAGNOSE)
     run_command(parsed, "diagnose", str(case), "--out", str(out / "diagnosis"))
@@ -155,9 +157,10 @@ def tell(parsed: argparse.Namespace, text: str, **values: object) -> None:
     sys.stdout.flush()
 
 
-def first_mode(model: dict[str, Any]) -> float:
-    """Frequency of the first dominant mode in Hz."""
-    return float(model["dominant_modes"][0]["frequency_hz"])
+def first_mode(model: dict[str, Any]) -> str:
+    """Frequency of the first dominant mode, in words."""
+    modes = model["dominant_modes"]
+    return f"{modes[0]['frequency_hz']:.2f} Hz" if modes else "no frequency at all (it has none)"
 
 
 def read_json(path: Path) -> dict[str, Any]:

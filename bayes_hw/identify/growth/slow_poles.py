@@ -58,7 +58,7 @@ def with_slow_poles(item: Grown) -> Grown:
     """`item`, with SLOW_POLES real ones added where it has fewer.
 
     Where a descent takes them to places that are not slow, or so slow that they stand in for the integrator,
-    they stay where the score test has them.
+    they stay where the score test has them, unless the records pay for them where they are.
     """
     if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
         return item
@@ -74,7 +74,8 @@ def with_slow_poles(item: Grown) -> Grown:
     found = halved([_at(item, *start) for start in starts])
     added = found.values.real[0, -SLOW_POLES:]
     inside = (added > np.exp(-1 / shortest)) & (added < np.exp(-1 / longest))
-    return found if np.all(inside) else fitted_with_held_poles(*starts[0], item)
+    paid = found.criterion < item.criterion and slow_poles(found) >= SLOW_POLES
+    return found if paid or np.all(inside) else fitted_with_held_poles(*starts[0], item)
 
 
 def _extended(item: Grown, poles: FloatArray) -> tuple[Structure, CascadeValues]:
