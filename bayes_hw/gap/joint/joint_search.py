@@ -119,6 +119,11 @@ class _Path:
         """Nats over the cascade without effects."""
         return self.fit.score - self.base.score
 
+    @property
+    def begun_with(self) -> str:
+        """The label that it explains first: of an effect, else the cause of the noise."""
+        return (self.fit.effect_labels or self.fit.labels)[0]
+
     def is_without(self, best: _Path) -> bool:
         """Whether it explains by other labels than `best`, in their place and not beside them."""
         return not set(self.fit.labels) & set(best.fit.labels)
@@ -145,7 +150,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
         ended.append(_followed(path, told))
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
-    ends = {p.fit.labels[0]: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
+    ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     best = replace(best, fit=fit)
     if fit.response.cause is not None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_moves import effect_candidates
 from bayes_hw.gap.joint.joint_posterior import laplace
 from bayes_hw.gap.joint.joint_response import JointResponse
-from bayes_hw.gap.joint.joint_search import search
+from bayes_hw.gap.joint.joint_search import _Path, search
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.slow_noise import WALK, WIND
@@ -88,3 +90,12 @@ def test_friction_is_found_without_a_drive_train() -> None:
 def test_no_records_are_refused() -> None:
     with pytest.raises(InputError, match="no record"):
         diagnose_records([], [], np.random.default_rng(1))
+
+
+def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
+    """Else what was followed to its end would count as begun alone, and keep the answer in doubt."""
+    fit: Any = SimpleNamespace(effect_labels=("other",), labels=("wind", "other"))
+    alone: Any = SimpleNamespace(effect_labels=(), labels=("wind",))
+    unused: Any = None
+    assert _Path(fit, unused, unused).begun_with == "other"
+    assert _Path(alone, unused, unused).begun_with == "wind"
