@@ -73,7 +73,7 @@ def enter(
         warnings += check_record(record, accepted, looked_at)
         told = model is not None and "scale" not in accepted and check_response(record, model)
         if not told and "scale" not in accepted:
-            check_scale(record)
+            warnings += check_scale(record)
     measures_speed = any(is_speed(record.units.output) for record in everything)
     done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
@@ -112,11 +112,15 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
     return warnings
 
 
-def check_scale(record: Record) -> None:
-    """Raise InputError where a record's speed tells of another unit or rate than stated."""
+def check_scale(record: Record) -> list[str]:
+    """What a record's speed warns of, in words; raises InputError where it tells of another unit or rate than
+    stated."""
     found = scale_finding(record)
-    if found is not None:
+    if found is None:
+        return []
+    if found.severity == "fatal":
         raise InputError(f"{_place(record)}: {found}")
+    return [f"{_place(record)}: {found}"]
 
 
 def scale_finding(record: Record) -> Finding | None:

@@ -35,6 +35,12 @@ WRAP_FACTOR = 8.0
 PLAIN_RATIOS = (1 / 9, 3.0)
 """Output speed over command, in one unit, that needs no explanation."""
 
+LEAST_GAIN = 1 / 18
+"""From which a smaller ratio than PLAIN_RATIOS is doubted, not refused, unless a mistake explains it to NEARLY:
+an axis may have such a gain."""
+
+NEARLY = 0.12
+
 TRUE_RATIOS = (0.16, 1.4)
 """And that axes which lag, slip or saturate show."""
 
@@ -180,7 +186,15 @@ def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float | 
         f"the output moves {ratio:.3g} times as fast as the command says: {guesses}",
         "give the option that is so, with --ignore-units where the file states a wrong unit; a command of "
         "the motor before its gear is said with --input-unit 'deg/s at the motor'",
+        "warning" if _is_doubtful(ratio) else "fatal",
     )
+
+
+def _is_doubtful(ratio: float) -> bool:
+    """Whether a speed `ratio` times what is expected may be the axis's own."""
+    factors = [mistake.factor for mistake in MISTAKES] + [10.0, 0.1]
+    missed = min(abs(math.log(ratio / factor)) for factor in factors)
+    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and missed > NEARLY
 
 
 def mistakes_of(ratio: float, rate_hz: float) -> str:

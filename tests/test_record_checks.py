@@ -115,3 +115,16 @@ def test_a_mistake_that_another_explains_far_better_is_not_offered() -> None:
     said = mistakes_of(0.0162, 50.0)
     assert "in radians" in said and "minutes of arc" in said and "its rate" not in said
     assert "its rate is rather 20 Hz than 200 Hz" in mistakes_of(10.0, 200.0)
+
+
+@pytest.mark.parametrize(
+    ("gain", "severity"), [(0.08, "warning"), (0.1, "fatal"), (0.0162, "fatal"), (9.0, "fatal")]
+)
+def test_a_small_gain_that_no_mistake_explains_well_is_doubted_and_not_refused(
+    gain: float, severity: str
+) -> None:
+    """The twin of the paper's axis moves 0.08 times as fast as its command says."""
+    rng = np.random.default_rng(3)
+    u = np.convolve(rng.standard_normal(4000), np.ones(40) / 40, "same")
+    found = wrong_scale(u, np.cumsum(gain * u) / 20, 20.0, 1.0)
+    assert found is not None and found.severity == severity
