@@ -36,8 +36,8 @@ PLAIN_RATIOS = (1 / 9, 3.0)
 """Output speed over command, in one unit, that needs no explanation."""
 
 LEAST_GAIN = 1 / 18
-"""From which a smaller ratio than PLAIN_RATIOS is doubted, not refused, unless a mistake explains it to NEARLY:
-an axis may have such a gain."""
+"""From which a smaller ratio than PLAIN_RATIOS is doubted, not refused, unless a mistake explains it to
+NEARLY: an axis may have such a gain."""
 
 NEARLY = 0.12
 
