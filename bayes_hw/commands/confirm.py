@@ -14,9 +14,7 @@ from bayes_hw.commands.speech import say, say_page
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_text_atomically
-from bayes_hw.gap.answer.train_axis import TrainAxis
-from bayes_hw.gap.any_corrected import expected_information
-from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
 from bayes_hw.provenance import provenance
@@ -26,7 +24,7 @@ from bayes_hw.report.page.render import render
 SCHEMA = "bayes-hw/experiment/1"
 
 
-def confirm(parsed: argparse.Namespace, axis: CorrectedAxis | TrainAxis) -> None:
+def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     """Make the command, write it with its page, and say what it is. Raises InputError where the axis may do
     none within its limits."""
     begin, out = time.perf_counter(), Path(parsed.out)
@@ -40,7 +38,7 @@ def confirm(parsed: argparse.Namespace, axis: CorrectedAxis | TrainAxis) -> None
     model = axis.posterior.axis.model
     gain = model.linear.velocity_gain(model.sample_rate_hz)
     stage = Stage(model.sample_rate_hz, parsed.duration, limits, gain)
-    information = expected_information(axis)
+    information = axis.expected_information()
     found = confirming_experiments(axis.answer, stage, information.outputs, information.nats)
     narrowing = information.narrowing(found[0].u)
     write_experiment(out, stage, found, narrowing)

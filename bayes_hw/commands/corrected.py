@@ -8,12 +8,11 @@ from bayes_hw.commands.speech import warn
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
-    from bayes_hw.gap.answer.train_axis import TrainAxis
-    from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+    from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
     from bayes_hw.infer.posterior import Posterior
 
 
-def refuse_refuted(corrected: CorrectedAxis | TrainAxis | None, folder: str) -> None:
+def refuse_refuted(corrected: AxisWithEffects | None, folder: str) -> None:
     """Raise InputError where something is missing that is not in the model: nothing can rest on it."""
     if corrected is not None and corrected.answer == ("other",) and not corrected.simulated:
         raise InputError(

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.gap.answer.corrected_train import KEY
-from bayes_hw.gap.answer.train_axis import TrainAxis, TrainInformation
+from bayes_hw.gap.answer.train_axis import TrainAxis
 from bayes_hw.gap.joint.corrected_axis import CORRECTED, SAMPLED, CorrectedAxis
 from bayes_hw.gap.joint.corrected_model import read_corrected
-from bayes_hw.gap.joint.expected_information import ExpectedInformation
 
 
-def read_corrected_axis(folder: Path | str) -> CorrectedAxis | TrainAxis | None:
+def read_corrected_axis(folder: Path | str) -> AxisWithEffects | None:
     """Of a folder that `diagnose` or `report` wrote; None where it holds a sampled posterior or neither.
 
     Raises InputError where corrected.json is damaged.
@@ -24,10 +24,3 @@ def read_corrected_axis(folder: Path | str) -> CorrectedAxis | TrainAxis | None:
     if data is None:
         raise InputError(f"{path}: damaged or not written by bayes-hw; diagnose again")
     return TrainAxis.of(data) if KEY in data else CorrectedAxis.of(data)
-
-
-def expected_information(axis: CorrectedAxis | TrainAxis) -> ExpectedInformation | TrainInformation:
-    """What a command is expected to tell of the effects of an axis."""
-    if isinstance(axis, TrainAxis):
-        return TrainInformation(axis)
-    return ExpectedInformation(axis, axis.posterior.axis.model.units)

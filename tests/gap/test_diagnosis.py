@@ -22,7 +22,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.notes import of_left_out
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.train_axis import TrainAxis
-from bayes_hw.gap.any_corrected import expected_information, read_corrected_axis
+from bayes_hw.gap.any_corrected import read_corrected_axis
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
@@ -243,7 +243,7 @@ def test_its_corrected_model_is_an_axis_to_design_with(
     controller, reference = Controller("P", 20.0, 0.5), np.linspace(0.0, 3.0, 200)
     shown = [simulate_loop(one, controller, reference).y for one in (draws, plain)]
     assert np.abs(shown[0] - shown[1]).max() > 3 * diagnosis.case.model.noise_sigma
-    told = expected_information(axis)
+    told = axis.expected_information()
     (u, *_) = (r.u for r in case.train)
     still, half, whole = (told.nats(u * share) for share in (0.0, 0.5, 1.0))
     assert abs(still) < 1e-6 < half < whole and told.narrowing(u) < 0.8

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.confusable import next_experiment
-from bayes_hw.gap.joint.finding import words_of
+from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.joint_posterior import TORQUES, JointPosterior
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.torque_scale import acceleration_of_unit

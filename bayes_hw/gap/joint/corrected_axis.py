@@ -11,36 +11,29 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, posterior_of_draws, said_in
+from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.joint.corrected_model import joint_response_of
 from bayes_hw.gap.joint.effect_loop import EffectLoop
-from bayes_hw.gap.joint.finding import percent, words_of
 from bayes_hw.gap.joint.joint_response import JointResponse
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.cascade_roots import linear_block
-from bayes_hw.identify.noise import NoiseEstimate
-from bayes_hw.infer.noise import noise_parameters
-from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import Mode
+from bayes_hw.record import Record
 
 CORRECTED, SAMPLED = "corrected.json", "posterior.nc"
 
 
 @dataclass(frozen=True, eq=False)
-class CorrectedAxis:
-    """A posterior of the linear part with limits and dead zone, and the effects of every draw in the same
-    order; `answer`, `probability` and `next_experiment` as in the verdict; `motion` is what its records did.
-    """
+class CorrectedAxis(AxisWithEffects):
+    """A posterior of the linear part with limits and dead zone; `centre` (size,) is the estimate of the
+    response's coordinates, `coordinates` (draws, size) their draws."""
 
-    posterior: Posterior
     response: JointResponse
     coordinates: FloatArray
     centre: FloatArray
-    answer: tuple[str, ...]
-    probability: Mapping[str, float]
-    motion: Mapping[str, Any]
-    next_experiment: str
 
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> CorrectedAxis:
@@ -60,61 +53,45 @@ class CorrectedAxis:
                 rows.append(drawn.nominal)
         if not rows:
             raise InputError(f"{CORRECTED}: none of its draws has the poles of its model; diagnose again")
-        white = NoiseEstimate(model.noise_sigma, np.zeros(0), np.zeros(0))
-        noise = noise_parameters(white, model.units.output)
-        columns = np.column_stack([np.array(rows), np.full(len(rows), model.noise_sigma)])
-        answer = tuple(str(label) for label in data.get("answer", ()))
-        posterior = Posterior(
-            axis,
-            noise,
-            columns[None, :, None, :],
-            np.zeros((1, len(rows), 1)),
-            np.append(axis.nominal, model.noise_sigma),
-            converged=True,
-            problems=(),
-            seconds=0.0,
-        )
-        probability = {str(k): float(v) for k, v in dict(data.get("probability", {})).items()}
+        posterior = posterior_of_draws(axis, model.noise_sigma, np.array(rows), axis.nominal)
         largest = max(abs(nominal.saturation.lower), nominal.saturation.upper)
-        travel = response.scale.travel
-        plain = {"velocity": largest, "acceleration": largest, "stroke": [-travel / 2, travel / 2]}
-        return cls(
-            posterior,
-            response,
-            np.array(kept),
-            centre,
-            answer,
-            probability,
-            {**plain, **dict(data.get("motion", {}))},
-            str(data.get("next_experiment") or ""),
-        )
-
-    @property
-    def words(self) -> str:
-        """What was missing and is in the model, with how sure that is."""
-        said = [
-            f"{words_of(label)} ({percent(self.probability[label])} sure)"
-            if label in self.probability
-            else words_of(label)
-            for label in self.answer
-        ]
-        return " and ".join(said) or "nothing"
+        said = said_in(data, largest, response.scale.travel)
+        return cls(posterior, *said, response, np.array(kept), centre)
 
     @property
     def simulated(self) -> bool:
-        """Whether any effect of the answer changes the response."""
         return bool(self.response.template)
 
     def loop_of(self, values: FloatArray) -> EffectLoop:
-        """The effects of the draws whose parameter vectors are `values` (draws, parameters)."""
-        flat = self.posterior.values.reshape(-1, self.posterior.values.shape[-1])
-        place = {row.tobytes(): i for i, row in enumerate(flat)}
-        chosen = [place[np.ascontiguousarray(row).tobytes()] for row in values]
-        return EffectLoop.of(self.response, self.coordinates[chosen])
+        return EffectLoop.of(self.response, self.coordinates[self._places(values)])
 
     def nominal_loop(self) -> EffectLoop:
-        """The effects of the model itself."""
         return EffectLoop.of(self.response, self.centre[None, :])
+
+    def expected_information(self) -> ExpectedInformation:
+        first = self.response.size - sum(self.response.effect_sizes)
+        sigma = float(self.posterior.point_estimate[-1])
+        return ExpectedInformation(self.coordinates, self.centre, first, sigma, self._angles, self._tangents)
+
+    def _angles(self, u: FloatArray, count: int) -> FloatArray:
+        response, at_rest = self.response, self._at_rest(u)
+        return np.array(
+            [response.simulate(response.values(x), u, at_rest).y for x in self.coordinates[:count]]
+        )
+
+    def _tangents(self, u: FloatArray) -> FloatArray:
+        """Derivatives (size, samples) of the angle by the coordinates at the estimate."""
+        rate, units = self.response.scale.rate_hz, self.posterior.axis.model.units
+        record = Record(
+            "trial", np.arange(len(u)) / rate, u, np.zeros(len(u)), rate, units, known=self._at_rest(u)
+        )
+        trial = replace(self.response, records=[record], weights=None)
+        ((rows, *_),) = trial.linearise(self.centre, 0)
+        return rows[:-1]
+
+    def _at_rest(self, u: FloatArray) -> dict[str, FloatArray]:
+        """Known inputs that do not change."""
+        return {e.form.column: np.zeros(len(u)) for e in self.response.template if e.form.is_known_input}
 
 
 def _sections_of(values: JointValues, model: HammersteinWiener) -> list[int]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.verdict import Estimate
-from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
+from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
@@ -19,26 +19,13 @@ MOST_SAID = 0.99
 """No share is said to be larger: the noise that it is measured against is itself estimated."""
 
 
-def words_of(label: str) -> str:
-    """A label as it is said in a sentence."""
-    if label == OTHER:
-        return "something that none of the known effects explains"
-    title = DESCRIPTIONS[label].title if label in DESCRIPTIONS else label.replace("_", " ")
-    return title[:1].lower() + title[1:]
-
-
-def percent(probability: float) -> str:
-    """A probability, never rounded up to certainty."""
-    return f"{min(100 * probability, 99.9):.3g} %"
-
-
 def sentence(diagnosis: JointDiagnosis) -> str:
     """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts."""
     verdict = diagnosis.verdict
     does = axis_words(verdict.base)
     if not verdict.answer:
         return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
-    lacks = " and ".join(f"{words_of(n)} ({percent(verdict.probability[n])} sure)" for n in verdict.answer)
+    lacks = words_of_answer(verdict.answer, verdict.probability)
     said = f"{does}; what a model of limits, linear dynamics and dead zone lacks is {lacks}."
     if verdict.answer == (OTHER,):
         return f"{said} No remedy follows from that; the next experiment does."

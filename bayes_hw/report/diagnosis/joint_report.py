@@ -9,8 +9,9 @@ import numpy as np
 
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.effect_view import effect_view
-from bayes_hw.gap.joint.finding import MOST_SAID, words_of
+from bayes_hw.gap.joint.finding import MOST_SAID
 from bayes_hw.gap.joint.free_function import EffectView, Seen
 from bayes_hw.gap.joint.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.gap.answer.train_axis import TrainAxis
-from bayes_hw.gap.joint.corrected_axis import CorrectedAxis
+from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.experiment.figures_experiment import GainBar, PlayedCommand, command, gains
@@ -21,7 +20,7 @@ WORTH = 0.9
 
 def confirming_report(
     title: str,
-    axis: CorrectedAxis | TrainAxis,
+    axis: AxisWithEffects,
     stage: Stage,
     found: Sequence[Experiment],
     narrowing: float,

@@ -1,0 +1,95 @@
+"""What the commands that design with a corrected.json take: a posterior of the linear part, and of every draw
+the answer's effects."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.expected_information import ExpectedInformation
+from bayes_hw.gap.answer.words_of_answer import words_of_answer
+from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.posterior import Posterior
+from bayes_hw.model.axis_parameters import AxisParameters
+
+if TYPE_CHECKING:
+    from bayes_hw.control.axis_draws import EffectInLoop
+
+
+@dataclass(frozen=True, eq=False)
+class AxisWithEffects(ABC):
+    """Draws of `posterior`, and the effects of every draw in the same order; `answer`, `probability` and
+    `next_experiment` as in the verdict; `motion` is what its records did."""
+
+    posterior: Posterior
+    answer: tuple[str, ...]
+    probability: Mapping[str, float]
+    motion: Mapping[str, Any]
+    next_experiment: str
+
+    @property
+    @abstractmethod
+    def simulated(self) -> bool:
+        """Whether any effect of the answer changes the response."""
+
+    @abstractmethod
+    def loop_of(self, values: FloatArray) -> EffectInLoop:
+        """The effects of the draws whose parameter vectors are `values` (draws, parameters)."""
+
+    @abstractmethod
+    def nominal_loop(self) -> EffectInLoop:
+        """The effects of the estimate."""
+
+    @abstractmethod
+    def expected_information(self) -> ExpectedInformation:
+        """What a command is expected to tell of the effects."""
+
+    @property
+    def words(self) -> str:
+        """What was missing and is in the model, with how sure that is."""
+        return words_of_answer(self.answer, self.probability) or "nothing"
+
+    def _places(self, values: FloatArray) -> list[int]:
+        """Which draws have the parameter vectors `values` (draws, parameters)."""
+        flat = self.posterior.values.reshape(-1, self.posterior.values.shape[-1])
+        place = {row.tobytes(): i for i, row in enumerate(flat)}
+        return [place[np.ascontiguousarray(row).tobytes()] for row in values]
+
+
+def said_in(
+    data: Mapping[str, Any], largest: float, travel: float
+) -> tuple[tuple[str, ...], dict[str, float], dict[str, Any], str]:
+    """Answer, probability, motion and next experiment of the content of corrected.json; where it is silent
+    the motion is up to the `largest` command and over the `travel`."""
+    plain = {"velocity": largest, "acceleration": largest, "stroke": [-travel / 2, travel / 2]}
+    return (
+        tuple(str(label) for label in data.get("answer", ())),
+        {str(k): float(v) for k, v in dict(data.get("probability", {})).items()},
+        {**plain, **dict(data.get("motion", {}))},
+        str(data.get("next_experiment") or ""),
+    )
+
+
+def posterior_of_draws(
+    axis: AxisParameters, sigma: float, draws: FloatArray, estimate: FloatArray
+) -> Posterior:
+    """Of `draws` (draws, parameters) of an axis whose noise is white, of standard deviation `sigma`, about an
+    `estimate` (parameters,)."""
+    white = noise_parameters(NoiseEstimate(sigma, np.zeros(0), np.zeros(0)), axis.model.units.output)
+    columns = np.column_stack([draws, np.full(len(draws), sigma)])
+    return Posterior(
+        axis,
+        white,
+        columns[None, :, None, :],
+        np.zeros((1, len(draws), 1)),
+        np.append(estimate, sigma),
+        converged=True,
+        problems=(),
+        seconds=0.0,
+    )
