@@ -186,15 +186,13 @@ def wrong_scale(u: FloatArray, y: FloatArray, rate_hz: float, expected: float | 
         f"the output moves {ratio:.3g} times as fast as the command says: {guesses}",
         "give the option that is so, with --ignore-units where the file states a wrong unit; a command of "
         "the motor before its gear is said with --input-unit 'deg/s at the motor'",
-        "warning" if _is_doubtful(ratio) else "fatal",
+        "warning" if _is_doubtful(ratio, rate_hz) else "fatal",
     )
 
 
-def _is_doubtful(ratio: float) -> bool:
+def _is_doubtful(ratio: float, rate_hz: float) -> bool:
     """Whether a speed `ratio` times what is expected may be the axis's own."""
-    factors = [mistake.factor for mistake in MISTAKES] + [10.0, 0.1]
-    missed = min(abs(math.log(ratio / factor)) for factor in factors)
-    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and missed > NEARLY
+    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and min(_missed(ratio, rate_hz).values()) > NEARLY
 
 
 def mistakes_of(ratio: float, rate_hz: float) -> str:
@@ -202,6 +200,14 @@ def mistakes_of(ratio: float, rate_hz: float) -> str:
     needs no explanation or none is known."""
     if PLAIN_RATIOS[0] <= ratio <= PLAIN_RATIOS[1]:
         return ""
+    missed = _missed(ratio, rate_hz)
+    near = [mistake for mistake, by in missed.items() if by < min(missed.values()) + OUTDONE]
+    near.sort(key=lambda mistake: round(missed[mistake] / ALIKE))
+    return ", or ".join(mistake.said for mistake in near[:MOST_GUESSES])
+
+
+def _missed(ratio: float, rate_hz: float) -> dict[UnitMistake, float]:
+    """Mistakes that leave the axis a true ratio, and how far that is from one, as a logarithm."""
     rates = tuple(
         UnitMistake(
             factor,
@@ -209,15 +215,11 @@ def mistakes_of(ratio: float, rate_hz: float) -> str:
         )
         for factor, right in ((10.0, rate_hz / 10), (0.1, 10 * rate_hz))
     )
-    fitting = [
-        mistake
+    return {
+        mistake: abs(math.log(ratio / mistake.factor))
         for mistake in (*MISTAKES, *rates)
         if TRUE_RATIOS[0] <= ratio / mistake.factor <= TRUE_RATIOS[1]
-    ]
-    missed = {mistake: abs(math.log(ratio / mistake.factor)) for mistake in fitting}
-    near = [m for m in fitting if missed[m] < min(missed.values()) + OUTDONE]
-    near.sort(key=lambda mistake: round(missed[mistake] / ALIKE))
-    return ", or ".join(mistake.said for mistake in near[:MOST_GUESSES])
+    }
 
 
 def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:

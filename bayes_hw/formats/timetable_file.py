@@ -90,31 +90,28 @@ def _columns(frame: pd.DataFrame) -> tuple[dict[str, Column], dict[str, str]]:
     """Columns by name, row times first, and the units that they state."""
     columns: dict[str, Column] = {}
     units: dict[str, str] = {}
-    if _has_row_times(frame):
-        columns[str(frame.index.name or "Time")] = _times(frame.index.to_numpy())
-    stated = frame.attrs.get("varUnits", frame.attrs.get("VariableUnits", ()))
-    for number, name in enumerate(str(column) for column in frame.columns):
-        cells = frame.iloc[:, number].to_numpy()
-        if cells.ndim != 1 or cells.dtype.kind not in "iufbMmOUT":
-            continue
+
+    def take(name: str, cells: np.ndarray[Any, Any]) -> None:
         if cells.dtype.kind in "mM":
             columns[name] = _times(cells)
         elif cells.dtype.kind in "OUT":
             columns[name] = np.array([str(cell) for cell in cells], dtype=np.str_)
         else:
             columns[name] = numbers(cells)
+        if cells.dtype.kind == "M":
+            units[name] = "ns"
+
+    if _has_row_times(frame):
+        take(str(frame.index.name or "Time"), frame.index.to_numpy())
+    stated = frame.attrs.get("varUnits", frame.attrs.get("VariableUnits", ()))
+    for number, name in enumerate(str(column) for column in frame.columns):
+        cells = frame.iloc[:, number].to_numpy()
+        if cells.ndim != 1 or cells.dtype.kind not in "iufbMmOUT":
+            continue
+        take(name, cells)
         if len(stated) == frame.shape[1] and (unit := stated_unit(_text(stated[number]))) is not None:
             units[name] = unit
-    for name, column in columns.items():
-        if name not in units and column.dtype == np.int64 and name in _dates(frame):
-            units[name] = "ns"
     return columns, units
-
-
-def _dates(frame: pd.DataFrame) -> set[str]:
-    """Columns, row times among them, that hold dates."""
-    found = {str(c) for c, kind in zip(frame.columns, frame.dtypes, strict=True) if kind.kind == "M"}
-    return found | ({str(frame.index.name or "Time")} if frame.index.dtype.kind == "M" else set())
 
 
 def _times(stamps: np.ndarray[Any, Any]) -> Column:

@@ -54,7 +54,7 @@ class EffectLoop:
 
     def _packed(self) -> list[FloatArray]:
         scale, structure, steps = self.response.scale, self.response.structure, self.response.steps
-        laws = [e.form for e in self.response.template if e.ports is not None and not e.form.column]
+        laws = [e.form for e in self.response.template if e.is_own_law]
         d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
         static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
         inputs[:, K.WARMING] = outputs[:, K.SETTLING_TIME] = 1.0

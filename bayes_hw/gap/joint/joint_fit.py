@@ -131,8 +131,7 @@ class JointFit:
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        laws = any(e.ports is not None and not e.form.column for e in values.effects)
-        steps = self.response.steps if laws else 1
+        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
         response = replace(self.response, structure=structure, template=values.effects, steps=steps)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)

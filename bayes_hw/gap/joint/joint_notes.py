@@ -43,12 +43,6 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
         for label in fit.labels
         if label in found.nats and label in decision.answer
     ]
-    if found.tone is not None:
-        said.append(
-            f"a motion of {found.tone.frequency_hz:.4g} Hz in time, amplitude {found.tone.amplitude:.2g} "
-            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, "
-            "a machine nearby may"
-        )
     if OTHER in decision.answer:
         said += of_unnamed(fit)
         if isinstance(fit, ShapedFit):

@@ -219,7 +219,7 @@ def _structural(fit: JointFit) -> JointFit:
 
 def finer(fit: JointFit) -> JointFit:
     """With laws that act several times a sample, where that is better."""
-    laws = any(e.ports is not None and not e.form.column for e in fit.response.template)
+    laws = any(e.is_own_law for e in fit.response.template)
     if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
         return fit
     trial = fit.finer().descended()

@@ -40,6 +40,11 @@ class Effect:
     values: FloatArray
     ports: Ports | None = None
 
+    @property
+    def is_own_law(self) -> bool:
+        """Whether it is a torque by a law of its own: no known input, and no observer."""
+        return self.ports is not None and not self.form.column
+
 
 @dataclass(frozen=True, eq=False)
 class JointValues:

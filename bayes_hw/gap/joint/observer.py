@@ -58,12 +58,12 @@ def observed(fit: JointFit) -> list[JointFit]:
     """The fit in observer form with the best two of some gains to begin with, not descended; none where it
     has no law, or is in that form."""
     values, order = fit.values, fit.structure.real_poles + fit.structure.sections
-    laws = [e for e in values.effects if e.ports is not None and not e.form.column]
+    laws = [e for e in values.effects if e.is_own_law]
     if fit.observer is not None or not laws or not order:
         return []
     runs = [fit.response.along(values, number) for number in range(len(fit.response.records))]
-    first = [e.ports is not None and not e.form.column for e in values.effects if e.ports is not None]
-    torques = np.concatenate([run.torques for run in runs], axis=1)[np.array(first)]
+    own = [e.is_own_law for e in values.effects if e.ports is not None]
+    torques = np.concatenate([run.torques for run in runs], axis=1)[np.array(own)]
     sizes = np.sqrt(np.mean(torques**2, axis=1))
     entering = np.stack([np.concatenate([e.ports.real, e.ports.sections.T.ravel()]) for e in laws], axis=1)  # type: ignore[union-attr]
     found = []
