@@ -5,12 +5,11 @@ Source: InfluxData, "Annotated CSV", annotations #datatype, #group and #default.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from bayes_hw.errors import InputError
-from bayes_hw.formats.csv_file import check_lines
+from bayes_hw.formats.csv_file import rows_of_csv
 from bayes_hw.formats.long_table import table_of_fields
 from bayes_hw.formats.table import Table
 
@@ -32,24 +31,17 @@ def read_annotated(path: Path, wanted: Sequence[str], *, most_rows: int, text: C
     Any name of a clock means the column `_time`. Raises InputError on a value that is no number, OSError
     where the file cannot be read.
     """
-    check_lines(path)
     fields: dict[str, tuple[list[str], list[str]]] = {}
     header: list[str] = []
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            for cells in csv.reader(stream):
-                if not any(cells) or cells[0].startswith("#"):
-                    header = [] if not any(cells) or cells[0].startswith("#") else header
-                elif not header:
-                    header = cells
-                    if TIME not in header:
-                        raise InputError(f"{path}: its table has no column {TIME!r}; query with one")
-                else:
-                    _take(header, cells, fields, most_rows)
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is not UTF-8 text; write it again") from None
-    except csv.Error as error:
-        raise InputError(f"{path}: is not a row of a table ({error}); correct it") from None
+    for cells in rows_of_csv(path):
+        if not any(cells) or cells[0].startswith("#"):
+            header = []
+        elif not header:
+            header = cells
+            if TIME not in header:
+                raise InputError(f"{path}: its table has no column {TIME!r}; query with one")
+        else:
+            _take(header, cells, fields, most_rows)
     return table_of_fields(path, TIME, fields, wanted, text)
 
 

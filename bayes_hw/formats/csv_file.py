@@ -130,6 +130,18 @@ def check_lines(path: Path) -> None:
                 )
 
 
+def rows_of_csv(path: Path, separator: str = ",") -> Iterator[list[str]]:
+    """Cells of every row of a file in UTF-8; raises InputError on what is no row of a table."""
+    check_lines(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            yield from csv.reader(stream, delimiter=separator)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not UTF-8 text; write it again") from None
+    except csv.Error as error:
+        raise InputError(f"{path}: is not a row of a table ({error}); correct it") from None
+
+
 def _read(
     path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
 ) -> tuple[dict[str, Column], dict[str, str]]:

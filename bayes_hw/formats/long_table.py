@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.errors import InputError
-from bayes_hw.formats.csv_file import check_lines, stamps_of
+from bayes_hw.formats.csv_file import rows_of_csv, stamps_of
 from bayes_hw.formats.header import is_time_name, matches
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import MISSING, NUMBER, number_of
@@ -69,25 +69,19 @@ def read_long(
     path: Path, at: LongColumns, wanted: Sequence[str], *, most_rows: int, text: Collection[str] = ()
 ) -> Table:
     """Read the signals that `wanted` names as columns; raises InputError on a value that is no number."""
-    check_lines(path)
     fields: dict[str, tuple[list[str], list[str]]] = {}
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            for row in itertools.islice(csv.reader(stream, delimiter=at.separator), 1, None):
-                if len(row) == len(at.header):
-                    stamps, values = fields.setdefault(row[at.name].strip(), ([], []))
-                    if len(fields) > MOST_SIGNALS:
-                        raise InputError(
-                            f"{path}: column {at.header[at.name]!r} names more than {MOST_SIGNALS} signals; "
-                            "select those of the record"
-                        )
-                    if len(values) < most_rows:
-                        stamps.append(row[at.time].strip())
-                        values.append(row[at.value].strip())
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is not UTF-8 text; write it again") from None
-    except csv.Error as error:
-        raise InputError(f"{path}: is not a row of a table ({error}); correct it") from None
+    for row in itertools.islice(rows_of_csv(path, at.separator), 1, None):
+        if len(row) != len(at.header):
+            continue
+        stamps, values = fields.setdefault(row[at.name].strip(), ([], []))
+        if len(fields) > MOST_SIGNALS:
+            raise InputError(
+                f"{path}: column {at.header[at.name]!r} names more than {MOST_SIGNALS} signals; select those "
+                "of the record"
+            )
+        if len(values) < most_rows:
+            stamps.append(row[at.time].strip())
+            values.append(row[at.value].strip())
     said = f"a signal a row: {at.header[at.name]!r} names it, {at.header[at.value]!r} is its value"
     return table_of_fields(path, at.header[at.time], fields, wanted, text, (said,))
 
