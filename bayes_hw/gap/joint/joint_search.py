@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import grown_base
 from bayes_hw.gap.joint.effect_form import FORMS
-from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_fit import JointFit, highest, raced
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
     SLACK_NATS,
@@ -108,16 +108,26 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """An explanation on its way, and the cascade without effects under the same weights of the readings."""
+    """An explanation on its way, and the cascade without effects under the same weights of the readings;
+    where it is `settled`, no port, form, pole nor finer step helps it. `observed` is the same in observer
+    form, where that was tried."""
 
     fit: JointFit
     base: JointFit
     readings: Readings
+    observed: JointFit | None = None
+    settled: bool = False
 
     @property
     def gained(self) -> float:
         """Nats over the cascade without effects."""
         return self.fit.score - self.base.score
+
+    @property
+    def promised(self) -> float:
+        """The same where the fit in observer form counts too."""
+        best = self.fit if self.observed is None else highest([self.fit, self.observed])
+        return best.score - self.base.score
 
     @property
     def begun_with(self) -> str:
@@ -200,29 +210,39 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too.
-    Where none of it nor finer steps help, the motion may be one that no simulation follows: it is then tried
-    corrected by the readings."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too,
+    and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
     coloured = fit.noise_order > 1
     if coloured:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
-    best = highest([fit, *(t.descended() for t in begun)])
+    best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
-    stepped = finer(best)
-    if stepped.score >= fit.score + STRUCTURAL_NATS:
-        return stepped
-    return highest([best, *(t.descended() for t in observed(best))])
+    return finer(best)
+
+
+def _observed(fit: JointFit) -> JointFit | None:
+    """The best corrected by the readings, which follows a motion that no simulation does; none where the
+    noise does not ask for it."""
+    if fit.noise_order <= 1:
+        return None
+    trials = raced(observed(fit), fit.score)
+    return highest(trials) if trials else None
 
 
 def finer(fit: JointFit) -> JointFit:
+    """With laws that act several times a sample, where the noise asks for it and that is better."""
+    return within_sample(fit) if fit.point.whitener.order > 0 else fit
+
+
+def within_sample(fit: JointFit) -> JointFit:
     """With laws that act several times a sample, where that is better."""
     laws = any(e.is_own_law for e in fit.response.template)
-    if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
+    if not laws or fit.response.steps > 1:
         return fit
-    trial = fit.finer().descended()
+    trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
     return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
@@ -267,30 +287,47 @@ def is_followed(fit: JointFit, without: JointFit) -> bool:
 
 
 def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
-    """The best explanations by one label, best first, and every label's."""
+    """The best explanations by one label, best first, and every label's; simulations are held against
+    simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     trials = one_more(fit)
     settled = _settled(fit, trials)
-    paths = [replace(begun, fit=finer(one)).reread() for one in settled]
-    paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
-    contenders = [p for p in paths if p.gained >= FOLLOWED_SHARE * paths[0].gained]
-    return contenders, {t.labels[-1]: t for t in (*trials, *settled)}
+    paths = []
+    for one in settled:
+        path = replace(begun, fit=finer(one)).reread()
+        paths.append(
+            replace(path, settled=path.fit is one and len(settled) > 1, observed=_observed(path.fit))
+        )
+    paths = sorted((p for p in paths if p.promised > 0), key=lambda p: -p.promised)
+    enough = FOLLOWED_SHARE * max((p.gained for p in paths), default=0.0)
+    contenders = [p for p in paths if p.gained >= enough or p.promised >= FOLLOWED_SHARE * paths[0].promised]
+    seen = [p.observed for p in paths if p.observed is not None and p.observed.score > p.fit.score]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *seen)}
 
 
 def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
-    """More effects, ports and poles as long as they pay; then what does not is taken out."""
+    """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
+    act within the sample even where the noise is white: a rival whose noise was not may have done so.
+
+    Where no port, form nor pole helps, a further label and the observer are held against each other: the
+    motion may be one that no simulation follows, or one that lacks what a further label explains.
+    """
     for _ in range(1, MOST_STEPS):
-        fit = path.fit
-        best = _structural(fit)
-        if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            settled = _settled(fit, one_more(fit))
-            best = highest([best, *settled])
+        fit, settled = path.fit, list[JointFit]()
+        best = fit if path.settled else _structural(fit)
+        if best.score < fit.score + STRUCTURAL_NATS:
+            if len(fit.labels) < MOST_EFFECTS:
+                settled = _settled(fit, one_more(fit))
+            seen = path.observed if path.observed is not None and best is fit else _observed(best)
+            best = highest([best, *settled, *([] if seen is None else [seen])])
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        path = replace(path, fit=best).reread()
-    fit = pruned(delayed(pruned(path.fit)))
+        is_settled = len(settled) > 1 and any(best is one for one in settled)
+        later = replace(path, fit=best, observed=None, settled=is_settled).reread()
+        path = replace(later, settled=later.settled and later.fit is best)
+    fit = within_sample(pruned(delayed(pruned(path.fit))))
     say(f"pruned: {described(fit)}")
     base, fit, readings = read_again(
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)

@@ -68,7 +68,7 @@ class NoiseResponse(Protocol):
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
     see `masks`), noise, log-likelihood (and log-prior, up to its constant, where the response has one). The
-    noise is estimated with orders up to `most_noise`."""
+    noise is estimated with orders up to `most_noise`; the next step begins at `damping`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -77,6 +77,7 @@ class Point:
     converged: bool = False
     masks: Sequence[BoolArray] | None = None
     most_noise: int = MAX_ORDER
+    damping: float = FIRST_DAMPING
 
     @property
     def samples(self) -> int:
@@ -159,6 +160,27 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     return factor
 
 
+def normal_matrix(response: Response, point: Point) -> FloatArray:
+    """R'R (size + 1, size + 1) of `triangular_factor`'s R, without holding all derivatives.
+
+    It loses half of R's digits, which a step damped by LEAST_DAMPING or more does not need.
+    """
+    found: FloatArray | None = None
+    for rows, first, measured in response.linearise(point.coordinates, point.whitener.order):
+        block = point.whitener.apply(rows, first, measured)
+        with np.errstate(all="ignore"):
+            products = block @ block.T
+        found = products if found is None else found + products
+    assert found is not None
+    if not np.isfinite(found).all():
+        raise FloatingPointError("derivatives are not finite, or their squares are not")
+    if isinstance(response, PriorResponse):
+        known = response.prior_precision() * (found[-1, -1] / point.samples)
+        towards = np.column_stack([np.eye(len(known)), -point.coordinates])
+        found += towards.T @ (known[:, None] * towards)
+    return found
+
+
 def descend(response: Response, start: Point, steps: int, order: int | None = None) -> Point:
     """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
 
@@ -166,23 +188,25 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
-    point, damping, accepted = start, FIRST_DAMPING, 0
+    point, accepted, fresh, converged = start, 0, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
-    while accepted < steps:
-        moved = _step(response, point, damping)
+    while accepted < steps and not converged:
+        moved = _step(response, point)
         if moved is None:
             break
-        gained = moved[0].log_likelihood - point.log_likelihood
-        point, damping = moved
+        gained = moved.log_likelihood - point.log_likelihood
+        point = moved
         accepted += 1
-        if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
+        fresh = accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS
+        if fresh:
             point = _with_fresh_noise(response, point, order)
-            if point.log_likelihood - reference < CONVERGED_NATS:
-                return replace(_with_fresh_noise(response, point), converged=order is None)
+            converged = point.log_likelihood - reference < CONVERGED_NATS
             reference = point.log_likelihood
-    return replace(_with_fresh_noise(response, point), converged=accepted < steps and order is None)
+    if not fresh or order is not None:
+        point = _with_fresh_noise(response, point)
+    return replace(point, converged=(converged or accepted < steps) and order is None)
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:
@@ -194,22 +218,27 @@ def _with_fresh_noise(response: Response, point: Point, order: int | None = None
     return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 
 
-def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
-    """The next point and its damping, or None where no step gains."""
+def _step(response: Response, point: Point) -> Point | None:
+    """The next point, or None where no step gains, or none is promised to gain as much as ends a descent."""
+    damping = point.damping
     try:
-        factor = triangular_factor(response, point)
+        products = normal_matrix(response, point)
     except FloatingPointError:
         return None
-    size = len(point.coordinates)
-    matrix, target = factor[:size, :size], factor[:size, size]
-    norms = np.sqrt(np.sum(matrix**2, axis=0))
+    norms = np.sqrt(np.diag(products)[:-1])
     norms[norms == 0] = 1.0
-    scaled = matrix / norms
+    scaled, target = products[:-1, :-1] / np.outer(norms, norms), products[:-1, -1] / norms
     while damping < LARGEST_DAMPING:
-        system = np.concatenate([scaled, np.sqrt(damping) * np.eye(size)])
-        right = np.concatenate([target, np.zeros(size)])
-        solution = np.linalg.lstsq(system, right, rcond=None)[0] / norms
-        coordinates = response.admissible(point.coordinates + solution, point.coordinates)
+        try:
+            factor = linalg.cho_factor(scaled + damping * np.eye(len(norms)), check_finite=False)
+        except linalg.LinAlgError:
+            damping *= 4
+            continue
+        solution = linalg.cho_solve(factor, target, check_finite=False)
+        share = float(solution @ (2 * target - scaled @ solution)) / products[-1, -1]
+        if -0.5 * point.samples * np.log1p(-min(share, 1 - 1e-12)) < CONVERGED_NATS:
+            return None
+        coordinates = response.admissible(point.coordinates + solution / norms, point.coordinates)
         with np.errstate(all="ignore"):
             residuals = tuple(response.residuals(coordinates))
             tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
@@ -219,7 +248,6 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
                 reached += log_prior(response, coordinates)
                 gained = reached > point.log_likelihood
         if gained:
-            moved = replace(tried, log_likelihood=reached)
-            return moved, max(damping / 10, LEAST_DAMPING)
+            return replace(tried, log_likelihood=reached, damping=max(damping / 10, LEAST_DAMPING))
         damping *= 4
     return None
