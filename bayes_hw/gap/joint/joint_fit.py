@@ -289,7 +289,7 @@ def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> Flo
 def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:
     """Descended together, ROUND_STEPS at a time: one drops out where it would reach neither `least` nor the
     best score if it went on gaining to its last step what it gained in the last round."""
-    running, found = list(items), []
+    running, found = list(items), list[AnyFit]()
     for left in range(ROUNDS - 1, -1, -1):
         further = [(item, item.descended(ROUND_STEPS)) for item in running]
         best = max([least, *(item.score for item in found), *(later.score for _, later in further)])

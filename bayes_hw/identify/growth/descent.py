@@ -24,6 +24,8 @@ SMALL_GAIN_NATS = 1.0
 CONVERGED_NATS = 0.02
 """A descent ends when a step with fresh noise gains less log-likelihood than this."""
 
+MOST_CUT = 0.5
+"""Share of a coordinate's step that its bounds may take off before it is held and the others go alone."""
 
 LARGEST_DERIVATIVE = 1e140
 """The squares of larger ones are not finite: a trial on its way out of any sense."""
@@ -68,7 +70,7 @@ class NoiseResponse(Protocol):
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
     see `masks`), noise, log-likelihood (and log-prior, up to its constant, where the response has one). The
-    noise is estimated with orders up to `most_noise`; the next step begins at `damping`."""
+    noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -77,7 +79,6 @@ class Point:
     converged: bool = False
     masks: Sequence[BoolArray] | None = None
     most_noise: int = MAX_ORDER
-    damping: float = FIRST_DAMPING
 
     @property
     def samples(self) -> int:
@@ -188,16 +189,16 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
-    point, accepted, fresh, converged = start, 0, False, False
+    point, damping, accepted, fresh, converged = start, FIRST_DAMPING, 0, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
     while accepted < steps and not converged:
-        moved = _step(response, point)
+        moved = _step(response, point, damping)
         if moved is None:
             break
-        gained = moved.log_likelihood - point.log_likelihood
-        point = moved
+        gained = moved[0].log_likelihood - point.log_likelihood
+        point, damping = moved
         accepted += 1
         fresh = accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS
         if fresh:
@@ -218,9 +219,9 @@ def _with_fresh_noise(response: Response, point: Point, order: int | None = None
     return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
 
 
-def _step(response: Response, point: Point) -> Point | None:
-    """The next point, or None where no step gains, or none is promised to gain as much as ends a descent."""
-    damping = point.damping
+def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
+    """The next point and its damping, or None where no step gains, or none promises as much as ends a
+    descent."""
     try:
         products = normal_matrix(response, point)
     except FloatingPointError:
@@ -230,24 +231,42 @@ def _step(response: Response, point: Point) -> Point | None:
     scaled, target = products[:-1, :-1] / np.outer(norms, norms), products[:-1, -1] / norms
     while damping < LARGEST_DAMPING:
         try:
-            factor = linalg.cho_factor(scaled + damping * np.eye(len(norms)), check_finite=False)
+            step, promised = _solved(scaled, target, damping)
         except linalg.LinAlgError:
             damping *= 4
             continue
-        solution = linalg.cho_solve(factor, target, check_finite=False)
-        share = float(solution @ (2 * target - scaled @ solution)) / products[-1, -1]
-        if -0.5 * point.samples * np.log1p(-min(share, 1 - 1e-12)) < CONVERGED_NATS:
+        share = min(promised / products[-1, -1], 1 - 1e-12)
+        if -0.5 * point.samples * np.log1p(-share) < CONVERGED_NATS:
             return None
-        coordinates = response.admissible(point.coordinates + solution / norms, point.coordinates)
-        with np.errstate(all="ignore"):
-            residuals = tuple(response.residuals(coordinates))
-            tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
-            gained = all(np.isfinite(e).all() for e in tried.known)
-            if gained:
-                reached = point.whitener.log_likelihood(residuals, point.masks)
-                reached += log_prior(response, coordinates)
-                gained = reached > point.log_likelihood
-        if gained:
-            return replace(tried, log_likelihood=reached, damping=max(damping / 10, LEAST_DAMPING))
+        step /= norms
+        coordinates = response.admissible(point.coordinates + step, point.coordinates)
+        moved = _moved(response, point, coordinates)
+        cut = np.abs(coordinates - point.coordinates - step) > MOST_CUT * np.abs(step)
+        if moved is None and cut.any() and not cut.all():
+            # What hardly acts goes as far as it may: without it the others' step may gain.
+            step[cut], free = 0.0, np.ix_(~cut, ~cut)
+            step[~cut] = _solved(scaled[free], target[~cut], damping)[0] / norms[~cut]
+            coordinates = response.admissible(point.coordinates + step, point.coordinates)
+            moved = _moved(response, point, coordinates)
+        if moved is not None:
+            return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
+
+
+def _solved(matrix: FloatArray, target: FloatArray, damping: float) -> tuple[FloatArray, float]:
+    """The damped step (size,) and how much the sum of squares would fall if all were linear."""
+    factor = linalg.cho_factor(matrix + damping * np.eye(len(target)), check_finite=False)
+    solution = linalg.cho_solve(factor, target, check_finite=False)
+    return solution, float(solution @ (2 * target - matrix @ solution))
+
+
+def _moved(response: Response, point: Point, coordinates: FloatArray) -> Point | None:
+    """The point at other coordinates under the same noise, or None where it is no likelier."""
+    with np.errstate(all="ignore"):
+        residuals = tuple(response.residuals(coordinates))
+        tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
+        if not all(np.isfinite(e).all() for e in tried.known):
+            return None
+        reached = point.whitener.log_likelihood(residuals, point.masks) + log_prior(response, coordinates)
+    return replace(tried, log_likelihood=reached) if reached > point.log_likelihood else None

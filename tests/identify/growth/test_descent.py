@@ -75,14 +75,6 @@ def test_a_descent_at_its_optimum_tries_no_step_that_promises_nothing() -> None:
     assert response.asked == 0
 
 
-def test_a_descent_goes_on_with_the_damping_it_had() -> None:
-    response = Steep(1.0)
-    at = evaluate(response, np.zeros(1))
-    assert descend(response, at, 1).damping == pytest.approx(at.damping / 10)
-    again = descend(response, descend(response, at, 1), 1)
-    assert again.damping <= at.damping / 10
-
-
 class Sloped(Steep):
     """Two coordinates of sizes that differ by ten decades, and a prior."""
 
@@ -91,7 +83,7 @@ class Sloped(Steep):
 
     def linearise(
         self,
-        coordinates: FloatArray,
+        coordinates: FloatArray,  # noqa: ARG002
         overlap: int,  # noqa: ARG002
     ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
         rng = np.random.default_rng(2)
