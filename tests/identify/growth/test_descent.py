@@ -112,3 +112,36 @@ def test_innovations_do_not_depend_on_the_blocks_they_are_made_in(order: int) ->
         np.testing.assert_allclose(out[order:], np.convolve(row, predictor)[order : len(row)], atol=1e-12)
     first = order + 3
     np.testing.assert_allclose(whitener.apply(rows, first), made[:, first:], atol=1e-12)
+
+
+class Bounded:
+    """A line of slope x0 and a coordinate x1 in [-1, 1] that hardly acts at zero and ruins all at a bound."""
+
+    masks = None
+
+    def __init__(self) -> None:
+        rng = np.random.default_rng(3)
+        self.shown, self.noise = rng.standard_normal(64), 0.01 * rng.standard_normal(64)
+
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
+        slope, at = coordinates
+        return [(1.0 - slope) * self.shown + self.noise - 1e-9 * at - 5.0 * at**8]
+
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        slight = np.full(64, 1e-9 + 40.0 * coordinates[1] ** 7)
+        yield np.stack([self.shown, slight, self.residuals(coordinates)[0]]), 0, None
+
+    def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
+        del previous
+        return np.array([coordinates[0], np.clip(coordinates[1], -1.0, 1.0)])
+
+
+def test_a_coordinate_that_runs_to_its_bound_does_not_hold_the_others_up() -> None:
+    """Its step is beyond any sense under every damping, since its column is small."""
+    point = descend(Bounded(), evaluate(Bounded(), np.zeros(2)), 20)
+    assert point.coordinates[0] == pytest.approx(1.0, abs=0.01)
+    assert abs(point.coordinates[1]) < 0.5
