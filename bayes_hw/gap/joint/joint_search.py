@@ -109,25 +109,17 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 @dataclass(frozen=True, eq=False)
 class _Path:
     """An explanation on its way, and the cascade without effects under the same weights of the readings;
-    where it is `settled`, no port, form, pole nor finer step helps it. `observed` is the same in observer
-    form, where that was tried."""
+    where it is `settled`, no port, form, pole, finer step nor observer helps it."""
 
     fit: JointFit
     base: JointFit
     readings: Readings
-    observed: JointFit | None = None
     settled: bool = False
 
     @property
     def gained(self) -> float:
         """Nats over the cascade without effects."""
         return self.fit.score - self.base.score
-
-    @property
-    def promised(self) -> float:
-        """The same where the fit in observer form counts too."""
-        best = self.fit if self.observed is None else highest([self.fit, self.observed])
-        return best.score - self.base.score
 
     @property
     def begun_with(self) -> str:
@@ -158,6 +150,9 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
         ended.append(_followed(path, told))
+    if any(path.fit.observer is not None for path in ended):
+        # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
+        ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
@@ -223,13 +218,20 @@ def _structural(fit: JointFit) -> JointFit:
     return finer(best)
 
 
-def _observed(fit: JointFit) -> JointFit | None:
-    """The best corrected by the readings, which follows a motion that no simulation does; none where the
-    noise does not ask for it."""
-    if fit.noise_order <= 1:
-        return None
-    trials = raced(observed(fit), fit.score)
-    return highest(trials) if trials else None
+def corrected(fit: JointFit, without: JointFit) -> JointFit:
+    """Where neither a port, form, pole nor finer steps helped a fit `without` them, and its noise is of high
+    order, its motion may be one that no simulation follows: corrected by the readings, if that is better."""
+    if fit.noise_order <= 1 or fit.score >= without.score + STRUCTURAL_NATS:
+        return fit
+    return in_observer_form(fit)
+
+
+def in_observer_form(fit: JointFit) -> JointFit:
+    """Corrected by the readings, if that is better and no cause explains the noise."""
+    if fit.response.cause is not None:
+        return fit
+    best = highest([fit, *raced(observed(fit), fit.score)])
+    return best if best.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -295,38 +297,30 @@ def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
     paths = []
     for one in settled:
         path = replace(begun, fit=finer(one)).reread()
-        paths.append(
-            replace(path, settled=path.fit is one and len(settled) > 1, observed=_observed(path.fit))
-        )
-    paths = sorted((p for p in paths if p.promised > 0), key=lambda p: -p.promised)
-    enough = FOLLOWED_SHARE * max((p.gained for p in paths), default=0.0)
-    contenders = [p for p in paths if p.gained >= enough or p.promised >= FOLLOWED_SHARE * paths[0].promised]
-    seen = [p.observed for p in paths if p.observed is not None and p.observed.score > p.fit.score]
-    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *seen)}
+        seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
+        known = len(settled) > 1 and path.fit is one and seen is one
+        paths.append((path.gained, replace(path, fit=seen, settled=known)))
+    paths = sorted((p for p in paths if p[1].gained > 0), key=lambda p: -p[1].gained)
+    most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
+    simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
+    contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
+    same = [path.fit for _, path in paths if path.readings is begun.readings]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
 
 
 def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
     """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
-    act within the sample even where the noise is white: a rival whose noise was not may have done so.
-
-    Where no port, form nor pole helps, a further label and the observer are held against each other: the
-    motion may be one that no simulation follows, or one that lacks what a further label explains.
-    """
+    act within the sample even where the noise is white: a rival whose noise was not may have done so."""
     for _ in range(1, MOST_STEPS):
-        fit, settled = path.fit, list[JointFit]()
-        best = fit if path.settled else _structural(fit)
-        if best.score < fit.score + STRUCTURAL_NATS:
-            if len(fit.labels) < MOST_EFFECTS:
-                settled = _settled(fit, one_more(fit))
-            seen = path.observed if path.observed is not None and best is fit else _observed(best)
-            best = highest([best, *settled, *([] if seen is None else [seen])])
+        fit = path.fit
+        best = fit if path.settled else corrected(_structural(fit), fit)
+        if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
+            best = highest([best, *_settled(fit, one_more(fit))])
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        is_settled = len(settled) > 1 and any(best is one for one in settled)
-        later = replace(path, fit=best, observed=None, settled=is_settled).reread()
-        path = replace(later, settled=later.settled and later.fit is best)
+        path = replace(path, fit=best, settled=False).reread()
     fit = within_sample(pruned(delayed(pruned(path.fit))))
     say(f"pruned: {described(fit)}")
     base, fit, readings = read_again(
