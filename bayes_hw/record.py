@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -344,6 +344,10 @@ class Record:
     def has_free_level(self) -> bool:
         """Whether the angles count from a level that was estimated, by the record's own beginning."""
         return self.has_output and self.level_sd > 0
+
+    def counted_from(self, level: float) -> Self:
+        """The same angles, counted from a `level` of them."""
+        return replace(self, y=self.y - level, origin=self.origin + level) if level else self
 
     @property
     def duration_s(self) -> float:
