@@ -15,6 +15,7 @@ class Steep:
     """Residuals 1 - slope x of one coordinate, its derivative as large as told."""
 
     masks = None
+    level_shapes: tuple[FloatArray, ...] = (np.zeros(64),)
 
     def __init__(self, slope: float) -> None:
         self.slope = slope
@@ -100,6 +101,16 @@ def test_the_normal_matrix_is_that_of_the_triangular_factor() -> None:
     np.testing.assert_allclose(normal_matrix(response, point), factor.T @ factor, rtol=1e-9, atol=1e-9)
 
 
+def test_the_normal_matrix_leaves_out_what_free_levels_explain() -> None:
+    response = Sloped(1.0)
+    point = evaluate(response, np.array([0.3, 1e3]))
+    held = normal_matrix(response, point)
+    response.level_shapes = (np.ones(40), np.full(40, 0.5))
+    factor, free = triangular_factor(response, point), normal_matrix(response, point)
+    np.testing.assert_allclose(free, factor.T @ factor, rtol=1e-9, atol=1e-9)
+    assert free[-1, -1] < held[-1, -1]
+
+
 @pytest.mark.parametrize("order", [1, 7, 8, 21])
 def test_innovations_do_not_depend_on_the_blocks_they_are_made_in(order: int) -> None:
     """At the edges of blocks too, and where only what comes later is asked for."""
@@ -118,6 +129,7 @@ class Bounded:
     """A line of slope x0 and a coordinate x1 in [-1, 1] that hardly acts at zero and ruins all at a bound."""
 
     masks = None
+    level_shapes = (np.zeros(64),)
 
     def __init__(self) -> None:
         rng = np.random.default_rng(3)
