@@ -7,7 +7,7 @@ cannot exclude then stays: slow real poles, and a free beginning of the impulse 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,7 +99,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = chosen(tried)
+    best = _chosen_to_simulate(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:
@@ -116,7 +116,8 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         best = with_free_onset(best)
         onset = best.structure.order - chosen_order - slow
     kept = Kept(slow, onset)
-    pool = pool_of(tried, best, kept, factor)
+    judged = best if best.point.most_noise == MAX_NOISE_ORDER else best.under_noise(MAX_NOISE_ORDER)
+    pool = pool_of(tried, judged, kept, factor)
     best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(
@@ -152,12 +153,17 @@ def _small(experiment: Experiment, structure: Structure, order: int, told: Calla
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
 ) -> list[Grown]:
-    """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too."""
+    """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too.
+
+    Plain residuals show what is slow and hide what is small beside it: the criterion's best of those goes on
+    under coloured noise, which then has no misfit to carry and shows resonances.
+    """
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
     pool = list(grow(start, largest_order, told).values())
     if absorbed(chosen(pool)):
         start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
-        pool += grow(start, largest_order, told).values()
+        plain = list(grow(start, largest_order, told).values())
+        pool += [*plain, *grow(chosen(plain), largest_order, told).values()]
     return pool
 
 
@@ -200,6 +206,16 @@ def _drop_blocks(full: Grown) -> tuple[Grown, dict[str, float | None], dict[str,
         if (evidence[weakest] or 0.0) > DECISIVE:
             return current, evidence, rms_without
         current = without[weakest]
+
+
+def _chosen_to_simulate(tried: Sequence[Grown]) -> Grown:
+    """The criterion's choice; where its noise carries what the axis does, the choice among those of `tried`
+    whose error is at most CARRIED times the least."""
+    best = chosen(tried)
+    if not absorbed(best):
+        return best
+    most = CARRIED * min(item.point.rms for item in tried)
+    return chosen(item for item in tried if item.point.rms <= most)
 
 
 def _simulating(item: Grown) -> Grown:
