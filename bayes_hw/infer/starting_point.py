@@ -64,7 +64,7 @@ def starting_point(
     axis: AxisParameters,
     records: Sequence[Record],
     rng: np.random.Generator,
-    noise_kind: NoiseKind = "normal",
+    noise_kind: NoiseKind = "auto",
 ) -> StartingPoint:
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
@@ -232,6 +232,7 @@ def _other_modes(
         if any(near) or fit.sum_of_squares > WORSE * starts.sums_of_squares.min():
             continue
         own_noise, refitted = _refitted(target.axis, records, fit, noise.order)
+        own_noise = replace(own_noise, degrees_of_freedom=noise.degrees_of_freedom)
         coordinates, covariance = _with_noise(target.axis, refitted, own_noise, target.noise)
         log_density = target(np.stack([best[0], coordinates]))
         apart = min(_distance(coordinates, mode, width) for mode, width in found) > APART
