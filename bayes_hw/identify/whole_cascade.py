@@ -7,7 +7,7 @@ cannot exclude then stays: slow real poles, and a free beginning of the impulse 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,7 +99,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = _chosen_to_simulate(tried)
+    best = chosen(tried)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:
@@ -156,14 +156,17 @@ def _grown(
     """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too.
 
     Plain residuals show what is slow and hide what is small beside it: the criterion's best of those goes on
-    under coloured noise, which then has no misfit to carry and shows resonances.
+    under coloured noise, which shows resonances, unless that carries what the axis does there too.
     """
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
     pool = list(grow(start, largest_order, told).values())
     if absorbed(chosen(pool)):
         start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
         plain = list(grow(start, largest_order, told).values())
-        pool += [*plain, *grow(chosen(plain), largest_order, told).values()]
+        pool += plain
+        resumed = chosen(plain)
+        if _simulating(resumed) is resumed:
+            pool += grow(resumed, largest_order, told).values()
     return pool
 
 
@@ -206,16 +209,6 @@ def _drop_blocks(full: Grown) -> tuple[Grown, dict[str, float | None], dict[str,
         if (evidence[weakest] or 0.0) > DECISIVE:
             return current, evidence, rms_without
         current = without[weakest]
-
-
-def _chosen_to_simulate(tried: Sequence[Grown]) -> Grown:
-    """The criterion's choice; where its noise carries what the axis does, the choice among those of `tried`
-    whose error is at most CARRIED times the least."""
-    best = chosen(tried)
-    if not absorbed(best):
-        return best
-    most = CARRIED * min(item.point.rms for item in tried)
-    return chosen(item for item in tried if item.point.rms <= most)
 
 
 def _simulating(item: Grown) -> Grown:

@@ -88,6 +88,7 @@ class ResidualReport:
 NORMALITY = "normal distribution"
 STUDENT_T = "Student-t distribution"
 DISTRIBUTIONS = (NORMALITY, STUDENT_T)
+DEPENDENCE = ("independent of the command", "independent of the command's magnitude")
 FARTHEST = 8.0
 """Standard deviations that an innovation in the tail is set to at most where it is made normal."""
 
@@ -117,9 +118,9 @@ def examine_residuals(
     samples = sum(_count(a) for a in innovations)
     tests = (
         _ljung_box(autocorrelation, samples, fitted or order, _pairs(innovations, lags)),
-        _cross_correlation("independent of the command", innovations, commands, lags, "linear dynamics"),
+        _cross_correlation(DEPENDENCE[0], innovations, commands, lags, "linear dynamics"),
         _cross_correlation(
-            "independent of the command's magnitude",
+            DEPENDENCE[1],
             innovations,
             [np.abs(u) for u in commands],
             lags,
