@@ -16,7 +16,7 @@ POLE_PARAMETERS = 2
 """Place and weight."""
 
 
-def choice_criterion(item: Grown) -> float:
+def choice_criterion(item: Grown, misfit: bool = False) -> float:
     """Bayesian information criterion in which poles cost what their search has cost, smaller is better.
 
     The criterion of Schwarz asks log n nats of log-likelihood for a real pole and 2 log n for a pair: it
@@ -25,6 +25,9 @@ def choice_criterion(item: Grown) -> float:
     that much at its best place (the penalty of Akaike 1974, doi 10.1109/TAC.1974.1100705, and the
     look-elsewhere effect, Gross and Vitells 2010, doi 10.1140/epjc/s10052-010-1470-8): a pair the n / 2
     frequencies that n samples resolve, a real pole the time constants on the grid of candidates.
+
+    Where coloured noise has hidden a `misfit`, what is left is not noise alone, and real poles follow what of
+    it is slow: they cost what Schwarz asks.
     """
     samples = item.point.samples
     pairs = pole_pairs(item)
@@ -32,12 +35,12 @@ def choice_criterion(item: Grown) -> float:
     charged = PAIR_PARAMETERS + np.log(samples / 2), POLE_PARAMETERS + np.log(len(candidate_poles()))
     asked = PAIR_PARAMETERS * np.log(samples), POLE_PARAMETERS * np.log(samples)
     saved = [max(float(a - 2 * c), 0.0) for a, c in zip(asked, charged, strict=True)]
-    return item.criterion - pairs * saved[0] - real * saved[1]
+    return item.criterion - pairs * saved[0] - (0.0 if misfit else real * saved[1])
 
 
-def chosen(items: Iterable[Grown]) -> Grown:
+def chosen(items: Iterable[Grown], misfit: bool = False) -> Grown:
     """The one of the smallest choice criterion."""
-    return min(items, key=choice_criterion)
+    return min(items, key=lambda item: choice_criterion(item, misfit))
 
 
 def pole_pairs(item: Grown) -> int:

@@ -73,3 +73,10 @@ def test_noise_alone_seldom_pays_for_a_pole(pole_or_pair: int) -> None:
         basis = np.linalg.qr(group.T)[0]
         best = np.maximum(best, 0.5 * np.sum((e @ basis) ** 2, axis=1))
     assert np.mean(best > charge) < 0.1
+
+
+def test_beside_a_misfit_real_poles_cost_what_schwarz_asks() -> None:
+    without = fit(100.0, 5)
+    real, pair = fit(113.0, 9, REAL), fit(113.0, 9, LIGHT)
+    assert chosen([without, real], misfit=True) is without and chosen([without, real]) is real
+    assert chosen([without, pair], misfit=True) is pair
