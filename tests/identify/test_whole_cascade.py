@@ -25,7 +25,7 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
     """Only where coloured noise hid a misfit, and not where it carries what the axis does there too."""
     begun: list[str] = []
 
-    def smallest(records: Any, structure: Any, level: float, most_noise: int = MAX_ORDER) -> str:
+    def smallest(*_: Any, most_noise: int = MAX_ORDER) -> str:
         return "coloured" if most_noise == MAX_ORDER else "plain"
 
     def grow(start: str, *_: Any) -> dict[int, str]:
@@ -35,7 +35,7 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
     monkeypatch.setattr(whole_cascade, "smallest_cascade", smallest)
     monkeypatch.setattr(whole_cascade, "grow", grow)
     monkeypatch.setattr(whole_cascade, "absorbed", lambda item: hidden and item == "best coloured")
-    monkeypatch.setattr(whole_cascade, "chosen", lambda pool, misfit=False: pool[-1])
+    monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
     monkeypatch.setattr(whole_cascade, "_simulating", lambda item: "another" if carried else item)
     experiment: Any = SimpleNamespace(records=(), noise_level=1.0)
     structure: Any = SimpleNamespace()
