@@ -214,7 +214,9 @@ def _finished(
     start: Start,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
+    train = tuple(r.counted_from(float(level)) for r, level in zip(train, fit.levels, strict=True))
     starts = Starts.of(fit, train, holdout, lead, start)
+    holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
     samples = samples_of_variance(fit.point.residuals)
     noise_error = sigma * (ESTIMATED / np.sqrt(2 * samples) + noise_doubt(found, decision))

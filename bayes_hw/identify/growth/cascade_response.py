@@ -16,6 +16,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.growth.lowered import beyond, clipped, commands
 from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
 from bayes_hw.identify.holes import masks_of, with_holes
@@ -39,6 +40,12 @@ class CascadeResponse:
     def masks(self) -> tuple[BoolArray, ...] | None:
         """Which samples of every record were measured; None where all were."""
         return masks_of(self.records)
+
+    @cached_property
+    def level_shapes(self) -> tuple[FloatArray, ...]:
+        """What a level of one adds to residuals; nothing where the start is free, which holds it."""
+        shapes = level_shapes(self.records)
+        return tuple(0 * shape for shape in shapes) if self.structure.free_start else shapes
 
     def coordinates(self, values: CascadeValues) -> FloatArray:
         """Coordinates (size,) of natural parameters."""
@@ -102,9 +109,7 @@ class CascadeResponse:
 
     @cached_property
     def _outermost_limits(self) -> tuple[float, float]:
-        commands = np.sort(np.concatenate([record.u for record in self.records]))
-        beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
-        return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
+        return outermost_limits(self.records)
 
     def pole_rows(self) -> list[int]:
         """Positions of pole and reflection coordinates."""
@@ -272,3 +277,10 @@ def dead_zone(w: FloatArray, half_width: float) -> FloatArray:
 
 def _inverse(value: float) -> float:
     return float(np.arctanh(np.clip(value, -MAX_REFLECTION, MAX_REFLECTION)))
+
+
+def outermost_limits(records: Sequence[Record]) -> tuple[float, float]:
+    """Lower and upper limit that clip as few samples as a descent allows."""
+    commands = np.sort(np.concatenate([record.u for record in records]))
+    beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
+    return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
