@@ -189,7 +189,8 @@ def _robustly(
 ) -> tuple[list[Record], NoiseEstimate, OutputErrorFit]:
     """Records with their outliers drawn in, and noise and fit of those, the noise with degrees of freedom.
 
-    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data).
+    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data),
+    unless most of them are nothing.
     """
     drawn_in = list(records)
     for _ in range(REFITS):
@@ -198,6 +199,8 @@ def _robustly(
         residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
         known = [e[record.measured_samples] for e, record in zip(residuals, records, strict=True)]
         reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(known))))
+        if reach < ROUNDING * float(np.max(np.abs(np.concatenate(known)))):
+            break
         drawn_in = [
             replace(record, y=output + np.clip(residual, -reach, reach))
             for record, output, residual in zip(records, outputs, residuals, strict=True)
