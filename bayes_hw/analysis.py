@@ -113,7 +113,7 @@ def analyse(
     *,
     model: HammersteinWiener | None = None,
     start: StartCondition = "rest",
-    noise: NoiseKind = "normal",
+    noise: NoiseKind = "auto",
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -181,7 +181,7 @@ def begin(
     *,
     model: HammersteinWiener | None = None,
     start: StartCondition = "rest",
-    noise: NoiseKind = "normal",
+    noise: NoiseKind = "auto",
     free: FreeSet = "all",
     progress: Progress | None = None,
 ) -> Beginning:

@@ -148,8 +148,8 @@ def add_noise(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--noise",
         choices=("normal", "student-t", "auto"),
-        default="normal",
-        help="innovations of the noise: normal (default); student-t, for outliers; auto: student-t where the"
+        default="auto",
+        help="innovations of the noise: normal; student-t, for outliers; auto (default): student-t where the"
         " Bayesian information criterion says so",
     )
 

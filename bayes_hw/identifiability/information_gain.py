@@ -93,7 +93,8 @@ class Belief:
         known = np.atleast_2d(np.cov(as_coordinates(shared_parameters, flat[:, rows].T)))
         known += LEAST_VARIANCE * np.diag(np.diag(known))
         chosen = posterior.draws(draws, rng)
-        sigma, partial = chosen[:, n_given], chosen[:, n_given + 1 :].T
+        sigma = chosen[:, n_given]
+        partial = chosen[:, n_given + 1 : n_given + 1 + posterior.noise_order].T
         if records:
             near = _local_precision(given, chosen[:, :n_given], records, sigma, partial, rows)
         else:

@@ -135,15 +135,25 @@ def _power(f: FloatArray, b: FloatArray, holes: bool) -> float:
 
 
 def stationary_autoregression(
-    samples: int, sigma: float, partial: FloatArray, rng: np.random.Generator
+    samples: int,
+    sigma: float,
+    partial: FloatArray,
+    rng: np.random.Generator,
+    degrees_of_freedom: float | None = None,
 ) -> FloatArray:
-    """A Gaussian AR(p) sequence (samples,) of marginal standard deviation `sigma`, from its first sample on.
+    """An AR(p) sequence (samples,) of marginal standard deviation `sigma`, from its first sample on.
+
+    Its innovations are normal, or Student t of more than two `degrees_of_freedom`.
 
     The first p samples follow from the partial autocorrelations order by order: sample k is predicted by the
     AR(k) of the first k of them.
     """
     order = len(partial)
-    shocks = rng.standard_normal(samples)
+    if degrees_of_freedom is None:
+        shocks = rng.standard_normal(samples)
+    else:
+        unit = np.sqrt((degrees_of_freedom - 2) / degrees_of_freedom)
+        shocks = unit * rng.standard_t(degrees_of_freedom, samples)
     noise = np.zeros(samples)
     spread = sigma * np.sqrt(np.concatenate([[1.0], np.cumprod(1 - partial**2)]))
     for k in range(min(order, samples)):

@@ -84,12 +84,15 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         free_start=experiment.free_start,
     )
     small = _small(experiment, structure, min(SMALL_ORDER, max_order), told(0))
-    wanted, done = [small.structure.delay_samples], set[int]()
+    wanted, done, misfit = [small.structure.delay_samples], set[int](), False
     while wanted:
         delay = wanted.pop()
         done.add(delay)
-        grown = _grown(experiment, replace(structure, delay_samples=delay), max_order, told(max_order))
-        found = chosen(grown)
+        grown, hidden = _grown(
+            experiment, replace(structure, delay_samples=delay), max_order, told(max_order)
+        )
+        misfit = misfit or hidden
+        found = chosen(grown, misfit)
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
@@ -99,7 +102,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
-    best = chosen(tried)
+    best = chosen(tried, misfit)
     report("whole cascade", parts - 2, parts)
     released = _without_integrator(best)
     if released is not None:
@@ -116,12 +119,13 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         best = with_free_onset(best)
         onset = best.structure.order - chosen_order - slow
     kept = Kept(slow, onset)
-    pool = pool_of(tried, best, kept, factor)
+    judged = best if best.point.most_noise == MAX_NOISE_ORDER else best.under_noise(MAX_NOISE_ORDER)
+    pool = pool_of(tried, judged, kept, factor)
     best = at_full_rate(best, whole, factor)
     report("whole cascade", parts, parts)
     return JointStage(
         cascade_fit(best),
-        _tabulated(tried, experiment.output_scale),
+        _tabulated(tried, experiment.output_scale, misfit),
         evidence,
         rms_without,
         kept,
@@ -151,14 +155,24 @@ def _small(experiment: Experiment, structure: Structure, order: int, told: Calla
 
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
-) -> list[Grown]:
-    """Cascades of every order; where the noise model hides a misfit, those grown on plain residuals too."""
+) -> tuple[list[Grown], bool]:
+    """Cascades of every order, and whether the noise model hid a misfit: then those grown on plain residuals
+    are among them.
+
+    Plain residuals show what is slow and hide what is small beside it: the criterion's best of those goes on
+    under coloured noise, which shows resonances, unless that carries what the axis does there too.
+    """
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
     pool = list(grow(start, largest_order, told).values())
-    if absorbed(chosen(pool)):
+    misfit = absorbed(chosen(pool))
+    if misfit:
         start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
-        pool += grow(start, largest_order, told).values()
-    return pool
+        plain = list(grow(start, largest_order, told).values())
+        pool += plain
+        resumed = chosen(plain, misfit)
+        if _simulating(resumed) is resumed:
+            pool += grow(resumed, largest_order, told).values()
+    return pool, misfit
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
@@ -223,14 +237,14 @@ def _without(item: Grown, block: str) -> Grown:
     return Grown.at(structure, values[block], item.response.records).descended()
 
 
-def _tabulated(items: Iterable[Grown], output_scale: float) -> tuple[OrderCandidate, ...]:
+def _tabulated(items: Iterable[Grown], output_scale: float, misfit: bool) -> tuple[OrderCandidate, ...]:
     """The best of every order, delay and integrator as a row."""
     found: dict[tuple[int, int, bool], Grown] = {}
     for item in items:
         key = item.structure.order, item.structure.delay_samples, item.structure.integrator
-        if key not in found or choice_criterion(item) < choice_criterion(found[key]):
+        if key not in found or choice_criterion(item, misfit) < choice_criterion(found[key], misfit):
             found[key] = item
     return tuple(
-        OrderCandidate(*key, item.point.rms * output_scale, choice_criterion(item))
+        OrderCandidate(*key, item.point.rms * output_scale, choice_criterion(item, misfit))
         for key, item in found.items()
     )

@@ -25,7 +25,7 @@ from bayes_hw.infer.dead_zone_trade import trade_of
 from bayes_hw.infer.laplace import CoordinateMap
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, beginnings, sample_long, start_of_long
-from bayes_hw.infer.noise import noise_order
+from bayes_hw.infer.noise import is_student_t, noise_order
 from bayes_hw.infer.pole_labels import PoleLabels
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.reparameterisation import Reparameterisation
@@ -35,6 +35,7 @@ from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_poi
 from bayes_hw.infer.unseen_poles import without_unseen_poles
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
@@ -88,7 +89,7 @@ def infer(
     *,
     free: FreeSet = "all",
     start: StartCondition = "rest",
-    noise: NoiseKind = "normal",
+    noise: NoiseKind = "auto",
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -96,7 +97,8 @@ def infer(
     resume: bool = False,
     estimate: Estimate | None = None,
 ) -> Inference:
-    """Sample the posterior of `model`'s free parameters given `records`; `noise` as for `starting_point`.
+    """Sample the posterior of `model`'s free parameters given `records`; `noise` as for `starting_point`,
+    that of long records normal unless it is "student-t".
 
     Started from the least-squares estimate that several descents from `model` reach, or from `estimate`,
     which is that of the same arguments; see `starting_point` and `sample`. With `checkpoint_folder` the chain
@@ -110,7 +112,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
-    long = noise == "normal" and are_long(records) and not model.known
+    long = noise != "student-t" and are_long(records) and not model.known
     checkpoint = None
     if checkpoint_folder is not None:
         checkpoint = Checkpoint(
@@ -194,7 +196,7 @@ def estimated(
     *,
     free: FreeSet = "all",
     start: StartCondition = "rest",
-    noise: NoiseKind = "normal",
+    noise: NoiseKind = "auto",
     progress: Progress | None = None,
 ) -> Estimate:
     """The least-squares estimate that sampling begins from, and the tests of its residuals.
@@ -212,7 +214,7 @@ def estimated(
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
     axis = axis_for(model, records, free, start)
-    expanded = noise == "normal" and are_long(records) and not model.known
+    expanded = noise != "student-t" and are_long(records) and not model.known
     axis = without_unseen_poles(axis, *(beginnings(records) if expanded else (records, 1.0)))
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):
         origin = start_of_long(axis, records, rng) if expanded else starting_point(axis, records, rng, noise)
@@ -221,7 +223,7 @@ def estimated(
 
 def _tested(axis: AxisParameters, origin: StartingPoint, records: Sequence[Record]) -> ResidualReport:
     values = LogPosterior(axis, origin.noise_parameters, records).values(origin.coordinates)
-    return _residuals_at(axis, noise_order(origin.noise_parameters), values, records)
+    return _residuals_at(axis, origin.noise_parameters, values, records)
 
 
 def _data_digest(record: Record) -> str:
@@ -236,18 +238,19 @@ def residual_report(posterior: Posterior, records: Sequence[Record]) -> Residual
     target = LogPosterior(posterior.axis, posterior.noise_parameters, records)
     flat = posterior.values.reshape(-1, posterior.values.shape[-1])
     centre = target.values(target.coordinates(flat).mean(axis=0))
-    return _residuals_at(posterior.axis, posterior.noise_order, centre, records)
+    return _residuals_at(posterior.axis, posterior.noise_parameters, centre, records)
 
 
 def _residuals_at(
-    axis: AxisParameters, order: int, values: FloatArray, records: Sequence[Record]
+    axis: AxisParameters, noise: Sequence[Parameter], values: FloatArray, records: Sequence[Record]
 ) -> ResidualReport:
-    """Residuals at `values` (parameters,), whitened by a noise of that order and tested."""
-    n_axis = len(axis.parameters)
+    """Residuals at `values` (parameters,), those of the `noise` last, whitened by it and tested."""
+    n_axis, order = len(axis.parameters), noise_order(noise)
+    degrees = float(values[-1]) if is_student_t(noise) else None
     outputs = simulated_outputs(axis, values[:n_axis, None], records)
     autoregression = autoregression_from_partial(values[n_axis + 1 : n_axis + 1 + order, None])[:, 0]
     residuals: list[FloatArray] = [
         with_holes(levelled(axis, record, record.y - output[0], autoregression), record.measured)
         for record, output in zip(records, outputs, strict=True)
     ]
-    return examine_residuals(records, residuals, autoregression)
+    return examine_residuals(records, residuals, autoregression, degrees_of_freedom=degrees)

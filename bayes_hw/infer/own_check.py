@@ -113,13 +113,10 @@ def check_own_axis(
     kept: ResultFolder | None = None,
     progress: Progress | None = None,
 ) -> OwnCheck:
-    """Simulate, identify and sample `replicates` times. Raises InputError unless every record starts at rest
-    and the noise is normal, which is all that is simulated."""
-    if posterior.axis.start_positions is not None or posterior.noise_parameters[-1].name.endswith("freedom"):
-        raise InputError(
-            "--check simulates records that start at rest, with normal noise; leave --start free and "
-            "--noise student-t out"
-        )
+    """Simulate, identify and sample `replicates` times. Raises InputError unless every record starts at rest,
+    which is all that is simulated."""
+    if posterior.axis.start_positions is not None:
+        raise InputError("--check simulates records that start at rest; leave --start free out")
     tasks = check_tasks(posterior, records, replicates, seed, settings or SamplerSettings())
     results = executor.map(check_once, tasks, progress=progress, label="check of the intervals", kept=kept)
     counts: dict[str, list[bool]] = {}
@@ -140,8 +137,8 @@ def check_tasks(
     for number, row in enumerate(np.random.default_rng(seed).permutation(len(flat))[:replicates]):
         draw, rng = flat[row], np.random.default_rng([seed, number])
         model = posterior.axis.to_model(draw[:n_axis])
-        sigma, partial = float(draw[n_axis]), draw[n_axis + 1 :]
-        simulated = tuple(_simulated(model, record, sigma, partial, rng) for record in records)
+        noise = draw[n_axis:]
+        simulated = tuple(_simulated(model, record, noise, posterior.noise_order, rng) for record in records)
         tasks.append((simulated, true_values(model), seed + number, settings))
     return tasks
 
@@ -185,7 +182,9 @@ def _same_mode(posterior: Posterior, truth: dict[str, float], name: str) -> str 
 
 
 def _simulated(
-    model: HammersteinWiener, record: Record, sigma: float, partial: FloatArray, rng: np.random.Generator
+    model: HammersteinWiener, record: Record, noise: FloatArray, order: int, rng: np.random.Generator
 ) -> Record:
-    noise = stationary_autoregression(len(record), sigma, partial, rng)
-    return replace(record, y=model.simulate(record.u).y + noise, sha256="", known={}, known_units={})
+    """The record with the model's output and noise of the sampled parameters `noise`, of that order."""
+    degrees = float(noise[-1]) if len(noise) > order + 1 else None
+    e = stationary_autoregression(len(record), float(noise[0]), noise[1 : order + 1], rng, degrees)
+    return replace(record, y=model.simulate(record.u).y + e, sha256="", known={}, known_units={})

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.feedback import FeedbackTest, feedback_test
@@ -53,13 +53,14 @@ class ResidualReport:
 
     @property
     def white(self) -> bool:
-        """Whether the innovations pass the tests of the model's structure (not that of normality)."""
-        return all(test.passed for test in self.tests if test.name != NORMALITY)
+        """Whether the innovations pass the tests of the model's structure (not of their distribution)."""
+        return all(test.passed for test in self.tests if test.name not in DISTRIBUTIONS)
 
     @property
     def failures(self) -> tuple[str, ...]:
         """In words, what the tests of the model's structure say against it; empty where all passed."""
-        return tuple(f"{t.name}: {t.meaning}" for t in self.tests if not t.passed and t.name != NORMALITY)
+        failed = [t for t in self.tests if not t.passed and t.name not in DISTRIBUTIONS]
+        return tuple(f"{t.name}: {t.meaning}" for t in failed)
 
     @property
     def explained(self) -> bool:
@@ -85,6 +86,11 @@ class ResidualReport:
 
 
 NORMALITY = "normal distribution"
+STUDENT_T = "Student-t distribution"
+DISTRIBUTIONS = (NORMALITY, STUDENT_T)
+DEPENDENCE = ("independent of the command", "independent of the command's magnitude")
+FARTHEST = 8.0
+"""Standard deviations that an innovation in the tail is set to at most where it is made normal."""
 
 
 def examine_residuals(
@@ -92,13 +98,14 @@ def examine_residuals(
     residuals: Sequence[FloatArray],
     autoregression: FloatArray,
     fitted: int | None = None,
+    degrees_of_freedom: float | None = None,
 ) -> ResidualReport:
     """Test the innovations e(k) - sum phi_i e(k - i) of every record; `fitted` is how many numbers of the
-    noise were fitted where these are not the phi themselves.
+    noise were fitted where these are not the phi themselves, `degrees_of_freedom` those of Student-t ones.
 
     Ljung-Box for whiteness (doi 10.1093/biomet/65.2.297), the largest cross-correlation with the command for
     dynamics the model lacks, the same with the command's magnitude for nonlinearity it lacks, and Jarque-Bera
-    for normality. Each at 1 %.
+    for normality, of Student-t innovations once their distribution has made them normal. Each at 1 %.
     """
     order = len(autoregression)
     innovations = [
@@ -111,15 +118,15 @@ def examine_residuals(
     samples = sum(_count(a) for a in innovations)
     tests = (
         _ljung_box(autocorrelation, samples, fitted or order, _pairs(innovations, lags)),
-        _cross_correlation("independent of the command", innovations, commands, lags, "linear dynamics"),
+        _cross_correlation(DEPENDENCE[0], innovations, commands, lags, "linear dynamics"),
         _cross_correlation(
-            "independent of the command's magnitude",
+            DEPENDENCE[1],
             innovations,
             [np.abs(u) for u in commands],
             lags,
             "a nonlinearity",
         ),
-        _jarque_bera(_known(np.concatenate(innovations))),
+        _distribution(_known(np.concatenate(innovations)), degrees_of_freedom),
     )
     fit = min(_fit(record.y_or_nan, e) for record, e in zip(records, residuals, strict=True))
     return ResidualReport(
@@ -219,16 +226,23 @@ def _cross_correlation(
     )
 
 
-def _jarque_bera(innovations: FloatArray) -> ResidualTest:
-    result = stats.jarque_bera(innovations)
+def _distribution(innovations: FloatArray, degrees: float | None) -> ResidualTest:
+    """Jarque-Bera on the innovations, of Student-t ones of likeliest scale on the normal quantiles."""
+    name, found = NORMALITY, innovations
+    if degrees is not None:
+        _, _, scale = stats.t.fit(innovations, f0=degrees, floc=0.0)
+        tail = stats.t.logsf(np.abs(innovations), degrees, 0.0, scale)
+        quantile = np.minimum(-special.ndtri_exp(tail), FARTHEST)
+        name, found = STUDENT_T, np.sign(innovations) * quantile
+    result = stats.jarque_bera(found)
     p_value = float(result.pvalue)
     passed = p_value >= SIGNIFICANCE
     return ResidualTest(
-        NORMALITY,
+        name,
         float(result.statistic),
         p_value,
         passed,
-        "tails as a normal distribution has them"
+        f"tails as a {name} has them"
         if passed
-        else "not normal: outliers, quantization or changing noise; the likelihood is approximate",
+        else f"no {name}: outliers, quantization or changing noise; the likelihood is approximate",
     )

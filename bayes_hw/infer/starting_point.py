@@ -16,6 +16,7 @@ from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_sta
 from bayes_hw.infer.improper_tails import onto_plains
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
+from bayes_hw.infer.residual_tests import DEPENDENCE, examine_residuals
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
@@ -37,6 +38,9 @@ DEGREES_VARIANCE = 0.3
 NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
 CARRIED = 1.5
 """Error under coloured noise over that of plain least squares from which the noise carries the axis."""
+
+ABSORBED = 3.0
+"""Residuals so many times as large as their innovations may hide a misfit."""
 
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
@@ -64,7 +68,7 @@ def starting_point(
     axis: AxisParameters,
     records: Sequence[Record],
     rng: np.random.Generator,
-    noise_kind: NoiseKind = "normal",
+    noise_kind: NoiseKind = "auto",
 ) -> StartingPoint:
     """Least squares on plain residuals from several starts, then with AR noise and priors.
 
@@ -76,15 +80,16 @@ def starting_point(
     estimate better by DECISIVE in the Bayesian information criterion. For Student t, outliers are drawn in to
     WINSOR standard deviations before the parameters are fitted again.
 
-    Where coloured noise would leave CARRIED times the error of plain least squares, the model does not hold
-    and an autoregression would predict its misfit: the likelihood is then that of white noise to the power
+    Where coloured noise would leave CARRIED times the error of plain least squares, or hides ABSORBED times
+    innovations that follow the command, the model does not hold and an autoregression would predict its
+    misfit: the likelihood is then that of white noise to the power
     1 / tau, with tau the samples that are worth one, a composite likelihood (Ribatet, Cooley and Davison
     2012, doi 10.5705/ss.2009.248), whose mode simulates best.
     """
     starts = fit_from_several_starts(axis, records, rng=rng)
     noise, fit = _refitted(axis, records, starts.best)
     power = 1.0
-    if fit.rms > CARRIED * starts.best.rms:
+    if fit.rms > CARRIED * starts.best.rms or _hides_misfit(noise, fit, records):
         noise, fit, power = _plainly(axis, records, starts.best)
     elif noise_kind == "student-t" or (noise_kind == "auto" and _heavy_tailed(noise, fit, records)):
         records, noise, fit = _robustly(axis, records, noise, fit)
@@ -153,6 +158,15 @@ def samples_worth_one(residuals: Sequence[FloatArray]) -> float:
     return total
 
 
+def _hides_misfit(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> bool:
+    """Whether innovations that ABSORBED times as large residuals are predicted from follow the command."""
+    if noise.sigma <= ABSORBED * noise.innovation_sigma:
+        return False
+    residuals = split_by_record(fit.residuals, records)
+    tests = examine_residuals(records, residuals, noise.autoregression).tests
+    return not all(test.passed for test in tests if test.name in DEPENDENCE)
+
+
 def _innovations(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> FloatArray:
     """Of all records, their first samples left out."""
     found = []
@@ -175,7 +189,8 @@ def _robustly(
 ) -> tuple[list[Record], NoiseEstimate, OutputErrorFit]:
     """Records with their outliers drawn in, and noise and fit of those, the noise with degrees of freedom.
 
-    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data).
+    Residuals beyond WINSOR robust standard deviations of the median are moved there (Huber's pseudo-data),
+    unless most of them are nothing.
     """
     drawn_in = list(records)
     for _ in range(REFITS):
@@ -184,6 +199,8 @@ def _robustly(
         residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
         known = [e[record.measured_samples] for e, record in zip(residuals, records, strict=True)]
         reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(known))))
+        if reach < ROUNDING * float(np.max(np.abs(np.concatenate(known)))):
+            break
         drawn_in = [
             replace(record, y=output + np.clip(residual, -reach, reach))
             for record, output, residual in zip(records, outputs, residuals, strict=True)
@@ -232,6 +249,7 @@ def _other_modes(
         if any(near) or fit.sum_of_squares > WORSE * starts.sums_of_squares.min():
             continue
         own_noise, refitted = _refitted(target.axis, records, fit, noise.order)
+        own_noise = replace(own_noise, degrees_of_freedom=noise.degrees_of_freedom)
         coordinates, covariance = _with_noise(target.axis, refitted, own_noise, target.noise)
         log_density = target(np.stack([best[0], coordinates]))
         apart = min(_distance(coordinates, mode, width) for mode, width in found) > APART

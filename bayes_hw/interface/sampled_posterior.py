@@ -142,7 +142,7 @@ def sample(
     free: FreeSet = "all",
     start: Start = "auto",
     origin: Origin = "start",
-    noise: NoiseKind = "normal",
+    noise: NoiseKind = "auto",
     settings: SamplerSettings | None = None,
     jobs: int | None = None,
 ) -> SampledPosterior:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from spread_axis import spread_posterior
 
 from bayes_hw.executor import LocalExecutor
+from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer import own_check
+from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.own_check import Held, OwnCheck, check_own_axis, check_tasks, true_values
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.nanshan import nanshan_model
@@ -72,3 +76,20 @@ def test_a_parameter_is_refuted_where_chance_does_not_explain_its_misses() -> No
     assert check.refuted == ("b",) and not check.stands and check.to_dict()["stands"] is False
     assert not OwnCheck(5, 5, {"a": Held(5, 5)}).stands
     assert seldom.p_value == pytest.approx(0.00087, rel=0.05)
+
+
+def test_replicates_have_the_tails_of_the_draws() -> None:
+    """Student-t noise is simulated with the degrees of freedom, and the standard deviation, of the draw."""
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    estimate = NoiseEstimate(0.01, np.zeros(0), np.zeros(0), degrees_of_freedom=4.0)
+    noise = noise_parameters(estimate, "deg")
+    n_axis = len(posterior.axis.parameters)
+    values = np.concatenate(
+        [posterior.values[..., :n_axis], np.broadcast_to([0.01, 4.0], (*posterior.values.shape[:-1], 2))],
+        axis=-1,
+    )
+    heavy = replace(posterior, noise_parameters=noise, values=values, point_estimate=values[0, 0, 0])
+    long = replace(RECORD, t=np.arange(20000) / 20.0, u=np.zeros(20000), y=np.zeros(20000))
+    (((simulated,), _, _, _),) = check_tasks(heavy, [long], 1, 1, SamplerSettings())
+    assert np.std(simulated.y) == pytest.approx(0.01, rel=0.1)
+    assert stats.t.fit(simulated.y, floc=0.0)[0] == pytest.approx(4.0, rel=0.15)

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.residual_tests import (
     NORMALITY,
     SIGNIFICANCE,
+    STUDENT_T,
     ResidualReport,
     ResidualTest,
     examine_residuals,
@@ -140,3 +141,18 @@ def test_a_model_that_explains_nothing_is_said_to(small_record: Record) -> None:
         found = examine_residuals([small_record], [residual], np.zeros(0))
         assert found.explained is explained
         assert found.fit_percent == pytest.approx(100 * (1 - share), abs=5)
+
+
+@pytest.mark.parametrize(("degrees", "assumed", "passes"), [(4.0, 4.0, True), (4.0, 60.0, False)])
+def test_student_t_innovations_are_held_against_their_own_distribution(
+    degrees: float, assumed: float, passes: bool
+) -> None:
+    """Tails of four degrees of freedom pass as what they are, at any scale, and not as nearly normal ones."""
+    rng = np.random.default_rng(9)
+    e = 0.03 * rng.standard_t(degrees, 4000)
+    report = examine_residuals(
+        [record_of(command(len(e), rng))], [e], np.zeros(0), degrees_of_freedom=assumed
+    )
+    assert named(report, STUDENT_T).passed is passes
+    assert report.white
+    assert not named(examined(e), NORMALITY).passed

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -14,6 +17,7 @@ from bayes_hw.infer.inference import axis_for
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.starting_point import (
     CARRIED,
+    _hides_misfit,
     noise_covariance,
     samples_worth_one,
     split_by_record,
@@ -118,3 +122,20 @@ def test_noise_that_would_carry_the_axis_is_not_let(lost: float) -> None:
     assert found.noise.order == 0
     whole = LogPosterior(axis, found.noise_parameters, [record]).log_likelihood(values[:, None])
     np.testing.assert_allclose(target.log_likelihood(values[:, None]), found.power * whole, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("follows", "slow", "hidden"), [(True, True, True), (False, True, False), (True, False, False)]
+)
+def test_noise_hides_a_misfit_where_its_innovations_follow_the_command(
+    follows: bool, slow: bool, hidden: bool
+) -> None:
+    """Slow errors are predicted in any case; they are the model's where what is left of them follows the
+    command, and what is not predicted hides nothing."""
+    rng, n = np.random.default_rng(3), 3000
+    u = np.repeat(rng.uniform(-1, 1, n // 10), 10)
+    shocks = 0.1 * rng.standard_normal(n) + (u if follows else rng.uniform(-1, 1, n))
+    e = signal.lfilter([1.0], [1.0, -0.995] if slow else [1.0], shocks)
+    record = Record("r", np.arange(n) / 20.0, u, e, 20.0, Units())
+    fit: Any = SimpleNamespace(residuals=e)
+    assert _hides_misfit(estimate_noise([e], 1 if slow else 0), fit, [record]) is hidden

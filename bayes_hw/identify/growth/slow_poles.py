@@ -87,7 +87,8 @@ def _extended(item: Grown, poles: FloatArray) -> tuple[Structure, CascadeValues]
 
 def _at(item: Grown, structure: Structure, values: CascadeValues) -> Grown:
     response = CascadeResponse(structure, item.response.records)
-    return Grown(response, evaluate(response, response.coordinates(values), item.point.whitener))
+    point = evaluate(response, response.coordinates(values), item.point.whitener, item.point.most_noise)
+    return Grown(response, point)
 
 
 def with_real_poles(item: Grown) -> Grown:
@@ -107,7 +108,7 @@ def with_real_poles(item: Grown) -> Grown:
             for pole, residue in zip(poles, residues, strict=True):
                 structure, values = with_separate_pole(structure, values, float(pole))
                 values.real[1, -1] = residue
-            split = Grown.at(structure, values, item.response.records).descended()
+            split = Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
             if split.log_likelihood > item.log_likelihood - SEAM_NATS:
                 item = split
                 continue

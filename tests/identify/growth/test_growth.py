@@ -138,6 +138,17 @@ def test_the_dead_zone_is_found_with_the_slow_poles_and_not_without(
     assert with_slow_poles(pool[8]) is pool[8]
 
 
+def test_slow_poles_are_weighed_under_the_noise_of_the_cascade(
+    twin_pool: tuple[dict[int, Grown], float],
+) -> None:
+    """Likelihoods under white and coloured noise differ by thousands of nats and say nothing of poles."""
+    pool, _ = twin_pool
+    plain = pool[5].under_noise(0).descended()
+    kept = with_slow_poles(plain)
+    assert kept.point.most_noise == 0 and kept.point.whitener.order == 0
+    assert plain.log_likelihood < kept.log_likelihood < pool[5].log_likelihood - 500
+
+
 @pytest.mark.parametrize("place", [-0.9, 0.9999])
 def test_slow_poles_stay_slow_where_descents_take_them_elsewhere(
     twin_pool: tuple[dict[int, Grown], float], monkeypatch: pytest.MonkeyPatch, place: float
