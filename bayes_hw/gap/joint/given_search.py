@@ -40,6 +40,7 @@ from bayes_hw.gap.joint.joint_search import (
 )
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.gap.joint.rounded_readings import without_rounding
 from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
@@ -94,6 +95,8 @@ def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFi
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)
+    if readings.rounded_first:
+        return without_rounding(reweighted(base, readings), readings)
     if readings.nats:
         base = reweighted(base, readings)
         again = read_faults(replace(base, response=replace(base.response, weights=None)))
@@ -264,15 +267,23 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if causes and not readings.nats:
             faults = read_faults(fit)
             if faults.nats:
-                readings = faults
-                base, fit = reweighted(base, faults), reweighted(fit, faults)
-                whole = (
-                    reweighted(whole, faults) if base.response.records is not whole.response.records else base
-                )
+                base, fit, whole, readings = _under(faults, base, fit, whole)
                 finished = False
         if finished:
             break
     return _Trail(fit, base, whole, readings, rivals, alone)
+
+
+def _under(
+    faults: Readings, base: GivenFit, fit: GivenFit, whole: GivenFit
+) -> tuple[GivenFit, GivenFit, GivenFit, Readings]:
+    """The fits under what the readings' faults ask for, and the faults as they are then."""
+    all_samples = base.response.records is whole.response.records
+    base, fit = reweighted(base, faults), reweighted(fit, faults)
+    if faults.rounded_first and all_samples:
+        fit, faults = without_rounding(fit, faults)
+        base = on_records(base, fit.response.records)
+    return base, fit, base if all_samples else reweighted(whole, faults), faults
 
 
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:

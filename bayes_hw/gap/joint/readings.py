@@ -28,12 +28,15 @@ ROUNDED = 1.6
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What the readings' own faults ask of the fit: weights of every record and the nats of each label."""
+    """What the readings' own faults ask of the fit: weights of every record and the nats of each label; the
+    step of rounding, whether noise was added after it, and whether what it adds was taken off the readings."""
 
     weights: tuple[FloatArray, ...]
     nats: dict[str, float]
     step: float | None
     parameters: dict[str, float]
+    rounded_first: bool = False
+    taken_off: bool = False
 
 
 def read_faults(fit: JointFit) -> Readings:
@@ -59,7 +62,7 @@ def read_faults(fit: JointFit) -> Readings:
     if hidden is not None:
         nats["encoder_quantization"] = hidden.nats
         parameters["encoder_quantization.step"] = hidden.step
-        return Readings(tuple(weights), nats, hidden.step, parameters)
+        return Readings(tuple(weights), nats, hidden.step, parameters, rounded_first=True)
     moves = speeds(fit)
     masks = [repeats(record.y_or_nan, d, innovation) for record, d in zip(records, moves, strict=True)]
     share = float(np.mean(np.concatenate(masks)))
