@@ -29,9 +29,6 @@ end."""
 
 PERIODIC = (RIPPLE, MODULATED)
 
-NEARLY_WORTH = 5.0
-"""Nats below its price from which an effect is taken for a trace of something."""
-
 
 def as_given(found: object) -> GivenFit:
     assert isinstance(found, GivenFit)
@@ -53,9 +50,9 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
     return found
 
 
-def found_something(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
-    """Whether the noise hides something, or a form explains more than its price."""
-    return fit.point.whitener.order > 1 or any(t.score > fit.score - NEARLY_WORTH for t in found)
+def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
+    """Whether the best explanation so far leaves noise of higher order, or of a cause."""
+    return best_of([fit, *found]).point.whitener.order > 1
 
 
 def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:

@@ -19,11 +19,11 @@ from bayes_hw.gap.joint.given_moves import (
     as_given,
     best_of,
     every_law,
-    found_something,
     further_modes,
     later,
     other_laws,
     pruned,
+    something_is_left,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
@@ -192,34 +192,38 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     """Where the search ended: its fit pruned, labels exchanged.
 
     Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
-    where such noise is part of the answer, effects are sought without it too.
+    effects are sought without it first, and beside it only where they leave noise of higher order or such
+    noise alone explains as much.
     """
-    trail = _followed(base, readings, say)
-    fit = pruned(trail.fit)
-    if fit.response.cause is not None:
-        say("without wind and walk:")
-        plain = _followed(trail.whole, trail.readings, say, causes=False)
-        other = pruned(plain.fit)
-        if on_records(other, fit.response.records).score > fit.score:
-            trail, fit = plain, other
-    fit, base = exchanged(fit, trail.rivals, say), trail.base
+    slow = slow_causes(base)
+    trail = _followed(base, readings, say, causes=False)
+    trail = replace(trail, fit=pruned(trail.fit))
+    alone = max((one.score for one in slow), default=-np.inf)
+    if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
+        say("with wind or a walk:")
+        caused = _followed(base, readings, say)
+        caused = replace(caused, fit=pruned(caused.fit))
+        if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
+            trail = caused
+    rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
+    fit, base = exchanged(trail.fit, rivals, say), trail.base
     if fit.response.cause is None and base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
-    return replace(trail, fit=fit, base=base)
+    return replace(trail, fit=fit, base=base, rivals=rivals)
 
 
 def _trials(begun: GivenFit) -> list[GivenFit]:
     """The best explanations with one label more, or with other ports and forms of those present.
 
-    Where the noise is white or of the first order and no form promises anything, no law is begun that looks
-    at the states of G: there is nothing to be found.
+    Where one of them leaves noise that is white or of the first order, no law is begun that looks at the
+    states of G: there is nothing more to be found.
     """
     trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
         found += with_signals(found) + further_modes(begun) + later(begun)
-        if found_something(begun, found):
+        if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
         trials += found
@@ -229,8 +233,7 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
 
 
 def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
-    """One label after the other while the score improves; without `causes` the noise has none, and faults of
-    the readings are as they were found."""
+    """One label after the other while the score improves; without `causes` the noise has none."""
     whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
     steps = 0
@@ -251,7 +254,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if fit is base and causes and is_shape(base, best):
+        if fit is base and is_shape(base, best):
             fit = best
             break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
@@ -264,7 +267,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 continue
         finished = best is begun
         fit = best
-        if causes and not readings.nats:
+        if not readings.nats:
             faults = read_faults(fit)
             if faults.nats:
                 base, fit, whole, readings = _under(faults, base, fit, whole)

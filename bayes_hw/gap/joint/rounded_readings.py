@@ -26,8 +26,8 @@ ROUNDING = "encoder_quantization"
 
 
 def without_rounding(fit: GivenFit, readings: Readings) -> tuple[GivenFit, Readings]:
-    """`fit` on readings without what rounding to about `readings.step` adds to them, descended, and the faults
-    with the nats of that over an offset alone; both as they were where it explains no more."""
+    """`fit` on readings without what rounding to about `readings.step` adds to them, descended, and the
+    faults with the nats of that over an offset alone; both as they were where it explains no more."""
     assert readings.step is not None
     found, step = _taken_off(fit, readings.step, HARMONICS)
     offset, _ = _taken_off(fit, readings.step, 0)
