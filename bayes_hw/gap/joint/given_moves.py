@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.joint_values import JointValues
+from bayes_hw.identify.growth.descent import evaluate
 
 FURTHER_HZ = 18
 FURTHER_DAMPING = 0.02
@@ -26,6 +27,9 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
 """Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
 end."""
+
+BEGUN_SAMPLES = 5000
+"""Of all records together, on which laws are begun."""
 
 PERIODIC = (RIPPLE, MODULATED)
 
@@ -61,18 +65,43 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
 
     All of its starts are begun, and where the noise is of higher order, which may have taken up what they
     explain, under noise of the first as well: neither what a start promises nor a few steps without the
-    states tell which law it is. Laws that are periodic in position are left out, their starts are too many.
+    states tell which law it is. They are begun on the beginnings of long records. Laws that are periodic in
+    position are left out, their starts are too many.
     """
+    seen = _beginning(fit)
     found: dict[str, list[GivenFit]] = {}
     for form in forms:
         if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
             kind = form.full_name if form.label == OTHER else form.label
-            found.setdefault(kind, []).extend(_law_starts(fit, form))
+            found.setdefault(kind, []).extend(_law_starts(seen, form))
     kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
     kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
+    kinds = [[_whole(t, fit) for t in kind] for kind in kinds]
     kinds.sort(key=lambda kind: -kind[0].score)
     kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
     return [kind[0] for kind in kinds]
+
+
+def _beginning(fit: GivenFit) -> GivenFit:
+    """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
+    response = fit.response
+    share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
+    if share >= 1:
+        return fit
+    records = tuple(record.split(share)[0] for record in response.records)
+    weights = response.weights
+    if weights is not None:
+        weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
+    response = replace(response, records=records, weights=weights)
+    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
+
+
+def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
+    """The same explanation of all samples that `of` explains."""
+    response = replace(fit.response, records=of.response.records, weights=of.response.weights)
+    if response.records is fit.response.records:
+        return fit
+    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:

@@ -72,7 +72,7 @@ def search_given(
     """Base, effects one after the other, pruned and verified, then other labels in place of the strongest;
     raises InputError where G has no ports."""
     told = say or silent
-    base, readings = _begun(records, model)
+    base, readings = base_and_readings(records, model)
     told(f"without effects: {described(base)}")
     trail = _extended(base, readings, told)
     base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
@@ -91,7 +91,7 @@ def search_given(
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
 
 
-def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
+def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)

@@ -185,9 +185,7 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
         sigma = whitener.of_readings(sigma)
     readings = found.readings
     if "encoder_quantization" in answer and readings.step is not None and not readings.taken_off:
-        sigma = max(
-            float(np.sqrt(max(sigma**2 - readings.step**2 / 12, 0.0))), 0.15 * readings.step
-        )
+        sigma = max(float(np.sqrt(max(sigma**2 - readings.step**2 / 12, 0.0))), 0.15 * readings.step)
     return sigma
 
 

@@ -29,7 +29,7 @@ ROUNDED = 1.6
 @dataclass(frozen=True, eq=False)
 class Readings:
     """What the readings' own faults ask of the fit: weights of every record and the nats of each label; the
-    step of rounding, whether noise was added after it, and whether what it adds was taken off the readings."""
+    step of rounding, whether noise was added after it, and whether what it adds was `taken_off`."""
 
     weights: tuple[FloatArray, ...]
     nats: dict[str, float]

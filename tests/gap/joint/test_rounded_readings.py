@@ -9,7 +9,7 @@ import pytest
 from joint_axis import SIGMA, form, measured
 from test_given_search import model
 
-from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
+from bayes_hw.gap.joint.given_search import base_and_readings, best_base, reweighted
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.readings import read_faults
@@ -64,8 +64,10 @@ def test_rounding_has_no_slow_error_beside_it() -> None:
     assert low < SIGMA < high
 
 
-def test_an_effect_is_found_beside_rounding() -> None:
+def test_an_effect_beside_rounding_has_its_strength_and_leaves_white_noise() -> None:
     uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
-    found = search_given(rounded((1, 2), (uneven,)), model())
-    assert set(found.nats) == {"gain_asymmetry"}
-    assert found.readings.taken_off
+    base, readings = base_and_readings(rounded((1, 2), (uneven,)), model())
+    fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
+    assert readings.taken_off
+    assert fit.point.whitener.order <= 1
+    assert fit.values.effects[0].values[0] == pytest.approx(0.12, rel=0.05)
