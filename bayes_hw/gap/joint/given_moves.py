@@ -12,7 +12,7 @@ from bayes_hw.gap.joint.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.effect_screen import noise_screens
-from bayes_hw.gap.joint.given_model import FURTHER
+from bayes_hw.gap.joint.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
@@ -20,7 +20,9 @@ from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 FURTHER_HZ = 18
-FURTHER_DAMPING = 0.02
+FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
+"""Damping ratio that a further mode begins with, and the logarithm's distance from an end of its range."""
+
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
@@ -195,7 +197,8 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:
-    """The best fits with a further mode, from a grid of frequencies; none where the fit has one."""
+    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where the
+    damping runs to an end of its range: what has no damping of its own is no mode of the structure."""
     if MODE in fit.labels:
         return []
     rate = fit.response.scale.rate_hz
@@ -210,4 +213,6 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
     tried = [as_given(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
-    return [as_given(best_of(tried).descended())]
+    best = as_given(best_of(tried).descended())
+    damping = float(best.theta[best.response.given.size + int(best.response.part) + 1])
+    return [best] if LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END else []
