@@ -157,6 +157,14 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
     return found
 
 
+def explained_slowly(fit: GivenFit) -> GivenFit:
+    """Where the noise is a free one of higher order: descended under white noise first, under which what is
+    slow is not left to the noise, if that ends no worse."""
+    if fit.noise_order <= 1 or not fit.labels:
+        return fit
+    return best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
+
+
 def pruned(fit: GivenFit) -> GivenFit:
     """Labels taken out while the score improves."""
     while len(fit.labels) > 1:

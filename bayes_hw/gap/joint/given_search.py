@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.given_moves import (
     as_given,
     best_of,
     every_law,
+    explained_slowly,
     further_modes,
     later,
     other_laws,
@@ -250,7 +251,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = as_given(finer(best_of(trials)))
+        best = explained_slowly(as_given(finer(best_of(trials))))
         if best.score <= fit.score:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
