@@ -12,15 +12,17 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.joint import given_search
+from bayes_hw.gap.joint import given_moves, given_search
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
-from bayes_hw.gap.joint.given_model import GivenModel
-from bayes_hw.gap.joint.given_moves import as_given, every_law
+from bayes_hw.gap.joint.given_model import LIGHTEST, GivenModel
+from bayes_hw.gap.joint.given_moves import as_given, every_law, explained_slowly, further_modes
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
+from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.slow_noise import WIND, SlowNoise
 from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
@@ -171,23 +173,67 @@ def test_steps_within_the_sample_go_with_the_law() -> None:
     assert finer.without("friction").response.steps == 1
 
 
-def test_beside_noise_of_a_cause_effects_are_sought_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is better without it is the answer; where the noise has no cause nothing is sought again."""
+def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Effects are sought without it first, and alone where they leave white noise; what is better beside it
+    is the answer."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), FEW, (1,)), model())
     readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
     rubbing = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    assert rubbing.noise_order <= 1 < base.noise_order
+    assert rubbing.score > windy.score
     asked: list[bool] = []
-    ends: list[GivenFit] = []
+    plain: list[GivenFit] = []
 
     def followed(*args: object, causes: bool = True) -> object:
         del args
         asked.append(causes)
-        return given_search._Trail(ends[0] if causes else rubbing, base, base, readings, {}, {})
+        return given_search._Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
 
     monkeypatch.setattr(given_search, "_followed", followed)
-    for first, calls in ((windy, [True, False]), (rubbing, [True])):
+    monkeypatch.setattr(given_search, "slow_causes", lambda _: [windy])
+    for first, calls in ((rubbing, [False]), (base, [False, True])):
         asked.clear()
-        ends[:] = [first]
-        assert given_search._extended(base, readings, lambda _: None).fit.labels == ("friction",)
+        plain[:] = [first]
+        found = given_search._extended(base, readings, lambda _: None)
+        assert found.fit.labels == ("friction",)
+        assert found.rivals == {WIND: windy.score - base.score}
         assert asked == calls
+
+
+def test_what_is_slow_is_not_left_to_the_noise() -> None:
+    """An error of a limit that an autoregression takes up is explained under white noise."""
+    uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
+    base = best_base(measured((uneven,), SAMPLES, (1, 2)), model())
+    even = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)))
+    moved = even.point.coordinates + 0.3 * np.eye(even.response.size)[1]
+    begun = GivenFit(even.response, evaluate(even.response, moved))
+    assert begun.noise_order > 1
+    better = explained_slowly(begun)
+    assert better.noise_order <= 1
+    assert better.score >= begun.descended().score
+    assert better.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
+    assert explained_slowly(base) is base
+
+
+def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lone tone in the readings has none."""
+    tone = [replace(r, y=r.y + 6 * SIGMA * np.sin(0.4 * r.t)) for r in measured((), SAMPLES, (1, 2))]
+    base = best_base(tone, model())
+    assert further_modes(base) == []
+    monkeypatch.setattr(given_moves, "AT_AN_END", -1.0)
+    (undamped,) = further_modes(base)
+    n = undamped.response.given.size
+    assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
+
+
+def test_long_records_are_begun_by_their_beginnings() -> None:
+    base = best_base(measured((), SAMPLES, (1, 2)), model())
+    assert given_moves._beginning(base) is base
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(given_moves, "BEGUN_SAMPLES", SAMPLES)
+        short = given_moves._beginning(base)
+    assert [len(r) for r in short.response.records] == [SAMPLES // 2] * 2
+    whole = given_moves._whole(short, base)
+    assert whole.response.records is base.response.records
+    assert whole.score == pytest.approx(base.score)
