@@ -11,11 +11,11 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.effect_form import Form
-from bayes_hw.gap.joint.effect_screen import noise_screens
+from bayes_hw.gap.joint.effect_screen import best_starts, noise_screens, screened
 from bayes_hw.gap.joint.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
+from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -29,6 +29,9 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
 """Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
 end."""
+
+WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
+"""Of a label, begun under white noise; descents under it, while one gains more than a little."""
 
 BEGUN_SAMPLES = 5000
 """Of all records together, on which laws are begun."""
@@ -157,12 +160,32 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
     return found
 
 
+def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
+    """Where the noise is of higher order, which may have taken up what is slow: the best explanations by one
+    more label that acts on command or reading, begun under white noise."""
+    if fit.noise_order <= 1:
+        return []
+    starts = screened(fit, free_forms(fit, [form for form in GIVEN_FORMS if not form.is_law]))
+    kinds: dict[str, list[GivenFit]] = {}
+    for label in dict.fromkeys(one.form.label for one in starts):
+        for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
+            begun = fit.with_effect(one.form, one.values).descended_under(0, SECOND_STEPS)
+            kinds.setdefault(label, []).append(as_given(begun))
+    best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
+    return [explained_slowly(as_given(t.descended())) for t in best]
+
+
 def explained_slowly(fit: GivenFit) -> GivenFit:
     """Where the noise is a free one of higher order: descended under white noise first, under which what is
     slow is not left to the noise, if that ends no worse."""
     if fit.noise_order <= 1 or not fit.labels:
         return fit
-    return best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
+    for _ in range(WHITE_ROUNDS):
+        other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
+        if other.score < fit.score + LITTLE_NATS:
+            return other
+        fit = other
+    return fit
 
 
 def pruned(fit: GivenFit) -> GivenFit:

@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.given_model import GivenModel
 from bayes_hw.gap.joint.given_moves import (
     as_given,
+    begun_under_white_noise,
     best_of,
     every_law,
     explained_slowly,
@@ -223,7 +224,7 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
-        found += with_signals(found) + further_modes(begun) + later(begun)
+        found += with_signals(found) + further_modes(begun) + later(begun) + begun_under_white_noise(begun)
         if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []

@@ -15,7 +15,14 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint import given_moves, given_search
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.given_model import LIGHTEST, GivenModel
-from bayes_hw.gap.joint.given_moves import as_given, every_law, explained_slowly, further_modes
+from bayes_hw.gap.joint.given_moves import (
+    as_given,
+    begun_under_white_noise,
+    best_of,
+    every_law,
+    explained_slowly,
+    further_modes,
+)
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.joint_values import Effect
@@ -214,6 +221,17 @@ def test_what_is_slow_is_not_left_to_the_noise() -> None:
     assert better.score >= begun.descended().score
     assert better.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
     assert explained_slowly(base) is base
+
+
+def test_a_slow_effect_is_begun_under_white_noise() -> None:
+    offset = Effect(form("command_bias"), np.array([0.01]))
+    base = best_base(measured((offset,), SAMPLES, (1, 2)), model())
+    assert base.noise_order > 1
+    found = best_of(begun_under_white_noise(base))
+    assert found.labels == ("command_bias",)
+    assert found.noise_order <= 1
+    assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
+    assert begun_under_white_noise(found) == []
 
 
 def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
