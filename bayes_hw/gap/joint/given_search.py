@@ -346,7 +346,8 @@ def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
 def _verified(
     fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
 ) -> tuple[GivenFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again."""
+    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again; as many as
+    beside faulty readings where the noise that is left is of higher order."""
     while fit.labels:
         nats, rest = {}, {}
         for label in fit.labels:
@@ -359,7 +360,7 @@ def _verified(
             weakest = fit.added[-1]
         else:
             weakest = min(nats, key=lambda label: nats[label])
-            if nats[weakest] >= asked:
+            if nats[weakest] >= (VERIFIED_BESIDE_NATS if fit.noise_order > 1 else asked):
                 return fit, nats
         fit = rest[weakest]
     return fit, {}

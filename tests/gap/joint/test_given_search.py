@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, command, form, measured, record, torque
+from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -243,6 +244,23 @@ def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None
     (undamped,) = further_modes(base)
     n = undamped.response.given.size
     assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
+
+
+def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
+    """Nats that are enough on white noise are not where an autoregression is left."""
+    kept = {}
+    for memory, size in ((0.0, 0.0065), (0.5, 0.016)):
+        records = measured((Effect(form("command_bias"), np.array([size])),), FEW, (1, 2))
+        rng = np.random.default_rng(5)
+        slow = [lfilter([1.0], [1.0, 0.0, 0.0, -memory], SIGMA * rng.standard_normal(FEW)) for _ in records]
+        records = [replace(r, y=r.y + 2 * memory * e) for r, e in zip(records, slow, strict=True)]
+        base = best_base(records, model())
+        fit = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        nats = given_search._verified(fit, base, 25.0, lambda _: None)[1]
+        kept[fit.noise_order > 1] = fit.score - base.score, nats
+    assert all(25 < worth < 80 for worth, _ in kept.values())
+    assert kept[False][1]
+    assert kept[True][1] == {}
 
 
 def test_long_records_are_begun_by_their_beginnings() -> None:
