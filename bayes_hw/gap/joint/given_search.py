@@ -253,7 +253,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
         best = explained_slowly(as_given(finer(best_of(trials))))
-        if best.score <= fit.score:
+        if best.score <= fit.score or _is_doubtful(best, fit):
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
         if fit is base and is_shape(base, best):
@@ -277,6 +277,12 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if finished:
             break
     return _Trail(fit, base, whole, readings, rivals, alone)
+
+
+def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
+    """Whether one more label beside others leaves noise of higher order and is worth too little there."""
+    more = bool(fit.labels) and len(best.labels) > len(fit.labels)
+    return more and best.noise_order > 1 and best.score < fit.score + VERIFIED_BESIDE_NATS
 
 
 def _under(
