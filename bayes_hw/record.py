@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,13 +16,13 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
 from bayes_hw.formats.xarray_table import table_of_xarray
+from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import FileContent, parts_of_table, read_parts
-from bayes_hw.resample import between_measured, describe, resample_columns
 from bayes_hw.units import Units
 
 if TYPE_CHECKING:
@@ -321,7 +321,7 @@ class Record:
         write_columns(Path(path), self.columns(), self.units.to_dict(), units)
 
     def resampled(self, rate_hz: float) -> Record:
-        """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.resample.resample_columns`.
+        """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.log.resample.resample_columns`.
 
         Raises InputError when the rate is not positive or gives fewer than 2 or more than 10,000,000
         samples.
@@ -344,6 +344,10 @@ class Record:
     def has_free_level(self) -> bool:
         """Whether the angles count from a level that was estimated, by the record's own beginning."""
         return self.has_output and self.level_sd > 0
+
+    def counted_from(self, level: float) -> Self:
+        """The same angles, counted from a `level` of them."""
+        return replace(self, y=self.y - level, origin=self.origin + level) if level else self
 
     @property
     def duration_s(self) -> float:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayes_hw import time_stamps
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.log import time_stamps
 from bayes_hw.reading_options import Columns
 
 if TYPE_CHECKING:

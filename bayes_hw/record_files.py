@@ -14,13 +14,13 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
-from bayes_hw.log_columns import LogColumns, log_columns
+from bayes_hw.log.log_columns import LogColumns, log_columns
+from bayes_hw.log.resample import MOST_SAMPLES
 from bayes_hw.quantities import conversion, spelt, with_step
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
 from bayes_hw.record_parts import Part, cut_into_parts
 from bayes_hw.record_start import reading_noise
-from bayes_hw.resample import MOST_SAMPLES
 
 __all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
 

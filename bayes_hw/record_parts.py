@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw import time_stamps
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
-from bayes_hw.log_columns import LogColumns
+from bayes_hw.log import time_stamps
+from bayes_hw.log.log_columns import LogColumns
+from bayes_hw.log.resample import between_measured, describe, resample_columns
+from bayes_hw.log.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record_checks import clock_change
-from bayes_hw.resample import between_measured, describe, resample_columns
-from bayes_hw.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 
 FEWEST_SAMPLES = 32
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6

@@ -22,11 +22,15 @@ ELSEWHERE = {
 
 SLOW = {
     "02_twin.py",
+    "03_rubin_azimuth.py",
+    "04_emps.py",
     "05_calibration.py",
     "06_performance.py",
+    "07_practice_cases.py",
     "11_gain_identifiability.py",
     "12_next_experiment.py",
     "13_controller_margins.py",
+    "15_real_axes_gap.py",
     "16_error_sources.py",
     "17_interval_width.py",
     "18_two_axes.py",

@@ -25,7 +25,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.inputs import reading_options
     from bayes_hw.commands.speech import say
     from bayes_hw.errors import InputError
-    from bayes_hw.inspection import inspect_file
+    from bayes_hw.inspection.inspected_file import inspect_file
     from bayes_hw.record_files import checked_file
 
     path = Path(parsed.source)

@@ -10,12 +10,8 @@ import numpy as np
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.diagnosis.diagnosis_sections import (
-    NO_NUMBER,
-    closure_table,
-    parameter_table,
-    ranking_table,
-)
+from bayes_hw.report.diagnosis.diagnosis_numbers import closure_table, parameter_table
+from bayes_hw.report.diagnosis.diagnosis_sections import NO_NUMBER, ranking_table
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record, label_probabilities
 from bayes_hw.report.page.document import Badge, Block, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.page.rounding import format_number, format_percent

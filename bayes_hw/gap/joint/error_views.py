@@ -29,7 +29,7 @@ def late_readings(seen: Seen, label: str) -> EffectView:
     runs, unit = seen.runs(seen.fit.values), seen.records[0].units.output
     read = [record.measured_samples for record in seen.records]
     speed = np.abs(np.concatenate([np.gradient(run.w)[m] for run, m in zip(runs, read, strict=True)]))
-    error = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.residuals())])
+    error = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.fit.errors)])
     x, y, half = binned(speed, error)
     jitter = seen.readings.parameters.get("timing_jitter.sd", 0.0) * seen.rate
     line = np.linspace(0.0, float(x[-1]), 60)
@@ -64,7 +64,7 @@ def rounding(seen: Seen, label: str) -> EffectView:
 def glitches(seen: Seen, label: str) -> EffectView:
     """Error of the samples that jump, over time."""
     view = error_over_time(seen, label)
-    errors = seen.residuals()
+    errors = seen.fit.errors
     at = np.concatenate([np.arange(len(e)) / seen.rate for e in errors])
     joined = np.concatenate(errors)
     level = 1.4826 * float(np.nanmedian(np.abs(joined)))
@@ -80,7 +80,7 @@ def glitches(seen: Seen, label: str) -> EffectView:
 def slow_torque(seen: Seen, label: str) -> EffectView:
     """Spectrum of what is left."""
     del label
-    errors, unit = [without_holes(e) for e in seen.residuals()], seen.records[0].units.output
+    errors, unit = [without_holes(e) for e in seen.fit.errors], seen.records[0].units.output
     length = min(1024, min(len(e) for e in errors))
     spectra = [welch(e, seen.rate, nperseg=length) for e in errors]
     frequency, power = spectra[0][0][1:], np.mean([s[1][1:] for s in spectra], axis=0)
@@ -96,7 +96,7 @@ def slow_torque(seen: Seen, label: str) -> EffectView:
 def error_over_time(seen: Seen, label: str) -> EffectView:
     """Means of the error over stretches of the record where it is largest."""
     del label
-    errors, unit = seen.residuals(), seen.records[0].units.output
+    errors, unit = seen.fit.errors, seen.records[0].units.output
     loudest = max(range(len(errors)), key=lambda i: float(np.nanmean(errors[i] ** 2)))
     e = errors[loudest]
     at = np.flatnonzero(np.isfinite(e))

@@ -19,7 +19,7 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_response import Simulated
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.readings import Readings
-from bayes_hw.identify.holes import mask_of, with_holes
+from bayes_hw.identify.holes import mask_of
 from bayes_hw.record import Record
 
 KNOTS = 13
@@ -74,14 +74,6 @@ class Seen:
         delay = self.fit.structure.delay_samples
         return [np.concatenate([np.zeros(delay), r.u])[: len(r)] for r in self.records]
 
-    def residuals(self) -> list[FloatArray]:
-        """Measured less simulated output (samples,) a record, unweighted, NaN where nothing was measured."""
-        runs = self.runs(self.fit.values)
-        return [
-            with_holes(record.y - run.y, record.measured)
-            for record, run in zip(self.records, runs, strict=True)
-        ]
-
     def whitened(self, number: int, rows: FloatArray) -> FloatArray:
         """Innovations (n, samples measured) of rows (n, samples) of a record, as the noise was fitted."""
         measured = mask_of(self.fit.response.masks, number)
@@ -126,7 +118,7 @@ def free_function(
     knots = _knots(x)
     weights = seen.fit.response.weights
     rows = []
-    for i, (own, values, path, e) in enumerate(zip(x, law, paths, seen.residuals(), strict=True)):
+    for i, (own, values, path, e) in enumerate(zip(x, law, paths, seen.fit.errors, strict=True)):
         block = np.vstack([path(_hats(own, knots)), e + path(values[None, :])[0]])
         rows.append(seen.whitened(i, block if weights is None else block / weights[i]))
     joined = np.concatenate(rows, axis=1)

@@ -80,10 +80,11 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
 
 
 def residual_rms(fit: JointFit) -> float:
-    """Root mean square of the residuals without weights, output units."""
-    values = fit.values
+    """Root mean square of the residuals of a simulation without weights, output units."""
     errors = [
-        with_holes(record.y - fit.response.simulate(values, record.u, record.known).y, record.measured)
-        for record in fit.response.records
+        with_holes(
+            record.y - level - fit.response.simulate(fit.values, record.u, record.known).y, record.measured
+        )
+        for record, level in zip(fit.response.records, fit.levels, strict=True)
     ]
     return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))

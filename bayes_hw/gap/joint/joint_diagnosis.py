@@ -214,7 +214,9 @@ def _finished(
     start: Start,
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
+    train = tuple(r.counted_from(float(level)) for r, level in zip(train, fit.levels, strict=True))
     starts = Starts.of(fit, train, holdout, lead, start)
+    holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
     if found.readings.taken_off:
         fit, base = readings_of(train, fit), readings_of(train, base)

@@ -24,6 +24,7 @@ from bayes_hw.identify.growth.extension import (
     with_separate_pole,
     without_section,
 )
+from bayes_hw.identify.growth.levels import levels_of
 from bayes_hw.identify.growth.search import Grown
 
 LABEL_PRICE_NATS = 10.0
@@ -59,6 +60,19 @@ class JointFit:
     @property
     def structure(self) -> Structure:
         return self.response.structure
+
+    @property
+    def errors(self) -> list[FloatArray]:
+        """Measured less simulated output (samples,) of every record and less its level where that is free,
+        unweighted, NaN where nothing was measured."""
+        found, weights = self.point.residuals, self.response.weights
+        return list(found) if weights is None else [e * w for e, w in zip(found, weights, strict=True)]
+
+    @property
+    def levels(self) -> FloatArray:
+        """Of every record (records,) as the fit tells them, zero where a level is known."""
+        raw = self.response.residuals(self.point.coordinates)
+        return levels_of(raw, self.response.level_shapes, self.point.whitener, self.point.masks)
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.leading_sample import leading_draws
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.identify.cascade_roots import linear_block
-from bayes_hw.identify.growth.descent import evaluate, triangular_factor
+from bayes_hw.identify.growth.descent import evaluate, residuals_at, triangular_factor
 from bayes_hw.identify.resonances import dominant_modes
 from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
@@ -177,8 +177,8 @@ def _allowed(
                 if np.array_equal(_are_pairs(fit, found[number]), kinds):
                     break
                 normal = inflation * rng.standard_normal(size)
-            residuals = fit.response.residuals(found[number])
-            trial = replace(fit.point, residuals=tuple(residuals))
+            residuals = residuals_at(fit.response, found[number], fit.point.whitener)
+            trial = replace(fit.point, residuals=residuals)
             finite = all(np.isfinite(e).all() for e in trial.known)
             reached = fit.point.whitener.log_likelihood(residuals, fit.point.masks) if finite else -np.inf
             if at == len(RIDGES) - 1 or reached >= least:

@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.within_sample import Columns, Paths, Stepped
 from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
 from bayes_hw.record import Record
@@ -66,6 +67,11 @@ class JointResponse:
     def masks(self) -> tuple[BoolArray, ...] | None:
         """Which samples of every record were measured; None where all were."""
         return masks_of(self.records)
+
+    @cached_property
+    def level_shapes(self) -> tuple[FloatArray, ...]:
+        """What a level of one adds to the weighted residuals of every record; zeros where it is known."""
+        return level_shapes(self.records, self.weights)
 
     @cached_property
     def column_cycles(self) -> dict[str, float]:

@@ -20,7 +20,7 @@ from bayes_hw.gap.joint.reading_faults import (
     rounding_step,
 )
 from bayes_hw.identify.growth.descent import evaluate
-from bayes_hw.identify.holes import with_holes, without_holes
+from bayes_hw.identify.holes import without_holes
 
 ROUNDED = 1.6
 """Step over the innovations' standard deviation from which rounding is named."""
@@ -44,10 +44,7 @@ def read_faults(fit: JointFit) -> Readings:
     records = fit.response.records
     values = fit.values
     angles = [fit.response.along(values, number).y for number in range(len(records))]
-    residuals = [
-        without_holes(with_holes(record.y - angle, record.measured))
-        for record, angle in zip(records, angles, strict=True)
-    ]
+    residuals = [without_holes(e) for e in fit.errors]
     innovation = innovation_sigma(fit)
     weights = [np.ones(len(record)) for record in records]
     nats: dict[str, float] = {}

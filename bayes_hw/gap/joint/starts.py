@@ -12,6 +12,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_values import JointValues
 from bayes_hw.gap.joint.moving_start import MovingStart
+from bayes_hw.identify.growth.levels import level_shapes, levels_of
+from bayes_hw.identify.holes import with_holes
 from bayes_hw.posing import Start
 from bayes_hw.record import Record
 from bayes_hw.record_start import begins_in_motion
@@ -53,6 +55,16 @@ class Starts:
     @cached_property
     def _by_record(self) -> dict[int, MovingStart]:
         return {id(one.record): one for one in self.moving}
+
+    def levelled(self, record: Record, fit: JointFit) -> Record:
+        """A record held out that begins at rest with angles that count from where the fit says, by all of its
+        samples, where its own first ones are all that told its level; any other as it is."""
+        if id(record) in self._by_record or not record.has_free_level:
+            return record
+        e = with_holes(record.y - self.predict(fit, record), record.measured)
+        masks = None if record.measured is None else [record.measured]
+        (level,) = levels_of([e], level_shapes([record]), fit.point.whitener, masks)
+        return record.counted_from(float(level))
 
     def unscored(self, record: Record) -> int:
         """How many of the first samples of a record held out do not count."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
+from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.growth.lowered import beyond, clipped, commands
 from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
 from bayes_hw.identify.holes import masks_of, with_holes
@@ -39,6 +40,12 @@ class CascadeResponse:
     def masks(self) -> tuple[BoolArray, ...] | None:
         """Which samples of every record were measured; None where all were."""
         return masks_of(self.records)
+
+    @cached_property
+    def level_shapes(self) -> tuple[FloatArray, ...]:
+        """What a level of one adds to residuals; nothing where the start is free, which holds it."""
+        shapes = level_shapes(self.records)
+        return tuple(0 * shape for shape in shapes) if self.structure.free_start else shapes
 
     def coordinates(self, values: CascadeValues) -> FloatArray:
         """Coordinates (size,) of natural parameters."""

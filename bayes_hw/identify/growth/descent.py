@@ -11,6 +11,7 @@ from scipy import linalg
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.levels import WHITE, free_levels, levelled, with_level_rows
 from bayes_hw.identify.holes import mask_of, measured_count
 from bayes_hw.identify.noise import MAX_ORDER
 
@@ -31,10 +32,14 @@ LARGEST_DERIVATIVE = 1e140
 
 class Response(Protocol):
     """What a descent needs: residuals, NaN where nothing was measured, their derivatives, and which
-    coordinates mean something. `masks` say what was measured of every record, None where all was."""
+    coordinates mean something. `masks` say what was measured of every record, None where all was;
+    `level_shapes` what a free level adds to its residuals (see `levels`)."""
 
     @property
     def masks(self) -> Sequence[BoolArray] | None: ...
+
+    @property
+    def level_shapes(self) -> Sequence[FloatArray]: ...
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]: ...
 
@@ -66,9 +71,9 @@ class NoiseResponse(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """Where a descent stands: coordinates (size,), residuals of every record (NaN where nothing was measured,
-    see `masks`), noise, log-likelihood (and log-prior, up to its constant, where the response has one). The
-    noise is estimated with orders up to `most_noise`."""
+    """Where a descent stands: coordinates (size,), residuals of every record less its level where that is
+    free (NaN where nothing was measured, see `masks`), noise, log-likelihood (and log-prior, up to its
+    constant, where the response has one). The noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -108,11 +113,18 @@ def evaluate(
     most_noise: int = MAX_ORDER,
 ) -> Point:
     """The point at `coordinates`, its noise estimated there unless given."""
-    residuals = tuple(response.residuals(coordinates))
-    whitener = whitener or _fresh_noise(response, residuals, most_noise)
+    residuals = residuals_at(response, coordinates, whitener or WHITE)
     masks = response.masks
+    if whitener is None:
+        whitener = _fresh_noise(response, residuals, most_noise)
+        residuals = levelled(residuals, response.level_shapes, whitener, masks)
     likelihood = whitener.log_likelihood(residuals, masks) + log_prior(response, coordinates)
     return Point(coordinates, residuals, whitener, likelihood, masks=masks, most_noise=most_noise)
+
+
+def residuals_at(response: Response, coordinates: FloatArray, whitener: Whitener) -> tuple[FloatArray, ...]:
+    """Residuals of every record less what a free level explains of them under that noise."""
+    return levelled(response.residuals(coordinates), response.level_shapes, whitener, response.masks)
 
 
 def _fresh_noise(
@@ -142,15 +154,20 @@ def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> 
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:
-    """R (size + 1, size + 1) of the whitened derivatives and residual, without holding all of them."""
+    """R (size + 1, size + 1) of the whitened derivatives and residual less what free levels explain of them,
+    without holding all of them."""
     factor: FloatArray | None = None
-    for rows, first, measured in response.linearise(point.coordinates, point.whitener.order):
+    shapes = response.level_shapes
+    blocks = response.linearise(point.coordinates, point.whitener.order)
+    for rows, first, measured in with_level_rows(blocks, shapes):
         block = point.whitener.apply(rows, first, measured)
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
         if not np.isfinite(stacked).all() or np.abs(stacked).max(initial=0.0) > LARGEST_DERIVATIVE:
             raise FloatingPointError("derivatives are not finite, or their squares are not")
         factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(rows)]
     assert factor is not None
+    levels = len(free_levels(shapes))
+    factor = factor[levels:, levels:]
     if isinstance(response, PriorResponse):
         root = np.sqrt(response.prior_precision() * (np.sum(factor[:, -1] ** 2) / point.samples))
         known = np.column_stack([np.diag(root), -root * point.coordinates])[root > 0]
@@ -190,8 +207,9 @@ def _with_fresh_noise(response: Response, point: Point, order: int | None = None
         whitener = Whitener.of_residuals(point.residuals, point.most_noise, order)
     else:
         whitener = _fresh_noise(response, point.residuals, point.most_noise, point.whitener)
-    reached = whitener.log_likelihood(point.residuals, point.masks) + log_prior(response, point.coordinates)
-    return replace(point, whitener=whitener, log_likelihood=reached, converged=False)
+    residuals = levelled(point.residuals, response.level_shapes, whitener, point.masks)
+    reached = whitener.log_likelihood(residuals, point.masks) + log_prior(response, point.coordinates)
+    return replace(point, residuals=residuals, whitener=whitener, log_likelihood=reached, converged=False)
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
@@ -211,7 +229,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
         solution = np.linalg.lstsq(system, right, rcond=None)[0] / norms
         coordinates = response.admissible(point.coordinates + solution, point.coordinates)
         with np.errstate(all="ignore"):
-            residuals = tuple(response.residuals(coordinates))
+            residuals = residuals_at(response, coordinates, point.whitener)
             tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
             gained = all(np.isfinite(e).all() for e in tried.known)
             if gained:

@@ -10,14 +10,12 @@ from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.words import BLOCK_WORDS, label_words
 from bayes_hw.provenance import Provenance
+from bayes_hw.report.diagnosis.diagnosis_numbers import OTHER, numbers_section, share_interval
 from bayes_hw.report.diagnosis.diagnosis_sections import (
     NO_NUMBER,
-    OTHER,
     advice_section,
     how_far_section,
     left_section,
-    numbers_section,
-    share_interval,
     weighed_section,
     when_section,
     where_section,

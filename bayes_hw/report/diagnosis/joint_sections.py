@@ -15,7 +15,7 @@ from bayes_hw.report.axis.figures_axis import (
     response_figure,
     step_figure,
 )
-from bayes_hw.report.diagnosis.diagnosis_sections import estimate_rows
+from bayes_hw.report.diagnosis.diagnosis_numbers import estimate_rows
 from bayes_hw.report.diagnosis.figures_diagnosis import label_probabilities
 from bayes_hw.report.page.document import Block, Bullets, Callout, Figure, Paragraph, Section, Table
 from bayes_hw.report.page.names import parameter_name

@@ -23,8 +23,9 @@ from bayes_hw.gap.simulate.chain_batch import Followed
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units
+from bayes_hw.report.diagnosis.diagnosis_numbers import share_interval
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
-from bayes_hw.report.diagnosis.diagnosis_sections import share_interval, where_section
+from bayes_hw.report.diagnosis.diagnosis_sections import where_section
 from bayes_hw.report.page.document import Bullets, Callout, Paragraph, Report, Table, ZoomableRecord
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render

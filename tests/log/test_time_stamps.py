@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayes_hw import time_stamps
+from bayes_hw.log import time_stamps
 
 EPOCH = 1_685_543_398.0
 

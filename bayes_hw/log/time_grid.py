@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bayes_hw import time_stamps
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.log import time_stamps
 
 LARGEST_JITTER = 1 / 3
 """Of the step: a stamp off its place by less belongs to that place without doubt."""

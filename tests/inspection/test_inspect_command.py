@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.cli import main
-from bayes_hw.inspection import quantisation_step
+from bayes_hw.inspection.column_facts import quantisation_step
 from bayes_hw.record import Record
 
 T = np.arange(1200) / 20

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bayes_hw.clock_offset import clock_offset
 from bayes_hw.errors import InputError
+from bayes_hw.log.clock_offset import clock_offset
 from bayes_hw.record import Columns, ReadingOptions, Record
 
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
+from bayes_hw.log.resample import describe, resample_columns
 from bayes_hw.record import Record, Units
-from bayes_hw.resample import describe, resample_columns
 
 
 def held_area(t, u, stop_s):

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.time_stamps import GAP_STEPS, STEP_TOLERANCE, gaps, is_uniform, mean_rate
+from bayes_hw.log.time_stamps import GAP_STEPS, STEP_TOLERANCE, gaps, is_uniform, mean_rate
 
 MOST_SAMPLES = 10_000_000
 

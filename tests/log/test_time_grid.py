@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayes_hw.time_grid import fit_grid
+from bayes_hw.log.time_grid import fit_grid
 
 
 @pytest.mark.parametrize("seed", range(4))

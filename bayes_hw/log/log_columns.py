@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw import time_stamps
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.clock import StampError, Stamps, read_stamps
-from bayes_hw.clock_offset import clock_offset
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column, Table
+from bayes_hw.log import time_stamps
+from bayes_hw.log.clock import StampError, Stamps, read_stamps
+from bayes_hw.log.clock_offset import clock_offset
+from bayes_hw.log.time_grid import MOST_BRIDGED
 from bayes_hw.reading_options import ReadingOptions
-from bayes_hw.time_grid import MOST_BRIDGED
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,84 @@
+"""One column of a log: extent, unit, empty cells, step of its readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.formats.header import unit_of
+from bayes_hw.formats.table import Table
+from bayes_hw.record_checks import wrapped_angle
+
+
+@dataclass(frozen=True)
+class ColumnFacts:
+    """One column: extent, empty cells, step of its readings (None where there is none), unit."""
+
+    name: str
+    unit: str | None
+    values: FloatArray
+    empty: int
+    step: float | None
+    wraps: str
+
+
+def column_facts(name: str, table: Table, values: FloatArray) -> ColumnFacts:
+    """What the values of a column, numbers or text, say of it."""
+    if values.dtype.kind in "UO":
+        return ColumnFacts(name, None, np.zeros(0), len(values), None, "")
+    numbers = np.asarray(values, dtype=np.float64)
+    shown = numbers[np.isfinite(numbers)]
+    wrapped = wrapped_angle(shown) if len(shown) > 3 else None
+    return ColumnFacts(
+        name,
+        table.units.get(name) or unit_of(name),
+        numbers,
+        len(numbers) - len(shown),
+        quantisation_step(shown),
+        "" if wrapped is None else wrapped.remedy,
+    )
+
+
+def quantisation_step(values: FloatArray) -> float | None:
+    """The step of which all readings, shape (samples,), are whole multiples apart; None where there is
+    none."""
+    distinct = np.unique(values[: 2**17])
+    if len(distinct) < 3:
+        return None
+    step = float(np.diff(distinct).min())
+    counts = (distinct - distinct[0]) / step
+    if step <= 0 or counts[-1] > 2**40 or np.abs(counts - np.rint(counts)).max() > 0.05:
+        return None
+    return float(f"{float(distinct[-1] - distinct[0]) / float(np.rint(counts[-1])):.6g}")
+
+
+def line_of(facts: ColumnFacts) -> str:
+    """The facts as one line to read."""
+    shown = facts.values[np.isfinite(facts.values)]
+    if len(shown) == 0:
+        return f"  {facts.name!r}: text, or nothing"
+    words = [f"  {facts.name!r}: {shown.min():.6g} to {shown.max():.6g}"]
+    words.append(facts.unit if facts.unit else "no unit stated")
+    if facts.step is not None:
+        words.append(f"readings in steps of {facts.step:.3g}")
+    if facts.empty:
+        words.append(f"{facts.empty} empty")
+    if np.ptp(shown) == 0:
+        words.append("constant")
+    if facts.wraps:
+        words.append(f"wraps: {facts.wraps}")
+    return ", ".join(words)
+
+
+def moves(facts: ColumnFacts) -> bool:
+    """Whether the column holds over 100 numbers that differ."""
+    shown = facts.values[np.isfinite(facts.values)]
+    return len(shown) > 100 and float(np.ptp(shown)) > 0
+
+
+def filled(values: FloatArray) -> FloatArray:
+    """The numbers, shape (samples,), with straight lines across what was not measured."""
+    shown = np.flatnonzero(np.isfinite(values))
+    return np.interp(np.arange(len(values)), shown, values[shown])
