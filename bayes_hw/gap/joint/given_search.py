@@ -101,7 +101,7 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
         return without_rounding(reweighted(base, readings), readings)
     if readings.nats:
         base = reweighted(base, readings)
-        again = read_faults(replace(base, response=replace(base.response, weights=None)))
+        again = read_faults(base)
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
             readings = again
             base = reweighted(base, readings)

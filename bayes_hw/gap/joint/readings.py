@@ -109,7 +109,7 @@ def read_again(
     weights that are then left."""
     if "timing_jitter.sd" not in readings.parameters:
         return base, fit, readings
-    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    again = read_faults(fit)
     if "timing_jitter" in again.nats:
         return base, fit, readings
     return reweighted(base, again), reweighted(fit, again), again

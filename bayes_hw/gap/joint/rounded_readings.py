@@ -56,7 +56,7 @@ def _taken_off(fit: GivenFit, step: float, harmonics: int) -> tuple[GivenFit, fl
         response = replace(fit.response, records=tuple(bent))
         begun = evaluate(response, fit.point.coordinates)
         fit = replace(fit, response=response, point=descend(response, begun, FULL_STEPS))
-        step = read_faults(replace(fit, response=as_read)).step or step
+        step = read_faults(readings_of(as_read.records, fit)).step or step
     return fit, step
 
 

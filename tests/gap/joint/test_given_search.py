@@ -27,7 +27,7 @@ from bayes_hw.gap.joint.given_moves import (
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.joint_values import Effect
-from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.readings import read_again, read_faults
 from bayes_hw.gap.joint.slow_noise import WIND, SlowNoise
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate
@@ -170,6 +170,21 @@ def test_every_start_of_every_law_is_followed() -> None:
         assert play.score >= alone.score
     rubbing = next(fit for fit in found if fit.labels == ("friction",))
     assert "friction" not in {fit.labels[-1] for fit in every_law(rubbing)}
+
+
+def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> None:
+    records = []
+    for r in measured((), SAMPLES, (1, 2)):
+        late = 6.0 * np.random.default_rng(len(records)).standard_normal(SAMPLES)
+        speed = np.gradient(np.convolve(r.y, np.ones(9) / 9, "same"))
+        records.append(replace(r, y=r.y + late * speed))
+    base = best_base(records, model())
+    faults = read_faults(base)
+    assert "timing_jitter.sd" in faults.parameters
+    under = reweighted(base, faults)
+    again = read_faults(under)
+    assert again.nats["timing_jitter"] > 0.5 * faults.nats["timing_jitter"]
+    assert read_again(base, under, faults, reweighted)[2] is faults
 
 
 def test_steps_within_the_sample_go_with_the_law() -> None:
