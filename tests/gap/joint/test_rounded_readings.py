@@ -9,9 +9,10 @@ import pytest
 from joint_axis import SIGMA, form, measured
 from test_given_search import model
 
-from bayes_hw.gap.joint.given_search import base_and_readings, best_base, reweighted
+from bayes_hw.gap.joint import given_search
+from bayes_hw.gap.joint.given_moves import as_given
+from bayes_hw.gap.joint.given_search import best_base, reweighted
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
-from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.rounded_readings import readings_of, without_rounding
 from bayes_hw.record import Record
@@ -20,10 +21,10 @@ SAMPLES, STEP, OFF = 1500, 3.2 * SIGMA, 0.3
 ROUNDING = "encoder_quantization"
 
 
-def rounded(seeds: tuple[int, ...], effects: tuple[Effect, ...] = ()) -> list[Record]:
+def rounded(seeds: tuple[int, ...]) -> list[Record]:
     """Angles rounded to a lattice that zero is not on, then noise."""
     found = []
-    for seed, plain in zip(seeds, measured(effects, SAMPLES, seeds), strict=True):
+    for seed, plain in zip(seeds, measured((), SAMPLES, seeds), strict=True):
         noise = SIGMA * np.random.default_rng(seed + 100).standard_normal(SAMPLES)
         found.append(replace(plain, y=STEP * np.floor((plain.y - noise) / STEP + OFF) + noise))
     return found
@@ -64,10 +65,14 @@ def test_rounding_has_no_slow_error_beside_it() -> None:
     assert low < SIGMA < high
 
 
-def test_an_effect_beside_rounding_has_its_strength_and_leaves_white_noise() -> None:
-    uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
-    base, readings = base_and_readings(rounded((1, 2), (uneven,)), model())
-    fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
-    assert readings.taken_off
-    assert fit.point.whitener.order <= 1
-    assert fit.values.effects[0].values[0] == pytest.approx(0.12, rel=0.05)
+def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
+    base = best_base(rounded((1, 2)), model())
+    fit = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)).descended())
+    faults = read_faults(fit)
+    assert faults.rounded_first
+    under, explained, whole, told = given_search._under(faults, base, fit, base)
+    assert told.taken_off
+    assert explained.point.whitener.order <= 1
+    assert explained.point.rms < 1.15 * SIGMA
+    assert whole is under
+    assert under.response.records is explained.response.records
