@@ -32,6 +32,7 @@ from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_rivals import instead_of, is_shape
 from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.joint_search import (
+    CONTEST_SHARE,
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,
     VERIFIED_BESIDE_NATS,
@@ -195,18 +196,24 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
 
     Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
     effects are sought without it first, and beside it only where they leave noise of higher order or such
-    noise alone explains as much.
+    noise alone explains as much. Where it alone explains little of what they do, it is only added to them.
     """
     slow = slow_causes(base)
     trail = _followed(base, readings, say, causes=False)
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
     if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
-        say("with wind or a walk:")
-        caused = _followed(base, readings, say)
-        caused = replace(caused, fit=pruned(caused.fit))
-        if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
-            trail = caused
+        found = trail.fit.score - base.score
+        if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
+            beside = best_of([trail.fit, *slow_causes(trail.fit)])
+            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+                trail = replace(trail, fit=beside)
+        else:
+            say("with wind or a walk:")
+            caused = _followed(base, readings, say)
+            caused = replace(caused, fit=pruned(caused.fit))
+            if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
+                trail = caused
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
     fit, base = exchanged(trail.fit, rivals, say), trail.base
     if fit.response.cause is None and base.response.records is not trail.whole.response.records:

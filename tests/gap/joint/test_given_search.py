@@ -197,8 +197,8 @@ def test_steps_within_the_sample_go_with_the_law() -> None:
 
 
 def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Effects are sought without it first, and alone where they leave white noise; what is better beside it
-    is the answer."""
+    """Effects are sought without it first, and alone where they leave white noise or it explains little of
+    what they do; what is better beside it is the answer."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), FEW, (1,)), model())
     readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
@@ -222,6 +222,10 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest
         assert found.fit.labels == ("friction",)
         assert found.rivals == {WIND: windy.score - base.score}
         assert asked == calls
+    asked.clear()
+    plain[:] = [replace(rubbing, point=replace(rubbing.point, whitener=base.point.whitener))]
+    assert given_search._extended(base, readings, lambda _: None).fit.labels == ("friction",)
+    assert asked == [False]
 
 
 def test_what_is_slow_is_not_left_to_the_noise() -> None:
