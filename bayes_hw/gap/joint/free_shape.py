@@ -6,6 +6,7 @@ of the readings, and the base descended again: its score is then that of any exp
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,19 +42,18 @@ def free_shape(base: GivenFit) -> ShapedFit:
 def _with_knots(base: GivenFit, count: int) -> ShapedFit:
     records = base.response.records
     values = base.values
-    reached = np.concatenate([base.response.simulate(values, r.u, r.known).w for r in records])
-    knots = np.linspace(reached.min(), reached.max(), count)
+    first = np.concatenate([base.response.simulate(values, r.u, r.known).w for r in records])
+    knots = np.linspace(first.min(), first.max(), count)
     fit = ShapedFit(base.response, base.point, taken=count)
     whitener = base.point.whitener
     if whitener.order > 1:
         whitener = first_order_noise(base.point.residuals)
     for _ in range(ROUNDS):
-        shape = _shape(fit, base, knots, whitener)
         values = fit.values
-        bent = tuple(
-            replace(r, y=r.y - np.interp(base.response.simulate(values, r.u, r.known).w, knots, shape))
-            for r in records
-        )
+        reached = [base.response.simulate(values, r.u, r.known).w for r in records]
+        hats = [np.array([np.interp(w, knots, row) for row in np.eye(count)]) for w in reached]
+        shape = best_coefficients(fit, base, hats, whitener)
+        bent = tuple(replace(r, y=r.y - shape @ hat) for r, hat in zip(records, hats, strict=True))
         response = replace(fit.response, records=bent)
         begun = evaluate(response, fit.point.coordinates)
         fit = ShapedFit(response, descend(response, begun, FULL_STEPS), taken=count)
@@ -61,23 +61,24 @@ def _with_knots(base: GivenFit, count: int) -> ShapedFit:
     return fit
 
 
-def _shape(fit: GivenFit, base: GivenFit, knots: FloatArray, whitener: Whitener) -> FloatArray:
-    """Values (knots,) of the function, from the readings as they are under the base at the fit's values."""
+def best_coefficients(
+    fit: GivenFit, base: GivenFit, columns: Sequence[FloatArray], whitener: Whitener
+) -> FloatArray:
+    """Of columns (n, samples) of every record, by generalised least squares from the readings as they are in
+    `base` under the coordinates of `fit`, its base free beside them."""
     response = base.response
     blocks = []
     for i, (rows, _, measured) in enumerate(response.linearise(fit.point.coordinates, whitener.order)):
-        record = response.records[i]
-        w = response.simulate(fit.values, record.u, record.known).w
-        hats = np.array([np.interp(w, knots, row) for row in np.eye(len(knots))])
+        own = columns[i]
         if response.weights is not None:
-            hats = hats / response.weights[i]
-        white = whitener.apply(np.concatenate([hats, rows]), 0, mask_of(response.masks, i))
+            own = own / response.weights[i]
+        white = whitener.apply(np.concatenate([own, rows]), 0, mask_of(response.masks, i))
         blocks.append(white if measured is None else white[:, measured])
     joined = np.concatenate(blocks, axis=1)
-    columns, target = joined[:-1], joined[-1]
-    norms = np.maximum(np.linalg.norm(columns, axis=1), 1e-300)
-    scaled = columns / norms[:, None]
-    # The base is held by its prior; here a ridge keeps what the function makes up for from running off.
+    tangents, target = joined[:-1], joined[-1]
+    norms = np.maximum(np.linalg.norm(tangents, axis=1), 1e-300)
+    scaled = tangents / norms[:, None]
+    # The base is held by its prior; here a ridge keeps what the columns make up for from running off.
     gram = scaled @ scaled.T + RIDGE * np.eye(len(scaled))
     found = np.linalg.solve(gram, scaled @ target) / norms
-    return np.asarray(found[: len(knots)], dtype=np.float64)
+    return np.asarray(found[: len(columns[0])], dtype=np.float64)

@@ -11,15 +11,18 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.effect_form import Form
-from bayes_hw.gap.joint.effect_screen import noise_screens
-from bayes_hw.gap.joint.given_model import FURTHER
+from bayes_hw.gap.joint.effect_screen import best_starts, noise_screens, screened
+from bayes_hw.gap.joint.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS
+from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms
 from bayes_hw.gap.joint.joint_values import JointValues
+from bayes_hw.identify.growth.descent import evaluate
 
 FURTHER_HZ = 18
-FURTHER_DAMPING = 0.02
+FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
+"""Damping ratio that a further mode begins with, and the logarithm's distance from an end of its range."""
+
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
@@ -27,10 +30,13 @@ FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
 """Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
 end."""
 
-PERIODIC = (RIPPLE, MODULATED)
+WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
+"""Of a label, begun under white noise; descents under it, while one gains more than a little."""
 
-NEARLY_WORTH = 5.0
-"""Nats below its price from which an effect is taken for a trace of something."""
+BEGUN_SAMPLES = 5000
+"""Of all records together, on which laws are begun."""
+
+PERIODIC = (RIPPLE, MODULATED)
 
 
 def as_given(found: object) -> GivenFit:
@@ -53,9 +59,9 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
     return found
 
 
-def found_something(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
-    """Whether the noise hides something, or a form explains more than its price."""
-    return fit.point.whitener.order > 1 or any(t.score > fit.score - NEARLY_WORTH for t in found)
+def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
+    """Whether the best explanation so far leaves noise of higher order, or of a cause."""
+    return best_of([fit, *found]).point.whitener.order > 1
 
 
 def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
@@ -64,18 +70,43 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
 
     All of its starts are begun, and where the noise is of higher order, which may have taken up what they
     explain, under noise of the first as well: neither what a start promises nor a few steps without the
-    states tell which law it is. Laws that are periodic in position are left out, their starts are too many.
+    states tell which law it is. They are begun on the beginnings of long records. Laws that are periodic in
+    position are left out, their starts are too many.
     """
+    seen = _beginning(fit)
     found: dict[str, list[GivenFit]] = {}
     for form in forms:
         if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
             kind = form.full_name if form.label == OTHER else form.label
-            found.setdefault(kind, []).extend(_law_starts(fit, form))
+            found.setdefault(kind, []).extend(_law_starts(seen, form))
     kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
     kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
+    kinds = [[_whole(t, fit) for t in kind] for kind in kinds]
     kinds.sort(key=lambda kind: -kind[0].score)
     kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
     return [kind[0] for kind in kinds]
+
+
+def _beginning(fit: GivenFit) -> GivenFit:
+    """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
+    response = fit.response
+    share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
+    if share >= 1:
+        return fit
+    records = tuple(record.split(share)[0] for record in response.records)
+    weights = response.weights
+    if weights is not None:
+        weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
+    response = replace(response, records=records, weights=weights)
+    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
+
+
+def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
+    """The same explanation of all samples that `of` explains."""
+    response = replace(fit.response, records=of.response.records, weights=of.response.weights)
+    if response.records is fit.response.records:
+        return fit
+    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
@@ -129,6 +160,34 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
     return found
 
 
+def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
+    """Where the noise is of higher order, which may have taken up what is slow: the best explanations by one
+    more label that acts on command or reading, begun under white noise."""
+    if fit.noise_order <= 1:
+        return []
+    starts = screened(fit, free_forms(fit, [form for form in GIVEN_FORMS if not form.is_law]))
+    kinds: dict[str, list[GivenFit]] = {}
+    for label in dict.fromkeys(one.form.label for one in starts):
+        for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
+            begun = fit.with_effect(one.form, one.values).descended_under(0, SECOND_STEPS)
+            kinds.setdefault(label, []).append(as_given(begun))
+    best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
+    return [explained_slowly(as_given(t.descended())) for t in best]
+
+
+def explained_slowly(fit: GivenFit) -> GivenFit:
+    """Where the noise is a free one of higher order: descended under white noise first, under which what is
+    slow is not left to the noise, if that ends no worse."""
+    if fit.noise_order <= 1 or not fit.labels:
+        return fit
+    for _ in range(WHITE_ROUNDS):
+        other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
+        if other.score < fit.score + LITTLE_NATS:
+            return other
+        fit = other
+    return fit
+
+
 def pruned(fit: GivenFit) -> GivenFit:
     """Labels taken out while the score improves."""
     while len(fit.labels) > 1:
@@ -169,7 +228,8 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:
-    """The best fits with a further mode, from a grid of frequencies; none where the fit has one."""
+    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where the
+    damping runs to an end of its range: what has no damping of its own is no mode of the structure."""
     if MODE in fit.labels:
         return []
     rate = fit.response.scale.rate_hz
@@ -184,4 +244,6 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
     tried = [as_given(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
-    return [as_given(best_of(tried).descended())]
+    best = as_given(best_of(tried).descended())
+    damping = float(best.theta[best.response.given.size + int(best.response.part) + 1])
+    return [best] if LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END else []

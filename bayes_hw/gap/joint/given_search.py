@@ -17,19 +17,22 @@ from bayes_hw.gap.joint.effect_form import FORMS
 from bayes_hw.gap.joint.given_model import GivenModel
 from bayes_hw.gap.joint.given_moves import (
     as_given,
+    begun_under_white_noise,
     best_of,
     every_law,
-    found_something,
+    explained_slowly,
     further_modes,
     later,
     other_laws,
     pruned,
+    something_is_left,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_rivals import instead_of, is_shape
 from bayes_hw.gap.joint.joint_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.joint_search import (
+    CONTEST_SHARE,
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,
     VERIFIED_BESIDE_NATS,
@@ -40,6 +43,7 @@ from bayes_hw.gap.joint.joint_search import (
 )
 from bayes_hw.gap.joint.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.gap.joint.rounded_readings import without_rounding
 from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
@@ -71,7 +75,7 @@ def search_given(
     """Base, effects one after the other, pruned and verified, then other labels in place of the strongest;
     raises InputError where G has no ports."""
     told = say or silent
-    base, readings = _begun(records, model)
+    base, readings = base_and_readings(records, model)
     told(f"without effects: {described(base)}")
     trail = _extended(base, readings, told)
     base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
@@ -90,13 +94,15 @@ def search_given(
     return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
 
 
-def _begun(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
+def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)
+    if readings.rounded_first:
+        return without_rounding(reweighted(base, readings), readings)
     if readings.nats:
         base = reweighted(base, readings)
-        again = read_faults(replace(base, response=replace(base.response, weights=None)))
+        again = read_faults(base)
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
             readings = again
             base = reweighted(base, readings)
@@ -189,34 +195,44 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     """Where the search ended: its fit pruned, labels exchanged.
 
     Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
-    where such noise is part of the answer, effects are sought without it too.
+    effects are sought without it first, and beside it only where they leave noise of higher order or such
+    noise alone explains as much. Where it alone explains little of what they do, it is only added to them.
     """
-    trail = _followed(base, readings, say)
-    fit = pruned(trail.fit)
-    if fit.response.cause is not None:
-        say("without wind and walk:")
-        plain = _followed(trail.whole, trail.readings, say, causes=False)
-        other = pruned(plain.fit)
-        if on_records(other, fit.response.records).score > fit.score:
-            trail, fit = plain, other
-    fit, base = exchanged(fit, trail.rivals, say), trail.base
+    slow = slow_causes(base)
+    trail = _followed(base, readings, say, causes=False)
+    trail = replace(trail, fit=pruned(trail.fit))
+    alone = max((one.score for one in slow), default=-np.inf)
+    if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
+        found = trail.fit.score - base.score
+        if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
+            beside = best_of([trail.fit, *slow_causes(trail.fit)])
+            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+                trail = replace(trail, fit=beside)
+        else:
+            say("with wind or a walk:")
+            caused = _followed(base, readings, say)
+            caused = replace(caused, fit=pruned(caused.fit))
+            if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
+                trail = caused
+    rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
+    fit, base = exchanged(trail.fit, rivals, say), trail.base
     if fit.response.cause is None and base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
-    return replace(trail, fit=fit, base=base)
+    return replace(trail, fit=fit, base=base, rivals=rivals)
 
 
 def _trials(begun: GivenFit) -> list[GivenFit]:
     """The best explanations with one label more, or with other ports and forms of those present.
 
-    Where the noise is white or of the first order and no form promises anything, no law is begun that looks
-    at the states of G: there is nothing to be found.
+    Where one of them leaves noise that is white or of the first order, no law is begun that looks at the
+    states of G: there is nothing more to be found.
     """
     trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
-        found += with_signals(found) + further_modes(begun) + later(begun)
-        if found_something(begun, found):
+        found += with_signals(found) + further_modes(begun) + later(begun) + begun_under_white_noise(begun)
+        if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
         trials += found
@@ -226,8 +242,7 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
 
 
 def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
-    """One label after the other while the score improves; without `causes` the noise has none, and faults of
-    the readings are as they were found."""
+    """One label after the other while the score improves; without `causes` the noise has none."""
     whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
     steps = 0
@@ -244,11 +259,11 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = as_given(finer(best_of(trials)))
-        if best.score <= fit.score:
+        best = explained_slowly(as_given(finer(best_of(trials))))
+        if best.score <= fit.score or _is_doubtful(best, fit):
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if fit is base and causes and is_shape(base, best):
+        if fit is base and is_shape(base, best):
             fit = best
             break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
@@ -261,18 +276,32 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 continue
         finished = best is begun
         fit = best
-        if causes and not readings.nats:
+        if not readings.nats:
             faults = read_faults(fit)
             if faults.nats:
-                readings = faults
-                base, fit = reweighted(base, faults), reweighted(fit, faults)
-                whole = (
-                    reweighted(whole, faults) if base.response.records is not whole.response.records else base
-                )
+                base, fit, whole, readings = _under(faults, base, fit, whole)
                 finished = False
         if finished:
             break
     return _Trail(fit, base, whole, readings, rivals, alone)
+
+
+def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
+    """Whether one more label beside others leaves noise of higher order and is worth too little there."""
+    more = bool(fit.labels) and len(best.labels) > len(fit.labels)
+    return more and best.noise_order > 1 and best.score < fit.score + VERIFIED_BESIDE_NATS
+
+
+def _under(
+    faults: Readings, base: GivenFit, fit: GivenFit, whole: GivenFit
+) -> tuple[GivenFit, GivenFit, GivenFit, Readings]:
+    """The fits under what the readings' faults ask for, and the faults as they are then."""
+    all_samples = base.response.records is whole.response.records
+    base, fit = reweighted(base, faults), reweighted(fit, faults)
+    if faults.rounded_first and all_samples:
+        fit, faults = without_rounding(fit, faults)
+        base = on_records(base, fit.response.records)
+    return base, fit, base if all_samples else reweighted(whole, faults), faults
 
 
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
@@ -330,7 +359,8 @@ def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
 def _verified(
     fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
 ) -> tuple[GivenFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again."""
+    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again; as many as
+    beside faulty readings where the noise that is left is of higher order."""
     while fit.labels:
         nats, rest = {}, {}
         for label in fit.labels:
@@ -343,7 +373,7 @@ def _verified(
             weakest = fit.added[-1]
         else:
             weakest = min(nats, key=lambda label: nats[label])
-            if nats[weakest] >= asked:
+            if nats[weakest] >= (VERIFIED_BESIDE_NATS if fit.noise_order > 1 else asked):
                 return fit, nats
         fit = rest[weakest]
     return fit, {}

@@ -92,7 +92,7 @@ def decide(
             odds[rival] = float(np.exp(-lead / nats))
             if lead < AS_GOOD and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
                 confusable.append((named, rival))
-        together = sum(probability[label] for label in odds)
+        together = min(sum(probability[label] for label in odds), 1.0)
         for label, odd in odds.items():
             probability[label] = odd / sum(odds.values()) * together
     return JointDecision(answer, probability, tuple(confusable))

@@ -63,6 +63,7 @@ from bayes_hw.gap.joint.known_verdict import known_verdict
 from bayes_hw.gap.joint.observer import unobserved
 from bayes_hw.gap.joint.readings import innovation_sigma
 from bayes_hw.gap.joint.remainder import samples_of_variance
+from bayes_hw.gap.joint.rounded_readings import readings_of
 from bayes_hw.gap.joint.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.starts import Starts
 from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
@@ -182,10 +183,9 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
     sigma, whitener = innovation_sigma(fit) if moves else fit.point.rms, fit.point.whitener
     if moves and isinstance(whitener, SlowWhitener):
         sigma = whitener.of_readings(sigma)
-    if "encoder_quantization" in answer and found.readings.step is not None:
-        sigma = max(
-            float(np.sqrt(max(sigma**2 - found.readings.step**2 / 12, 0.0))), 0.15 * found.readings.step
-        )
+    readings = found.readings
+    if "encoder_quantization" in answer and readings.step is not None and not readings.taken_off:
+        sigma = max(float(np.sqrt(max(sigma**2 - readings.step**2 / 12, 0.0))), 0.15 * readings.step)
     return sigma
 
 
@@ -218,6 +218,8 @@ def _finished(
     starts = Starts.of(fit, train, holdout, lead, start)
     holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
+    if found.readings.taken_off:
+        fit, base = readings_of(train, fit), readings_of(train, base)
     samples = samples_of_variance(fit.point.residuals)
     noise_error = sigma * (ESTIMATED / np.sqrt(2 * samples) + noise_doubt(found, decision))
     floor = Floor.of(fit, decision.answer, sigma)

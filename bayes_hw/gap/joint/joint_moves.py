@@ -32,23 +32,28 @@ LIGHT = 0.25
 NEARLY_INTEGRAL = 1e-3
 
 
-def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
-    """The best explanations with one more label, descended.
-
-    Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
-    explaining what is fast: from every start another begins under noise of the first order.
-    """
+def free_forms(fit: JointFit, forms: Sequence[Form]) -> list[Form]:
+    """Those of labels that the fit lacks, whose parameters no present effect uses, further ones left out."""
     present, scale = set(fit.labels), fit.response.scale
     taken = {
         (e.form.place, t.row) for e in fit.response.template if not e.form.is_law for t in e.form.slots(scale)
     }
-    free = [
+    return [
         f
         for f in forms
         if f.label not in present
         and not f.further
         and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
     ]
+
+
+def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
+    """The best explanations with one more label, descended.
+
+    Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
+    explaining what is fast: from every start another begins under noise of the first order.
+    """
+    free = free_forms(fit, forms)
     starts = screened(fit, free)
     if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]

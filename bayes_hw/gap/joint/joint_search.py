@@ -195,7 +195,7 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         base = replace(base, response=replace(base.response, scale=scale))
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
-        again = read_faults(replace(base, response=replace(base.response, weights=None)))
+        again = read_faults(base)
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
             readings = again
             base = weighted(base, readings.weights)

@@ -28,12 +28,15 @@ ROUNDED = 1.6
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What the readings' own faults ask of the fit: weights of every record and the nats of each label."""
+    """What the readings' own faults ask of the fit: weights of every record and the nats of each label; the
+    step of rounding, whether noise was added after it, and whether what it adds was `taken_off`."""
 
     weights: tuple[FloatArray, ...]
     nats: dict[str, float]
     step: float | None
     parameters: dict[str, float]
+    rounded_first: bool = False
+    taken_off: bool = False
 
 
 def read_faults(fit: JointFit) -> Readings:
@@ -56,7 +59,7 @@ def read_faults(fit: JointFit) -> Readings:
     if hidden is not None:
         nats["encoder_quantization"] = hidden.nats
         parameters["encoder_quantization.step"] = hidden.step
-        return Readings(tuple(weights), nats, hidden.step, parameters)
+        return Readings(tuple(weights), nats, hidden.step, parameters, rounded_first=True)
     moves = speeds(fit)
     masks = [repeats(record.y_or_nan, d, innovation) for record, d in zip(records, moves, strict=True)]
     share = float(np.mean(np.concatenate(masks)))
@@ -106,7 +109,7 @@ def read_again(
     weights that are then left."""
     if "timing_jitter.sd" not in readings.parameters:
         return base, fit, readings
-    again = read_faults(replace(fit, response=replace(fit.response, weights=None)))
+    again = read_faults(fit)
     if "timing_jitter" in again.nats:
         return base, fit, readings
     return reweighted(base, again), reweighted(fit, again), again

@@ -7,20 +7,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, command, form, measured, record, torque
+from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.joint import given_search
+from bayes_hw.gap.joint import given_moves, given_search
 from bayes_hw.gap.joint.corrected_model import simulate_corrected
-from bayes_hw.gap.joint.given_model import GivenModel
-from bayes_hw.gap.joint.given_moves import as_given, every_law
+from bayes_hw.gap.joint.given_model import LIGHTEST, GivenModel
+from bayes_hw.gap.joint.given_moves import (
+    as_given,
+    begun_under_white_noise,
+    best_of,
+    every_law,
+    explained_slowly,
+    further_modes,
+)
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given_search import best_base, reweighted, search_given
-from bayes_hw.gap.joint.readings import read_faults
+from bayes_hw.gap.joint.joint_values import Effect
+from bayes_hw.gap.joint.readings import read_again, read_faults
 from bayes_hw.gap.joint.slow_noise import WIND, SlowNoise
 from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
@@ -162,6 +172,21 @@ def test_every_start_of_every_law_is_followed() -> None:
     assert "friction" not in {fit.labels[-1] for fit in every_law(rubbing)}
 
 
+def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> None:
+    records = []
+    for r in measured((), SAMPLES, (1, 2)):
+        late = 6.0 * np.random.default_rng(len(records)).standard_normal(SAMPLES)
+        speed = np.gradient(np.convolve(r.y, np.ones(9) / 9, "same"))
+        records.append(replace(r, y=r.y + late * speed))
+    base = best_base(records, model())
+    faults = read_faults(base)
+    assert "timing_jitter.sd" in faults.parameters
+    under = reweighted(base, faults)
+    again = read_faults(under)
+    assert again.nats["timing_jitter"] > 0.5 * faults.nats["timing_jitter"]
+    assert read_again(base, under, faults, reweighted)[2] is faults
+
+
 def test_steps_within_the_sample_go_with_the_law() -> None:
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), FEW, (1,)), model())
@@ -171,23 +196,99 @@ def test_steps_within_the_sample_go_with_the_law() -> None:
     assert finer.without("friction").response.steps == 1
 
 
-def test_beside_noise_of_a_cause_effects_are_sought_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is better without it is the answer; where the noise has no cause nothing is sought again."""
+def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Effects are sought without it first, and alone where they leave white noise or it explains little of
+    what they do; what is better beside it is the answer."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), FEW, (1,)), model())
     readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
     rubbing = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    assert rubbing.noise_order <= 1 < base.noise_order
+    assert rubbing.score > windy.score
     asked: list[bool] = []
-    ends: list[GivenFit] = []
+    plain: list[GivenFit] = []
 
     def followed(*args: object, causes: bool = True) -> object:
         del args
         asked.append(causes)
-        return given_search._Trail(ends[0] if causes else rubbing, base, base, readings, {}, {})
+        return given_search._Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
 
     monkeypatch.setattr(given_search, "_followed", followed)
-    for first, calls in ((windy, [True, False]), (rubbing, [True])):
+    monkeypatch.setattr(given_search, "slow_causes", lambda _: [windy])
+    for first, calls in ((rubbing, [False]), (base, [False, True])):
         asked.clear()
-        ends[:] = [first]
-        assert given_search._extended(base, readings, lambda _: None).fit.labels == ("friction",)
+        plain[:] = [first]
+        found = given_search._extended(base, readings, lambda _: None)
+        assert found.fit.labels == ("friction",)
+        assert found.rivals == {WIND: windy.score - base.score}
         assert asked == calls
+    asked.clear()
+    plain[:] = [replace(rubbing, point=replace(rubbing.point, whitener=base.point.whitener))]
+    assert given_search._extended(base, readings, lambda _: None).fit.labels == ("friction",)
+    assert asked == [False]
+
+
+def test_what_is_slow_is_not_left_to_the_noise() -> None:
+    """An error of a limit that an autoregression takes up is explained under white noise."""
+    uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
+    base = best_base(measured((uneven,), SAMPLES, (1, 2)), model())
+    even = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)))
+    moved = even.point.coordinates + 0.3 * np.eye(even.response.size)[1]
+    begun = GivenFit(even.response, evaluate(even.response, moved))
+    assert begun.noise_order > 1
+    better = explained_slowly(begun)
+    assert better.noise_order <= 1
+    assert better.score >= begun.descended().score
+    assert better.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
+    assert explained_slowly(base) is base
+
+
+def test_a_slow_effect_is_begun_under_white_noise() -> None:
+    offset = Effect(form("command_bias"), np.array([0.01]))
+    base = best_base(measured((offset,), SAMPLES, (1, 2)), model())
+    assert base.noise_order > 1
+    found = best_of(begun_under_white_noise(base))
+    assert found.labels == ("command_bias",)
+    assert found.noise_order <= 1
+    assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
+    assert begun_under_white_noise(found) == []
+
+
+def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lone tone in the readings has none."""
+    tone = [replace(r, y=r.y + 6 * SIGMA * np.sin(0.4 * r.t)) for r in measured((), SAMPLES, (1, 2))]
+    base = best_base(tone, model())
+    assert further_modes(base) == []
+    monkeypatch.setattr(given_moves, "AT_AN_END", -1.0)
+    (undamped,) = further_modes(base)
+    n = undamped.response.given.size
+    assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
+
+
+def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
+    """Nats that are enough on white noise are not where an autoregression is left."""
+    kept = {}
+    for memory, size in ((0.0, 0.0065), (0.5, 0.016)):
+        records = measured((Effect(form("command_bias"), np.array([size])),), FEW, (1, 2))
+        rng = np.random.default_rng(5)
+        slow = [lfilter([1.0], [1.0, 0.0, 0.0, -memory], SIGMA * rng.standard_normal(FEW)) for _ in records]
+        records = [replace(r, y=r.y + 2 * memory * e) for r, e in zip(records, slow, strict=True)]
+        base = best_base(records, model())
+        fit = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        nats = given_search._verified(fit, base, 25.0, lambda _: None)[1]
+        kept[fit.noise_order > 1] = fit.score - base.score, nats
+    assert all(25 < worth < 80 for worth, _ in kept.values())
+    assert kept[False][1]
+    assert kept[True][1] == {}
+
+
+def test_long_records_are_begun_by_their_beginnings() -> None:
+    base = best_base(measured((), SAMPLES, (1, 2)), model())
+    assert given_moves._beginning(base) is base
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(given_moves, "BEGUN_SAMPLES", SAMPLES)
+        short = given_moves._beginning(base)
+    assert [len(r) for r in short.response.records] == [SAMPLES // 2] * 2
+    whole = given_moves._whole(short, base)
+    assert whole.response.records is base.response.records
+    assert whole.score == pytest.approx(base.score)

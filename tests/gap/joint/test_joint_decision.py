@@ -93,6 +93,14 @@ def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
     assert first["gain_asymmetry"] == max(first.values())
 
 
+def test_a_label_and_its_rival_are_together_no_more_than_sure() -> None:
+    """The doubt of a weak second label goes to `other` in part, which is the first one's rival as well."""
+    nats, rivals = {"wind": 30.0, "rate_limit": 900.0}, {"rate_limit": 900.0, "other": 700.0}
+    found = _decided(nats, rivals=rivals, followed=("rate_limit", "other"))
+    assert set(found.answer) == {"rate_limit", "wind"}
+    assert found.probability["rate_limit"] + found.probability["other"] <= 1.0
+
+
 def test_readings_and_a_law_without_a_name() -> None:
     assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
     assert _decided({"other": 300.0}).answer == ("other",)
