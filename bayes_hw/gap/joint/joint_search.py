@@ -144,7 +144,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = _Path(base, base, readings)
-    contenders, alone = _contenders(begun)
+    contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
     ended = []
     for path in contenders:
@@ -248,7 +248,7 @@ def within_sample(fit: JointFit) -> JointFit:
     return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
-def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
+def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], None]) -> list[JointFit]:
     """The best explanation with one more label; and where another label's is nearly as good, both with the
     ports, forms and poles that they ask for: which of them is better shows only then."""
     ranked = sorted(trials, key=lambda t: -t.score)[:MOST_CONTENDERS]
@@ -260,6 +260,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
         return ranked[:1]
     found = []
     for contender in near:
+        say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
             contender = pruned(contender)
@@ -268,6 +269,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit]) -> list[JointFit]:
             if larger.score < contender.score + STRUCTURAL_NATS:
                 break
             contender = larger
+            say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
         found.append(contender)
     return found
 
@@ -288,12 +290,12 @@ def is_followed(fit: JointFit, without: JointFit) -> bool:
     return not without.added or fit.point.rms <= without.point.rms
 
 
-def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
+def _contenders(begun: _Path, say: Callable[[str], None]) -> tuple[list[_Path], dict[str, JointFit]]:
     """The best explanations by one label, best first, and every label's; simulations are held against
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     trials = one_more(fit)
-    settled = _settled(fit, trials)
+    settled = _settled(fit, trials, say)
     paths = []
     for one in settled:
         path = replace(begun, fit=finer(one)).reread()
@@ -315,7 +317,7 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         fit = path.fit
         best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            best = highest([best, *_settled(fit, one_more(fit))])
+            best = highest([best, *_settled(fit, one_more(fit), say)])
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
