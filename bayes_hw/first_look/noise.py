@@ -16,6 +16,9 @@ FIRST_LINES = 4
 LATTICE_TOLERANCE = 0.02
 """Largest distance of a reading from its step, in steps, mean square root."""
 
+STRETCH_S = 2.0
+"""Length of the stretches over which noise is told from errors that repeat."""
+
 INVISIBLE = 0.05
 """A decimal step below this share of the noise is how the file was printed."""
 
@@ -86,6 +89,22 @@ def _lattice(y: FloatArray) -> float | None:
     if float(np.sqrt(np.mean(errors**2))) > LATTICE_TOLERANCE:
         return None
     return step
+
+
+def quiet_sigma(errors: Sequence[FloatArray], sample_rate_hz: float) -> float:
+    """Standard deviation within STRETCH_S about a straight line: the median over the quieter half of all such
+    stretches, so that what a stretch holds besides noise does not count; 0 where records are shorter.
+    """
+    width = max(8, round(STRETCH_S * sample_rate_hz))
+    rows = [error[: len(error) // width * width].reshape(-1, width) for error in errors]
+    stretches = np.concatenate(rows)
+    if len(stretches) == 0:
+        return 0.0
+    line = np.linspace(-1, 1, width)
+    level = stretches - stretches.mean(axis=1, keepdims=True)
+    left = level - np.outer(level @ line / (line @ line), line)
+    variances = np.sort((left**2).sum(axis=1) / (width - 2))
+    return float(np.sqrt(np.median(variances[: -(-len(variances) // 2)])))
 
 
 def drift(error: FloatArray, sample_rate_hz: float) -> tuple[float, float]:
