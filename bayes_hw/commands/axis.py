@@ -220,7 +220,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
     prediction = predict(started, record, np.random.default_rng(parsed.seed))
-    write_prediction(out, prediction)
+    write_csv(out, in_asked_units(parsed, prediction.columns(), record.units))
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
     warn_of_refuted(posterior)
@@ -242,7 +242,8 @@ def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping
     mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
-    write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})
+    columns |= {name: band + record.origin for name, band in bands.items()}
+    write_csv(out, in_asked_units(parsed, columns, record.units))
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:

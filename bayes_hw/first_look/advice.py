@@ -62,8 +62,8 @@ def advice(look: Look) -> Advice:
     if behind is not None and repeated.shown_hysteresis is not None:
         shows.append(
             f"Hysteresis: by direction of motion the angle stays behind by {-behind.half_width:.2g} "
-            f"{units.output} either way, as play or friction make it, in {behind.reversals} reversals between "
-            "longer strokes."
+            f"{units.output} either way, as play or friction make it, in {behind.reversals} "
+            "reversals between longer strokes."
         )
     elif statics.half_width is None and reversals < FEW_REVERSALS:
         cannot.append(
@@ -162,7 +162,8 @@ def _ripple(ripple: Ripple, unit: str, turn: float | None) -> str:
     a_turn = "" if turn is None else f", {turn / ripple.period:.4g} to the turn"
     return (
         f"An error periodic in the angle: amplitude {ripple.amplitude:.2g} {unit}, period "
-        f"{ripple.period:.3g} {unit}{a_turn}, over {ripple.visits} passages: cogging, gear mesh or the encoder."
+        f"{ripple.period:.3g} {unit}{a_turn}, over {ripple.visits} passages: cogging, gear mesh or the "
+        "encoder."
     )
 
 

@@ -100,9 +100,9 @@ def hysteresis(
     fitted = inverse @ table.T @ contrast
     left = contrast - table @ fitted
     variance = 2 * float(left @ left) / (len(rows) - 2)
-    error = float(np.sqrt(variance * inverse[0, 0]))
+    standard_error = float(np.sqrt(variance * inverse[0, 0]))
     least = max(float(speed.min()), 1e-9 * float(speed.max()))
-    return Hysteresis(float(fitted[0]), error, len(rows), float(speed.max()) / least)
+    return Hysteresis(float(fitted[0]), standard_error, len(rows), float(speed.max()) / least)
 
 
 def _contrasts(

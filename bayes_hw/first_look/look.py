@@ -30,12 +30,11 @@ from bayes_hw.first_look.noise import (
     drift,
     noise_spectrum,
     quiet_sigma,
-    resolution,
-    white_sigma,
 )
 from bayes_hw.first_look.repeated import RepeatedError, errors_of, repeated_error
 from bayes_hw.first_look.response import MeasuredResponse, measured_response
 from bayes_hw.first_look.statics import Statics, statics
+from bayes_hw.inspection.reading_step import resolution, white_sigma
 from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread

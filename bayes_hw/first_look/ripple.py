@@ -166,7 +166,8 @@ def _visits(slow: Sequence[_Slow], frequency: float) -> tuple[ComplexArray, IntA
 def _by_place(values: ComplexArray, place: IntArray) -> ComplexArray:
     _, at = np.unique(place, return_inverse=True)
     count = np.bincount(at)
-    return (np.bincount(at, values.real) + 1j * np.bincount(at, values.imag)) / count
+    sums: ComplexArray = np.bincount(at, values.real) + 1j * np.bincount(at, values.imag)
+    return np.asarray(sums / count, dtype=np.complex128)
 
 
 def _probability(values: ComplexArray) -> float:

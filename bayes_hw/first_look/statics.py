@@ -51,8 +51,8 @@ class Statics:
     """What the records show of the limits (command units) and of the dead zone (output units); None: not met.
 
     `spread` (parameters, 3) holds columns of a square root of the covariance of (lower, upper, half width).
-    `undisturbed` are the angles before the dead zone, simulated, per record. `bound` is what a half width that
-    is not met does not exceed, at 94 %.
+    `undisturbed` are the angles before the dead zone, simulated, per record. `bound` is what a half width
+    that is not met does not exceed, at 94 %.
     """
 
     lower: float | None = None

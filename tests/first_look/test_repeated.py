@@ -1,4 +1,4 @@
-"""Errors that go with the direction of motion or with the angle are told from noise, and from no such error."""
+"""Errors that go with the direction of motion or with the angle are told from noise."""
 
 from __future__ import annotations
 
