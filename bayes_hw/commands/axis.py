@@ -19,7 +19,7 @@ from bayes_hw.commands.checking import checked, say_check, structure_in, write_c
 from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
-from bayes_hw.commands.records import axis_name, records_of
+from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.csv_output import write_csv

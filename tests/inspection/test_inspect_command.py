@@ -235,7 +235,7 @@ def test_rows_are_counted_as_where_one_is_named(tmp_path: Path, capsys: pytest.C
     assert lines[702 - 1].startswith(f"{T[701]:.9g},") and len(lines) == 1200
 
 
-def test_step_of_the_encoder_beneath_finer_decimals(tmp_path: Path) -> None:
+def test_step_of_the_encoder_beneath_finer_decimals() -> None:
     """Degrees of 0.001, read as rad with eight decimals."""
     rng = np.random.default_rng(1)
     angle = 134 + np.cumsum(0.2 * np.sin(T)) / 20 + 0.0012 * rng.standard_normal(len(T))
