@@ -66,9 +66,7 @@ def advice(look: Look) -> Advice:
             "reversals between longer strokes."
         )
     elif statics.half_width is None and reversals < FEW_REVERSALS:
-        cannot.append(
-            f"Dead zone and play: the axis reverses {times(reversals)}; some ten reversals show them."
-        )
+        cannot.append(f"Dead zone and play: the axis {reverses(reversals)}; some ten reversals show them.")
         following.append(
             "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
         )
@@ -153,9 +151,11 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def times(count: int) -> str:
-    """How often, in words for few."""
-    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
+def reverses(count: int) -> str:
+    """How often the axis does, in words for few."""
+    if count == 0:
+        return "never reverses"
+    return "reverses " + {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
 def _ripple(ripple: Ripple, unit: str, turn: float | None) -> str:

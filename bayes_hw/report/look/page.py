@@ -17,7 +17,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
 from bayes_hw.files import staged, write_text_atomically
-from bayes_hw.first_look.advice import coherent_band, times
+from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
@@ -110,8 +110,8 @@ def cards(look: Look) -> list[dict[str, str]]:
         _card(
             "good" if met > 0 else "warn",
             f"limits asked for in {format_percent(met)} of the samples" if met > 0 else "limits not met",
-            f"below {format_percent(low)}, above {format_percent(high)}; "
-            f"the axis reverses {times(look.reversals)}",
+            (f"below {format_percent(low)}, above {format_percent(high)}; " if met > 0 else "")
+            + f"the axis {reverses(look.reversals)}",
         ),
         _card(
             "bad" if band is None else "good",
@@ -147,7 +147,7 @@ def facts(look: Look) -> list[tuple[str, str]]:
         ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output) + _beside(look)),
         ("white part of it", format_number(look.white_sigma, 3, units.output)),
         ("resolution", _known(look.resolution, units.output, "no step seen")),
-        ("drift", f"{format_number(slope, 2)} ± {format_number(error, 2)} {units.output}/h"),
+        ("drift", format_estimate(slope, error, f"{units.output}/h")),
         ("reversals", str(look.reversals)),
         (
             "speed, falling less rising command",
@@ -174,7 +174,8 @@ def facts(look: Look) -> list[tuple[str, str]]:
             (
                 "what a linear response leaves" + _beside(look),
                 f"explained by even powers of the command {format_percent(look.distortion.even)}, "
-                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise",
+                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise"
+                + (" and what reversals leave" if look.repeated.is_seen else ""),
             )
         )
     if look.feedback is not None:
