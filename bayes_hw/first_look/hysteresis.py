@@ -25,7 +25,7 @@ LEAST_STROKE_S = 1.0
 FEWEST = 6
 """Reversals from which hysteresis is told."""
 
-SPEEDS, CLEAR_SPEEDS = 1.25, 1.6
+SPEEDS, CLEAR_SPEEDS = 1.25, 1.5
 """Largest speed of a stroke over the smallest, from which a lag is told from hysteresis; and from which a
 lag that is not quite proportional to the speed is."""
 

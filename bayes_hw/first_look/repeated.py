@@ -80,7 +80,7 @@ def repeated_error(
     if behind is not None and clear and more is not None:
         part = _with_hysteresis(part, again, more.half_width, noise_sigma)
         behind = replace(more, half_width=behind.half_width + more.half_width)
-        again, left = _refitted(outputs, commands, part, sample_rate_hz)
+        left = errors_of([y - repeated for y, repeated in zip(outputs, part, strict=True)], again)
     elif not clear:
         behind = more
     return RepeatedError(behind, seen, part, again, left)

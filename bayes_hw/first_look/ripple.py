@@ -32,6 +32,8 @@ WHOLE = 0.85
 
 LEVEL, PLACE_LEVEL = 1e-4, 0.01
 NEIGHBOURS = 25
+SMALLEST = 0.1
+"""Of the first ripple's amplitude: smaller ones may be what it left."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,15 @@ def ripples(
     for _ in range(MOST_RIPPLES):
         left = [error - part for error, part in zip(errors, explained, strict=True)]
         slow, size = _slow(angles, left, sample_rate_hz)
-        best = _clearest(slow)
+        best = _clearest(slow, [1 / ripple.period for ripple in found])
         if best is None:
             break
         frequency, visits = best
         coefficients = _fitted(slow, frequency)
-        found.append(Ripple(1 / frequency, float(np.hypot(*_mean_amplitude(slow, frequency))), visits))
+        amplitude = _explained(slow, frequency)
+        if found and amplitude < SMALLEST * found[0].amplitude:
+            break
+        found.append(Ripple(1 / frequency, amplitude, visits))
         for k, angle in enumerate(angles):
             explained[k] += _waves(angle, _speed(angle, sample_rate_hz) / size, frequency) @ coefficients
     return tuple(found), tuple(explained)
@@ -101,8 +106,9 @@ def _speed(angle: FloatArray, sample_rate_hz: float) -> FloatArray:
     return (padded[2 * width :] - padded[: -2 * width]) * sample_rate_hz / (2 * width)
 
 
-def _clearest(slow: Sequence[_Slow]) -> tuple[float, int] | None:
-    """The frequency, periods a unit of angle, of the clearest ripple, and its visits; None for none."""
+def _clearest(slow: Sequence[_Slow], known: Sequence[float]) -> tuple[float, int] | None:
+    """The frequency, periods a unit of angle, of the clearest ripple but those `known`, and its visits; None
+    for none."""
     if not slow:
         return None
     angle = np.concatenate([one.angle for one in slow])
@@ -124,7 +130,7 @@ def _clearest(slow: Sequence[_Slow]) -> tuple[float, int] | None:
     for at in order.tolist():
         frequency = _refined(angle, error, float(frequencies[at]), 1 / (A_PERIOD * extent))
         visits = _visits(slow, frequency)
-        if visits is None:
+        if visits is None or any(abs(frequency - one) < 2 / extent for one in known):
             continue
         values, place = visits
         if _probability(values) * count < LEVEL and _probability(_by_place(values, place)) < PLACE_LEVEL:
@@ -137,8 +143,10 @@ def _clearest(slow: Sequence[_Slow]) -> tuple[float, int] | None:
 
 def _refined(angle: FloatArray, error: FloatArray, frequency: float, width: float) -> float:
     """The frequency of largest amplitude within `width` of the trial."""
-    trials = frequency + np.linspace(-width, width, 9)
-    return float(max(trials, key=lambda f: abs(np.exp(2j * np.pi * f * angle) @ error)))
+    for half in (width, width / 4):
+        trials = frequency + np.linspace(-half, half, 9)
+        frequency = float(max(trials, key=lambda f: abs(np.exp(2j * np.pi * f * angle) @ error)))
+    return frequency
 
 
 def _visits(slow: Sequence[_Slow], frequency: float) -> tuple[ComplexArray, IntArray] | None:
