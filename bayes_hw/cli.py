@@ -102,7 +102,10 @@ CHECKPOINT_FOLDER = "checkpoint"
 
 
 class _Parser(argparse.ArgumentParser):
-    """An argument parser whose errors are one line."""
+    """An argument parser whose errors are one line; options are written out."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         print(_one_line(f"{self.prog}: error: {message}; see {self.prog} --help"), file=sys.stderr)
@@ -161,7 +164,12 @@ def build_parser() -> argparse.ArgumentParser:
         "bayes-hw predict --posterior posterior/ holdout.csv --out bands.csv",
     )
     sub.add_argument("record", metavar="RECORD", help=RECORD_HELP)
-    sub.add_argument("--posterior", required=True, metavar="DIR", help="the --out folder of bayes-hw sample")
+    sub.add_argument(
+        "--posterior",
+        required=True,
+        metavar="DIR",
+        help="the --out folder of bayes-hw sample, report or diagnose",
+    )
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)
     add_start(sub)

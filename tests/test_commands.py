@@ -378,3 +378,11 @@ def test_a_command_alone_is_simulated(folder: Path) -> None:
     )
     assert alone.dtype.names == ("t", "u", "w", "y_model")
     np.testing.assert_array_equal(alone["y_model"], whole["y_model"])
+
+
+def test_an_option_is_not_taken_for_another_that_begins_alike(capsys: pytest.CaptureFixture[str]) -> None:
+    """--rate is no --rated-torque."""
+    with pytest.raises(SystemExit) as ended:
+        main(["diagnose", "record.csv", "--rate", "20"])
+    assert ended.value.code == 2
+    assert "unrecognized arguments: --rate" in capsys.readouterr().err

@@ -19,6 +19,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
 from bayes_hw.gap.answer.corrected_train import corrected_train
 from bayes_hw.gap.answer.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
+from bayes_hw.gap.answer.free_levels import counted_from_levels
 from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.measure import measure
@@ -109,6 +110,7 @@ def diagnose(
         decision = decide(best, scores, remains, asked.labels, calibration)
         if not asked.noise_is_known:
             attribution, decision = with_plain_estimates(attribution, decision, asked.measured)
+        case = counted_from_levels(case, decision.explanation)
         progress.say("how far")
         measured = measure(case, attribution, decision, calibration, rng, Each(jobs))
         where = locate(attribution, decision, asked.base.inputs, measured.sigma)

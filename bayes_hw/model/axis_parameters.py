@@ -13,7 +13,7 @@ from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
-from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode, polynomial_roots
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode
 from bayes_hw.model.modal import (
     LinearBatch,
     ModalForm,
@@ -36,6 +36,13 @@ from bayes_hw.model.priors import (
     TimeConstantLogarithm,
     Uniform,
 )
+from bayes_hw.model.residues import (
+    NEGLIGIBLE,
+    block_of_residues,
+    nested_residues,
+    nested_weights,
+    residues_at,
+)
 
 FreeSet: TypeAlias = Literal["dominant", "all"]
 
@@ -52,8 +59,6 @@ WEIGHT_SD = 1.0
 """Prior standard deviation of a residue, in units of the largest nominal one."""
 
 LARGEST_DAMPING = 0.999
-NEGLIGIBLE = 1e-10
-"""Leading numerator coefficients this small beside the largest are rounding errors."""
 
 
 class AxisParameters:
@@ -268,7 +273,7 @@ class AxisParameters:
         if isinstance(batch, LinearBatch):
             linear = LinearBlock(batch.zeros[:, 0], poles, float(batch.gain[0]), delay)
         else:
-            linear = _from_residues(batch, poles, delay)
+            linear = block_of_residues(batch, poles, delay)
         rate, n_modes = self.model.sample_rate_hz, len(self.model.dominant_modes)
         return replace(
             self.model,
@@ -336,7 +341,7 @@ class AxisParameters:
         units = self.model.units
         per_sample = f"{units.output}/({units.input})"
         batch = linear_batch(self.model.linear, 1)
-        real, pairs, direct = _residues_at(batch.separated(), self._real_poles, self._pair_poles)
+        real, pairs, direct = residues_at(batch.separated(), self._real_poles, self._pair_poles)
         decaying = real if self._integrator is None else np.delete(real, self._integrator)
         weights = np.concatenate([decaying, 2 * np.abs(pairs), np.abs(direct)])
         spread = WEIGHT_SD * float(np.max(np.abs(weights), initial=0.0)) or abs(float(real[0]))
@@ -371,27 +376,6 @@ class AxisParameters:
         return found
 
 
-def nested_weights(poles: FloatArray, residues: FloatArray) -> FloatArray:
-    """Weights g with sum_i r_i / (z - p_i) = g_1 / (z - p_1) + g_2 / ((z - p_1) (z - p_2)) + ...
-
-    They stay bounded where poles coincide, where residues do not. `poles` and `residues` (n, ...).
-    """
-    remaining, weights = residues.copy(), np.empty_like(residues)
-    for j in range(len(poles)):
-        weights[j] = remaining[j:].sum(axis=0)
-        remaining[j + 1 :] *= poles[j + 1 :] - poles[j]
-    return weights
-
-
-def nested_residues(poles: FloatArray, weights: FloatArray) -> FloatArray:
-    """The residues of distinct poles that have the given nested weights; the inverse of `nested_weights`."""
-    residues = np.empty_like(weights)
-    for j in reversed(range(len(poles))):
-        residues[j + 1 :] /= poles[j + 1 :] - poles[j]
-        residues[j] = weights[j] - residues[j + 1 :].sum(axis=0)
-    return residues
-
-
 def _real_pole(name: str, pole: float) -> Parameter:
     """A pole by its time constant, or by itself where that is below FASTEST_DECAY samples."""
     if abs(pole) > np.exp(-1 / FASTEST_DECAY):
@@ -409,25 +393,3 @@ def _gain(name: str, unit: str, value: float) -> Parameter:
 
 def _weight(name: str, unit: str, value: float, spread: float) -> Parameter:
     return Parameter(name, unit, value, Normal(value, spread), Identity())
-
-
-def _residues_at(
-    batch: LinearBatch, real_poles: FloatArray, pair_poles: ComplexArray
-) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Residues of a batch of one block, in the order of the given poles."""
-    real, pairs, direct = batch.residues()
-    real_order = [int(np.argmin(np.abs(batch.real_poles[:, 0] - pole))) for pole in real_poles]
-    pair_order = [int(np.argmin(np.abs(batch.pair_poles[:, 0] - pole))) for pole in pair_poles]
-    return real[real_order, 0], pairs[pair_order, 0], direct
-
-
-def _from_residues(batch: ResidueBatch, poles: ComplexArray, delay_samples: int) -> LinearBlock:
-    """The block of one column of residues: its numerator is sum_i r_i prod_{j != i} (z - p_j)."""
-    pairs = batch.pair_residues[:, 0]
-    residues = np.concatenate([batch.real_residues[:, 0].astype(np.complex128), pairs, pairs.conj()])
-    numerator = batch.direct[0] * np.real(np.poly(poles))
-    for i, residue in enumerate(residues):
-        numerator[1:] += np.real(residue * np.poly(np.delete(poles, i)))
-    first = int(np.argmax(np.abs(numerator) > NEGLIGIBLE * np.max(np.abs(numerator))))
-    kept = numerator[first:]
-    return LinearBlock(polynomial_roots(kept), poles, float(kept[0]), delay_samples)

@@ -261,3 +261,21 @@ def test_a_damaged_corrected_model_is_refused(
     assert data is not None
     with pytest.raises(InputError, match=r"give a corrected\.json"):
         simulate_corrected({**data, "train": {**data["train"], **change}}, np.zeros(10))
+
+
+def test_an_estimated_level_changes_no_verdict(case: Case, diagnosis: Diagnosis) -> None:
+    """Records that count from levels a deviation and more off; predictions are of the angles themselves."""
+    off = (0.9, -1.4, 1.2)
+    moved = [
+        replace(record, y=record.y - by * SIGMA, origin=by * SIGMA, level_sd=SIGMA)
+        for record, by in zip((*case.train, *case.holdout), off, strict=True)
+    ]
+    shifted = Case.of_records("shifted", case.model, moved[:2], moved[2:])
+    found = diagnose(shifted, np.random.default_rng(1), jobs=1, without=STRUCK)
+    assert found.verdict.answer == diagnosis.verdict.answer
+    name = "encoder_eccentricity.period"
+    ours, theirs = found.verdict.parameters[name], diagnosis.verdict.parameters[name]
+    assert abs(ours.mean - theirs.mean) < theirs.sd
+    assert found.verdict.gap_holdout.closed == pytest.approx(diagnosis.verdict.gap_holdout.closed, abs=0.05)
+    apart = found.after + found.case.holdout[0].origin - diagnosis.after
+    assert np.abs(apart).mean() < 0.5 * SIGMA

@@ -13,6 +13,7 @@ from emcee.moves import DEMove
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.exact_maximum import DisplayDensity, exact_likelihood
 from bayes_hw.gap.fit.explanation import Explanation
+from bayes_hw.gap.fit.free_level import without_level
 from bayes_hw.gap.fit.hypothesis import Hypothesis, held_within_prior
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.infer.importance import acceptance_from_weights
@@ -63,6 +64,7 @@ class PosteriorDensity:
         totals = self.hypothesis.log_prior(points)
         for record, y in enumerate(self.hypothesis.simulate_batch(self.hypothesis.to_values(points))):
             white = self.whitener.whiten(self.measured[record][:, None] - y, record)
+            white = without_level(self.hypothesis, self.whitener, white, record)
             totals -= 0.5 * np.sum(white**2, axis=0)
         return np.where(np.isfinite(totals), totals, -np.inf)
 

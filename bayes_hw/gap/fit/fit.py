@@ -13,6 +13,7 @@ from scipy.linalg.lapack import dposv
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_equations
+from bayes_hw.gap.fit.free_level import level_of, without_level
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.least_trimmed_squares import best_stretches
 from bayes_hw.gap.noise.whitener import Whitener, bridge, readings_of
@@ -37,6 +38,7 @@ class Fit:
     `residuals` are measured minus simulated outputs, a record each, where nothing was measured those between
     the neighbours; `jacobians` (samples, parameters) the
     derivatives of the simulated outputs; `cost` half the sum of squares of whitened residuals and priors.
+    What a free level explains of the residuals is not part of them.
     """
 
     hypothesis: Hypothesis
@@ -236,7 +238,7 @@ class _Task:
         """`points` (n, parameters) with their outputs `simulated` (samples, n), a record each."""
         pulls = -self.hypothesis.log_prior(points)
         white = [
-            self.whitener.whiten(misses(y, s), record)
+            without_level(self.hypothesis, self.whitener, self.whitener.whiten(misses(y, s), record), record)
             for record, (y, s) in enumerate(zip(self.measured, simulated, strict=True))
         ]
         costs = pulls + 0.5 * sum(square_sums(e) for e in white)
@@ -268,7 +270,7 @@ def _quadratic(
     precision = prior.T @ prior
     gradient = -prior.T @ hypothesis.prior_deviations(coordinates)
     for record, jacobian in enumerate(derivatives):
-        filtered = whitener.whiten(jacobian, record)
+        filtered = without_level(hypothesis, whitener, whitener.whiten(jacobian, record), record)
         if kept is not None:
             filtered = only_where(filtered, kept[record][:, None])
         curvature, slope = normal_equations(filtered, white[record])
@@ -331,7 +333,8 @@ def _descended(
     columns = [misses(y, s[:, None]) for y, s in zip(task.measured, at.simulated, strict=True)]
     if hypothesis.unread is not None:
         columns = [bridge(e, mask) for e, mask in zip(columns, hypothesis.unread, strict=True)]
-    residuals = [e[:, 0] for e in columns]
+    errors = [e[:, 0] for e in columns]
+    residuals = [e - level_of(hypothesis, task.whitener, e, record) for record, e in enumerate(errors)]
     return Fit(hypothesis, at.coordinates, residuals, at.simulated, derivatives, task.whitener, at.cost)
 
 

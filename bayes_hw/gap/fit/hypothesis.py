@@ -34,7 +34,8 @@ class Hypothesis:
 
     `known` says where ripple acts under those commands, if not at the simulated position, `followed` what the
     simulation is corrected by at every sample, if anything, `unread` which samples of the records were not
-    measured (a mask a record), None where all were.
+    measured (a mask a record), None where all were, and `free_levels` which records (by number) count their
+    angles from a level that was estimated.
     """
 
     builder: Builder
@@ -44,6 +45,7 @@ class Hypothesis:
     known: KnownPositions | None = None
     followed: Followed | None = None
     unread: tuple[BoolArray, ...] | None = None
+    free_levels: tuple[int, ...] = ()
     parameters: tuple[Parameter, ...] = field(init=False)
 
     def __post_init__(self) -> None:

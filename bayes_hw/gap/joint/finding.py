@@ -18,6 +18,10 @@ RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 MOST_SAID = 0.99
 """No share is said to be larger: the noise that it is measured against is itself estimated."""
 
+WELL_KNOWN = 0.1
+"""Relative standard deviation below which a limit is said to be one: no command reaches one that is known
+less well."""
+
 
 def sentence(diagnosis: JointDiagnosis) -> str:
     """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts."""
@@ -40,8 +44,11 @@ def sentence(diagnosis: JointDiagnosis) -> str:
 
 def axis_words(base: Mapping[str, Estimate]) -> str:
     """Limits and resonances of the axis: the beginning of a sentence."""
-    limits = [base[n] for n in ("saturation.lower", "saturation.upper") if n in base]
+    sides = [base[n] for n in ("saturation.lower", "saturation.upper") if n in base]
+    limits = [e for e in sides if e.sd < WELL_KNOWN * abs(e.mean)]
     parts = []
+    if sides and not limits:
+        parts.append("reaches no limit in these records")
     if limits:
         parts.append(f"follows commands up to {_listed([e.mean for e in limits])} {limits[0].unit}")
     modes = [e.mean for n, e in base.items() if n.startswith("mode") and n.endswith("frequency_hz")]

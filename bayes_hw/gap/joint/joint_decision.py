@@ -83,15 +83,18 @@ def decide(
         certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
         answer = (answer[0], OTHER) if certain else (OTHER,)
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
-    confusable = []
-    for named, rival, lead in contests(found, answer):
-        causes = OTHER_CAUSE.get(named) == rival
-        nats = calibration.nats_between_causes if causes else calibration.nats_between
-        share = 1 / (1 + float(np.exp(-lead / nats)))
-        if lead < AS_GOOD and 1 - share > LEAST_SHARE:
-            confusable.append((named, rival))
-        together = probability[named] + probability[rival]
-        probability[named], probability[rival] = share * together, (1 - share) * together
+    found_contests, confusable = contests(found, answer), []
+    for named in dict.fromkeys(named for named, _, _ in found_contests):
+        odds = {named: 1.0}
+        for rival, lead in [(rival, lead) for one, rival, lead in found_contests if one == named]:
+            causes = OTHER_CAUSE.get(named) == rival
+            nats = calibration.nats_between_causes if causes else calibration.nats_between
+            odds[rival] = float(np.exp(-lead / nats))
+            if lead < AS_GOOD and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
+                confusable.append((named, rival))
+        together = sum(probability[label] for label in odds)
+        for label, odd in odds.items():
+            probability[label] = odd / sum(odds.values()) * together
     return JointDecision(answer, probability, tuple(confusable))
 
 

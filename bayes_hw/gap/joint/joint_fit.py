@@ -31,6 +31,9 @@ LABEL_PRICE_NATS = 10.0
 """What a label must earn beyond its parameters: the catalogue's size and its forms' many starts."""
 
 FULL_STEPS = 40
+ROUND_STEPS, ROUNDS = 6, 7
+"""Of descents that are raced against each other."""
+
 FINE_STEPS = 4
 """Steps of G and its laws a sample."""
 
@@ -295,6 +298,23 @@ def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[E
 
 def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
     return np.concatenate([weights, np.array(column)[:, None]], axis=1)
+
+
+def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:
+    """Descended together, ROUND_STEPS at a time: one drops out where it would reach neither `least` nor the
+    best score if it went on gaining to its last step what it gained in the last round."""
+    running, found = list(items), list[AnyFit]()
+    for left in range(ROUNDS - 1, -1, -1):
+        further = [(item, item.descended(ROUND_STEPS)) for item in running]
+        best = max([least, *(item.score for item in found), *(later.score for _, later in further)])
+        running = []
+        for before, item in further:
+            reached = item.score + left * max(item.score - before.score, 0.0)
+            if item.point.converged or left == 0 or reached < best:
+                found.append(item)
+            else:
+                running.append(item)
+    return found
 
 
 def highest(items: Sequence[JointFit]) -> JointFit:

@@ -8,7 +8,7 @@ import numpy as np
 
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
-from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit, highest
+from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.delay import longest_delay
@@ -160,7 +160,7 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
     failures = 0
     for _ in range(steps):
         trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.score)[:2]
-        fit = highest([t.descended() for t in trials])
+        fit = highest(raced(trials))
         if fit.score > best.score:
             best, failures = fit, 0
         else:
@@ -183,7 +183,7 @@ def pruned(fit: JointFit) -> JointFit:
         if not trials:
             return fit
         trials = sorted((t.descended(4) for t in trials), key=lambda t: -t.score)[:2]
-        best = highest([t.descended() for t in trials])
+        best = highest(raced(trials, fit.score))
         if best.score <= fit.score:
             return fit
         fit = best

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.leading_sample import leading_draws
 from bayes_hw.gap.joint.torque_scale import acceleration_draws, acceleration_of_unit
+from bayes_hw.gap.joint.unreached_limits import unreached_limits
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate, residuals_at, triangular_factor
 from bayes_hw.identify.resonances import dominant_modes
@@ -105,6 +106,7 @@ def laplace(
         effects = {name: draws for name, draws in effects.items() if not name.endswith(".displacement")}
     else:
         effects |= torque_draws(fit, drawn)
+    base |= unreached_limits(fit, base, rng)
     base["gain"] = leading_draws(fit, np.array(base["gain"]), inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(

@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import grown_base
 from bayes_hw.gap.joint.effect_form import FORMS
-from bayes_hw.gap.joint.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.joint_fit import JointFit, highest, raced
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
     SLACK_NATS,
@@ -108,11 +108,13 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """An explanation on its way, and the cascade without effects under the same weights of the readings."""
+    """An explanation on its way, and the cascade without effects under the same weights of the readings;
+    where it is `settled`, no port, form, pole, finer step nor observer helps it."""
 
     fit: JointFit
     base: JointFit
     readings: Readings
+    settled: bool = False
 
     @property
     def gained(self) -> float:
@@ -148,6 +150,9 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
         ended.append(_followed(path, told))
+    if any(path.fit.observer is not None for path in ended):
+        # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
+        ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
@@ -200,29 +205,46 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too.
-    Where none of it nor finer steps help, the motion may be one that no simulation follows: it is then tried
-    corrected by the readings."""
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too,
+    and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
     begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
     coloured = fit.noise_order > 1
     if coloured:
         begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
-    best = highest([fit, *(t.descended() for t in begun)])
+    best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
-    stepped = finer(best)
-    if stepped.score >= fit.score + STRUCTURAL_NATS:
-        return stepped
-    return highest([best, *(t.descended() for t in observed(best))])
+    return finer(best)
+
+
+def corrected(fit: JointFit, without: JointFit) -> JointFit:
+    """Where neither a port, form, pole nor finer steps helped a fit `without` them, and its noise is of high
+    order, its motion may be one that no simulation follows: corrected by the readings, if that is better."""
+    if fit.noise_order <= 1 or fit.score >= without.score + STRUCTURAL_NATS:
+        return fit
+    return in_observer_form(fit)
+
+
+def in_observer_form(fit: JointFit) -> JointFit:
+    """Corrected by the readings, if that is better and no cause explains the noise."""
+    if fit.response.cause is not None:
+        return fit
+    best = highest([fit, *raced(observed(fit), fit.score)])
+    return best if best.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def finer(fit: JointFit) -> JointFit:
+    """With laws that act several times a sample, where the noise asks for it and that is better."""
+    return within_sample(fit) if fit.point.whitener.order > 0 else fit
+
+
+def within_sample(fit: JointFit) -> JointFit:
     """With laws that act several times a sample, where that is better."""
     laws = any(e.is_own_law for e in fit.response.template)
-    if not laws or fit.response.steps > 1 or fit.point.whitener.order == 0:
+    if not laws or fit.response.steps > 1:
         return fit
-    trial = fit.finer().descended()
+    trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
     return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
@@ -267,30 +289,39 @@ def is_followed(fit: JointFit, without: JointFit) -> bool:
 
 
 def _contenders(begun: _Path) -> tuple[list[_Path], dict[str, JointFit]]:
-    """The best explanations by one label, best first, and every label's."""
+    """The best explanations by one label, best first, and every label's; simulations are held against
+    simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     trials = one_more(fit)
     settled = _settled(fit, trials)
-    paths = [replace(begun, fit=finer(one)).reread() for one in settled]
-    paths = sorted((p for p in paths if p.gained > 0), key=lambda p: -p.gained)
-    contenders = [p for p in paths if p.gained >= FOLLOWED_SHARE * paths[0].gained]
-    return contenders, {t.labels[-1]: t for t in (*trials, *settled)}
+    paths = []
+    for one in settled:
+        path = replace(begun, fit=finer(one)).reread()
+        seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
+        known = len(settled) > 1 and path.fit is one and seen is one
+        paths.append((path.gained, replace(path, fit=seen, settled=known)))
+    paths = sorted((p for p in paths if p[1].gained > 0), key=lambda p: -p[1].gained)
+    most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
+    simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
+    contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
+    same = [path.fit for _, path in paths if path.readings is begun.readings]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
 
 
 def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
-    """More effects, ports and poles as long as they pay; then what does not is taken out."""
+    """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
+    act within the sample even where the noise is white: a rival whose noise was not may have done so."""
     for _ in range(1, MOST_STEPS):
         fit = path.fit
-        best = _structural(fit)
+        best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            settled = _settled(fit, one_more(fit))
-            best = highest([best, *settled])
+            best = highest([best, *_settled(fit, one_more(fit))])
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        path = replace(path, fit=best).reread()
-    fit = pruned(delayed(pruned(path.fit)))
+        path = replace(path, fit=best, settled=False).reread()
+    fit = within_sample(pruned(delayed(pruned(path.fit))))
     say(f"pruned: {described(fit)}")
     base, fit, readings = read_again(
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import FARTHEST, Fit, fit, fitted_on
+from bayes_hw.gap.fit.free_level import without_level
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Plain, Whitener
 from bayes_hw.gap.search.screen import LARGEST_RESPONSE
@@ -61,7 +62,8 @@ def square_errors(
     errors = np.zeros(len(values))
     for record, (y, s) in enumerate(zip(measured, hypothesis.simulate_batch(values), strict=True)):
         error = np.clip(y[:, None] - s, -LARGEST_RESPONSE, LARGEST_RESPONSE)
-        errors += np.sum(whitener.whiten(error, record) ** 2, axis=0)
+        white = without_level(hypothesis, whitener, whitener.whiten(error, record), record)
+        errors += np.sum(white**2, axis=0)
     return errors
 
 

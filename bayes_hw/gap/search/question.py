@@ -50,6 +50,7 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
     inputs, measured = [record.u for record in case.train], [record.y for record in case.train]
     masks = masks_of(case.train)
     unread = None if masks is None else tuple(~mask for mask in masks)
+    free = tuple(number for number, record in enumerate(case.train) if record.has_free_level)
     builder: Builder
     if isinstance(case, Case):
         builder = chains = ChainBuilder(case.model)
@@ -60,11 +61,17 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
         builder = SimulatorBuilder(case.model)
         scale = simulator_scale(case.model, case.train, sigma)
         if not nominal > 0:
-            rough = Hypothesis(builder, scale, inputs, unread=unread)
+            rough = Hypothesis(builder, scale, inputs, unread=unread, free_levels=free)
             sigma = floor if np.isfinite(floor) else first_sigma(rough, measured)
             scale = simulator_scale(case.model, case.train, sigma)
         effects, known = effects_for(scale, inner_settings(case.model), without), set(STOCHASTIC_ON_OUTPUT)
     known |= {effect.label for effect in effects}
     labels = [label for label in LABEL_BLOCKS if label in known - without]
     labels += sorted(known - without - set(labels))
-    return Question(Hypothesis(builder, scale, inputs, unread=unread), measured, effects, labels, nominal)
+    return Question(
+        Hypothesis(builder, scale, inputs, unread=unread, free_levels=free),
+        measured,
+        effects,
+        labels,
+        nominal,
+    )

@@ -18,6 +18,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.free_level import level_columns
 from bayes_hw.gap.noise.spectra import standing_out
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.period_scan import scan_periods
@@ -84,7 +85,11 @@ class Screen:
 
     def __init__(self, base: Fit, whitener: Whitener, positions: Sequence[FloatArray] | None = None) -> None:
         self.base, self.whitener, self.positions = base, whitener, positions
-        self.tangents, _ = np.linalg.qr(self._white(base.jacobians))
+        levels = level_columns(base.hypothesis, whitener, [len(e) for e in base.residuals])
+        tangents = self._white(base.jacobians)
+        self.tangents, _ = np.linalg.qr(
+            np.concatenate([tangents, levels], axis=1) if levels.size else tangents
+        )
         self.residual = self._projected(self._white([e[:, None] for e in base.residuals]))[:, 0]
 
     def beside(self, response: FloatArray) -> Screen:

@@ -109,9 +109,7 @@ class CascadeResponse:
 
     @cached_property
     def _outermost_limits(self) -> tuple[float, float]:
-        commands = np.sort(np.concatenate([record.u for record in self.records]))
-        beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
-        return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
+        return outermost_limits(self.records)
 
     def pole_rows(self) -> list[int]:
         """Positions of pole and reflection coordinates."""
@@ -279,3 +277,10 @@ def dead_zone(w: FloatArray, half_width: float) -> FloatArray:
 
 def _inverse(value: float) -> float:
     return float(np.arctanh(np.clip(value, -MAX_REFLECTION, MAX_REFLECTION)))
+
+
+def outermost_limits(records: Sequence[Record]) -> tuple[float, float]:
+    """Lower and upper limit that clip as few samples as a descent allows."""
+    commands = np.sort(np.concatenate([record.u for record in records]))
+    beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
+    return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)

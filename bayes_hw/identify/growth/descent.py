@@ -25,6 +25,8 @@ SMALL_GAIN_NATS = 1.0
 CONVERGED_NATS = 0.02
 """A descent ends when a step with fresh noise gains less log-likelihood than this."""
 
+MOST_CUT = 0.5
+"""Share of a coordinate's step that its bounds may take off before it is held and the others go alone."""
 
 LARGEST_DERIVATIVE = 1e140
 """The squares of larger ones are not finite: a trial on its way out of any sense."""
@@ -176,6 +178,33 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     return factor
 
 
+def normal_matrix(response: Response, point: Point) -> FloatArray:
+    """R'R (size + 1, size + 1) of `triangular_factor`'s R, without holding all derivatives.
+
+    It loses half of R's digits, which a step damped by LEAST_DAMPING or more does not need.
+    """
+    found: FloatArray | None = None
+    shapes = response.level_shapes
+    blocks = response.linearise(point.coordinates, point.whitener.order)
+    for rows, first, measured in with_level_rows(blocks, shapes):
+        block = point.whitener.apply(rows, first, measured)
+        with np.errstate(all="ignore"):
+            products = block @ block.T
+        found = products if found is None else found + products
+    assert found is not None
+    if not np.isfinite(found).all():
+        raise FloatingPointError("derivatives are not finite, or their squares are not")
+    if levels := len(free_levels(shapes)):
+        # A level is seen in its own record alone.
+        across = found[:levels, levels:]
+        found = found[levels:, levels:] - across.T @ (across / np.diag(found)[:levels, None])
+    if isinstance(response, PriorResponse):
+        known = response.prior_precision() * (found[-1, -1] / point.samples)
+        towards = np.column_stack([np.eye(len(known)), -point.coordinates])
+        found += towards.T @ (known[:, None] * towards)
+    return found
+
+
 def descend(response: Response, start: Point, steps: int, order: int | None = None) -> Point:
     """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
 
@@ -183,23 +212,25 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
-    point, damping, accepted = start, FIRST_DAMPING, 0
+    point, damping, accepted, fresh, converged = start, FIRST_DAMPING, 0, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
-    while accepted < steps:
+    while accepted < steps and not converged:
         moved = _step(response, point, damping)
         if moved is None:
             break
         gained = moved[0].log_likelihood - point.log_likelihood
         point, damping = moved
         accepted += 1
-        if accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS:
+        fresh = accepted % STEPS_BETWEEN_NOISE == 0 or gained < SMALL_GAIN_NATS
+        if fresh:
             point = _with_fresh_noise(response, point, order)
-            if point.log_likelihood - reference < CONVERGED_NATS:
-                return replace(_with_fresh_noise(response, point), converged=order is None)
+            converged = point.log_likelihood - reference < CONVERGED_NATS
             reference = point.log_likelihood
-    return replace(_with_fresh_noise(response, point), converged=accepted < steps and order is None)
+    if not fresh or order is not None:
+        point = _with_fresh_noise(response, point)
+    return replace(point, converged=(converged or accepted < steps) and order is None)
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:
@@ -213,31 +244,53 @@ def _with_fresh_noise(response: Response, point: Point, order: int | None = None
 
 
 def _step(response: Response, point: Point, damping: float) -> tuple[Point, float] | None:
-    """The next point and its damping, or None where no step gains."""
+    """The next point and its damping, or None where no step gains, or none promises as much as ends a
+    descent."""
     try:
-        factor = triangular_factor(response, point)
+        products = normal_matrix(response, point)
     except FloatingPointError:
         return None
-    size = len(point.coordinates)
-    matrix, target = factor[:size, :size], factor[:size, size]
-    norms = np.sqrt(np.sum(matrix**2, axis=0))
+    norms = np.sqrt(np.diag(products)[:-1])
     norms[norms == 0] = 1.0
-    scaled = matrix / norms
+    scaled, target = products[:-1, :-1] / np.outer(norms, norms), products[:-1, -1] / norms
     while damping < LARGEST_DAMPING:
-        system = np.concatenate([scaled, np.sqrt(damping) * np.eye(size)])
-        right = np.concatenate([target, np.zeros(size)])
-        solution = np.linalg.lstsq(system, right, rcond=None)[0] / norms
-        coordinates = response.admissible(point.coordinates + solution, point.coordinates)
-        with np.errstate(all="ignore"):
-            residuals = residuals_at(response, coordinates, point.whitener)
-            tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
-            gained = all(np.isfinite(e).all() for e in tried.known)
-            if gained:
-                reached = point.whitener.log_likelihood(residuals, point.masks)
-                reached += log_prior(response, coordinates)
-                gained = reached > point.log_likelihood
-        if gained:
-            moved = replace(tried, log_likelihood=reached)
+        try:
+            step, promised = _solved(scaled, target, damping)
+        except linalg.LinAlgError:
+            damping *= 4
+            continue
+        share = min(promised / products[-1, -1], 1 - 1e-12)
+        if -0.5 * point.samples * np.log1p(-share) < CONVERGED_NATS:
+            return None
+        step /= norms
+        coordinates = response.admissible(point.coordinates + step, point.coordinates)
+        moved = _moved(response, point, coordinates)
+        cut = np.abs(coordinates - point.coordinates - step) > MOST_CUT * np.abs(step)
+        if moved is None and cut.any() and not cut.all():
+            # What hardly acts goes as far as it may: without it the others' step may gain.
+            step[cut], free = 0.0, np.ix_(~cut, ~cut)
+            step[~cut] = _solved(scaled[free], target[~cut], damping)[0] / norms[~cut]
+            coordinates = response.admissible(point.coordinates + step, point.coordinates)
+            moved = _moved(response, point, coordinates)
+        if moved is not None:
             return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
+
+
+def _solved(matrix: FloatArray, target: FloatArray, damping: float) -> tuple[FloatArray, float]:
+    """The damped step (size,) and how much the sum of squares would fall if all were linear."""
+    factor = linalg.cho_factor(matrix + damping * np.eye(len(target)), check_finite=False)
+    solution = linalg.cho_solve(factor, target, check_finite=False)
+    return solution, float(solution @ (2 * target - matrix @ solution))
+
+
+def _moved(response: Response, point: Point, coordinates: FloatArray) -> Point | None:
+    """The point at other coordinates under the same noise, or None where it is no likelier."""
+    with np.errstate(all="ignore"):
+        residuals = residuals_at(response, coordinates, point.whitener)
+        tried = replace(point, coordinates=coordinates, residuals=residuals, converged=False)
+        if not all(np.isfinite(e).all() for e in tried.known):
+            return None
+        reached = point.whitener.log_likelihood(residuals, point.masks) + log_prior(response, coordinates)
+    return replace(tried, log_likelihood=reached) if reached > point.log_likelihood else None

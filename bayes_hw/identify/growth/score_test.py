@@ -93,7 +93,7 @@ class Residual:
         power = np.sum(flat**2, axis=1).reshape(groups, width)
         products = (flat @ self.residual).reshape(groups, width)
         inside = inside.reshape(groups, width, -1)
-        gram = np.einsum("gis,gjs->gij", columns, columns) - np.einsum("giq,gjq->gij", inside, inside)
+        gram = columns @ columns.transpose(0, 2, 1) - inside @ inside.transpose(0, 2, 1)
         scale = np.sqrt(np.maximum(power, np.finfo(float).tiny))
         gram /= scale[:, :, None] * scale[:, None, :]
         gram += SINGULAR * np.eye(width)

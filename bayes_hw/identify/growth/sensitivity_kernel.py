@@ -13,6 +13,9 @@ from __future__ import annotations
 
 from numba import njit
 
+WHITENED_AT_ONCE = 512
+"""Samples of a row, which are whitened by all coefficients before the next."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue):  # type: ignore[no-untyped-def]
@@ -115,37 +118,45 @@ def filtered_pole(v, pole, once):  # type: ignore[no-untyped-def]
         x = v[k] + pole * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untyped-def]
     """Innovations of every row of `rows` (n, samples) from sample `first` on, `result` (n, samples - first).
 
     `coefficients` (p + 1, p) holds the predictors of all orders up to p and `scales` (p + 1,) what their
     innovations are divided by: before p samples have passed the predictor of that order is taken, which makes
-    the likelihood exact. `first` is 0 at the start of a record, at least p later.
+    the likelihood exact. `first` is 0 at the start of a record, at least p later. A row is gone through by
+    blocks that stay in the nearest cache, eight coefficients at a time.
     """
-    order = len(scales) - 1
+    order, length = len(scales) - 1, rows.shape[1]
+    eights = order - order % 8
     for c in range(rows.shape[0]):
         row, out = rows[c], result[c]
         begin = first
-        while begin < min(order, len(row)):
+        while begin < min(order, length):
             value = row[begin]
             for i in range(begin):
                 value -= coefficients[begin, i] * row[begin - 1 - i]
             out[begin - first] = value / scales[begin]
             begin += 1
-        for k in range(begin, len(row)):
-            out[k - first] = row[k]
-        fours = order - order % 4
-        for i in range(0, fours, 4):
-            p0, p1 = coefficients[order, i], coefficients[order, i + 1]
-            p2, p3 = coefficients[order, i + 2], coefficients[order, i + 3]
-            for k in range(begin, len(row)):
-                near = p0 * row[k - 1 - i] + p1 * row[k - 2 - i]
-                out[k - first] -= near + p2 * row[k - 3 - i] + p3 * row[k - 4 - i]
-        for i in range(fours, order):
-            phi = coefficients[order, i]
-            for k in range(begin, len(row)):
-                out[k - first] -= phi * row[k - 1 - i]
+        while begin < length:
+            end = min(begin + WHITENED_AT_ONCE, length)
+            block = out[begin - first : end - first]
+            block[:] = row[begin:end]
+            for i in range(0, eights, 8):
+                p0, p1 = coefficients[order, i], coefficients[order, i + 1]
+                p2, p3 = coefficients[order, i + 2], coefficients[order, i + 3]
+                p4, p5 = coefficients[order, i + 4], coefficients[order, i + 5]
+                p6, p7 = coefficients[order, i + 6], coefficients[order, i + 7]
+                past = row[begin - 8 - i : end]
+                for k in range(len(block)):
+                    near = (p0 * past[k + 7] + p1 * past[k + 6]) + (p2 * past[k + 5] + p3 * past[k + 4])
+                    far = (p4 * past[k + 3] + p5 * past[k + 2]) + (p6 * past[k + 1] + p7 * past[k])
+                    block[k] -= near + far
+            for i in range(eights, order):
+                phi, past = coefficients[order, i], row[begin - 1 - i : end]
+                for k in range(len(block)):
+                    block[k] -= phi * past[k]
+            begin = end
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -80,6 +80,19 @@ def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
         assert found.confusable == ((("friction", rival),) if lead == 5.0 else ())
 
 
+def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
+    """Four labels equally good have equal probabilities, and the answer is no less likely than a rival."""
+    equal = dict.fromkeys(("sensor_drift", "gain_drift", "command_bias"), 250.0)
+    found = _decided({"gain_asymmetry": 250.0}, rivals=equal)
+    shares = [found.probability[label] for label in ("gain_asymmetry", *equal)]
+    np.testing.assert_allclose(shares, shares[0])
+    behind = {label: 250.0 - 4 * i for i, label in enumerate(equal)}
+    turned = dict(reversed(behind.items()))
+    first, second = (_decided({"gain_asymmetry": 252.0}, rivals=r).probability for r in (behind, turned))
+    assert first == pytest.approx(second)
+    assert first["gain_asymmetry"] == max(first.values())
+
+
 def test_readings_and_a_law_without_a_name() -> None:
     assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
     assert _decided({"other": 300.0}).answer == ("other",)

@@ -9,7 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale, torque
+from joint_axis import (
+    CASCADE,
+    SIGMA,
+    STRUCTURE,
+    command,
+    form,
+    measured,
+    record,
+    response_with,
+    scale,
+    torque,
+)
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint import joint_search
@@ -99,3 +110,22 @@ def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
     unused: Any = None
     assert _Path(fit, unused, unused).begun_with == "other"
     assert _Path(alone, unused, unused).begun_with == "wind"
+
+
+def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
+    """Steps are not sought there on the way, since the noise asks for nothing, but at the end: a rival whose
+    noise was coloured may have had them."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.01,), 0.1)
+    coarse, values = response_with((rub,), SAMPLES)
+    axis = replace(coarse, steps=4)
+    records = []
+    for seed in (1, 2):
+        noise = 0.7 * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+        records.append(record(axis.simulate(values, command(SAMPLES, seed)).y + noise, seed))
+    response = replace(coarse, records=records)
+    fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()
+    assert fit.noise_order == 0
+    assert joint_search.finer(fit) is fit
+    stepped = joint_search.within_sample(fit)
+    assert stepped.response.steps == 4
+    assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
