@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_files import write_axis
+from drawn_posterior import posterior_of
 
 from bayes_hw.cli import main
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -79,6 +80,21 @@ def test_simulation_is_written_in_the_units_asked_for() -> None:
     for name in ("u", "y", "w", "y_model"):
         np.testing.assert_allclose(asked[name], plain[name] * RAD, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(asked["t"], plain["t"])
+
+
+@pytest.mark.usefixtures("folder")
+def test_prediction_is_written_in_the_units_asked_for(small_axis: HammersteinWiener) -> None:
+    posterior_of(small_axis).write(Path("posterior"))
+    named = ["predict", "--posterior", "posterior", "train_1.csv"]
+    assert main([*named, "--out", "deg.csv"]) == 0
+    content = Path("train_1.csv").read_text()
+    Path("stated.csv").write_text(content.replace("t,u,y", "t [s],u [deg/s],y [deg]", 1))
+    named[-1] = "stated.csv"
+    assert main([*named, "--output-unit", "rad", "--out", "asked.csv"]) == 0
+    plain, asked = (np.genfromtxt(name, delimiter=",", names=True) for name in ("deg.csv", "asked.csv"))
+    np.testing.assert_allclose(asked["u"], plain["u"])
+    for name in ("y", "mean", "lo", "hi"):
+        np.testing.assert_allclose(asked[name], plain[name] * RAD, rtol=1e-9, atol=1e-12)
 
 
 def test_simulation_in_a_unit_of_something_else_is_refused(
