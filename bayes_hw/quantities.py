@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+import shlex
 from typing import TYPE_CHECKING, Any
 
 from bayes_hw.errors import InputError
@@ -117,6 +118,19 @@ def speed_of(output: str, command: str) -> float | None:
         return conversion(command, f"({output})/s")
     except InputError:
         return None
+
+
+def mixed(output: str, command: str) -> str | None:
+    """What an output in one unit beside a command in a multiple of another may be told as; None where they
+    agree, or where one of them is no angle."""
+    factor = speed_of(output, command)
+    turned = command.removesuffix("/s")
+    if factor in (None, 1.0) or turned == command or "at the" in command:
+        return None
+    return (
+        f"the command is in {command} and the output in {output}, and both are taken so; "
+        f"--output-unit {shlex.quote(turned)} converts the output to {turned}"
+    )
 
 
 @functools.cache

@@ -14,8 +14,27 @@ from simulated_records import measured
 import bayes_hw as hw
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
+from bayes_hw.first_look.look import Look, look
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
+from bayes_hw.report.look.page import to_html, write
+
+DRAWN_TEXT = """(async () => {
+  const texts = new Map(), ink = CanvasRenderingContext2D.prototype, fill = ink.fillText;
+  ink.fillText = function (text, x, y, ...rest) {
+    if (!texts.has(this.canvas)) texts.set(this.canvas, { ticks: [], labels: [] });
+    const { ticks, labels } = texts.get(this.canvas), width = this.measureText(text).width;
+    if (this.getTransform().b !== 0) labels.push(this.canvas.height - width);
+    else if (this.textAlign === "right") ticks.push(x - width);
+    fill.call(this, text, x, y, ...rest);
+  };
+  draw();
+  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(0))));
+  const all = [...texts.values()], aside = one => one.ticks.map(left => left - (one.labels.length ? 20 : 0));
+  return [all.flatMap(aside), all.flatMap(one => one.labels)];
+})()"""
+"""Draws all plots anew. Room in pixels left of every tick of an axis of values, beside its label; and
+what the height of its canvas leaves to every upright label."""
 
 SIDEWAYS = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
@@ -116,6 +135,38 @@ def test_page_draws_offline_and_zooms(folder: Path, browser: Browser, width: int
     shown = browser.evaluate("drawn.slice(0, 3).map(one => one.scales.x.max - one.scales.x.min)")
     assert shown[0] < 0.8 * whole
     assert max(shown) - min(shown) < 1e-9 * whole
+
+
+@pytest.fixture(scope="module")
+def in_radians(small_axis: HammersteinWiener) -> Look:
+    """An axis whose angle is in rad, of a command that never meets its limits and hardly reverses."""
+    plain = measured(small_axis, 1500, seed=1)
+    u = 0.05 + 0.01 * np.sin(0.3 * plain.t)
+    y = np.deg2rad(np.cumsum(u) / 20 + 1e-4 * np.random.default_rng(1).standard_normal(1500))
+    return look([Record("rad", plain.t, u, y, 20.0, hw.Units(output="rad"))])
+
+
+@pytest.mark.parametrize("width", [390, 1200])
+def test_labels_and_ticks_have_their_place(
+    in_radians: Look, tmp_path: Path, browser: Browser, width: int
+) -> None:
+    """Beside the plot no label is longer than it is high, and no tick wider than its axis."""
+    write(in_radians, tmp_path)
+    browser.open(tmp_path / "report.html", width=width)
+    ticks, labels = browser.evaluate(DRAWN_TEXT)
+    assert len(ticks) > 20 and min(ticks) >= 0
+    assert len(labels) > 4 and min(labels) >= 0
+    named = browser.evaluate("[...document.querySelectorAll('.axis-label')].map(one => one.textContent)")
+    assert ("output over command, rad/(deg/s)" in named) == (width == 390)
+
+
+def test_page_names_what_it_has_met(in_radians: Look) -> None:
+    page = to_html(in_radians)
+    assert 'within the limits"' not in page and "as recorded" not in page
+    assert "reverses never" not in page and "1 times" not in page
+    lacking = in_radians.advice.sentence.partition("lack ")[2]
+    assert "lower limit of the command" in lacking and "dead zone and play" in lacking
+    assert len(in_radians.advice.cannot_show) == lacking.count(",") + 1 + lacking.count(" and the ")
 
 
 @pytest.mark.parametrize("kind", ["stuck", "without noise", "short"])

@@ -19,7 +19,7 @@ from bayes_hw.commands.checking import checked, say_check, structure_in, write_c
 from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
-from bayes_hw.commands.records import axis_name, records_of
+from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.csv_output import write_csv
@@ -220,7 +220,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
     (record,) = given.records
     started = started_as(posterior, start_of_prediction(parsed.start, given.start))
     prediction = predict(started, record, np.random.default_rng(parsed.seed))
-    write_prediction(out, prediction)
+    write_csv(out, in_asked_units(parsed, prediction.columns(), record.units))
     if not posterior.converged:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
     warn_of_refuted(posterior)
@@ -242,7 +242,8 @@ def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping
     mean, low, high = predict_corrected(corrected, record.u, record.known)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
-    write_csv(out, columns | {name: band + record.origin for name, band in bands.items()})
+    columns |= {name: band + record.origin for name, band in bands.items()}
+    write_csv(out, in_asked_units(parsed, columns, record.units))
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:

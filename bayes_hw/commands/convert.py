@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bayes_hw.commands.options import add_common, add_output, add_record_options
 from bayes_hw.errors import InputError
+from bayes_hw.units import Units
+
+if TYPE_CHECKING:
+    from bayes_hw.record import Record
 
 NAME = "convert"
 SUMMARY = "a record or a model in another format: .csv, .mat, .h5, .parquet; .json, .mat"
@@ -67,7 +73,21 @@ def run(parsed: argparse.Namespace) -> None:
             say(treatment)
         for finding in record.findings():
             warn(f"{source}: {finding}")
-    say_next(parsed, "report", *map(str, targets), "--out", "axis/")
+    say_next(parsed, "report", *map(str, targets), *options_of(records), "--out", "axis/")
+
+
+def options_of(records: Sequence[Record]) -> list[str]:
+    """What has to be said to read the files of `records` again: units that a header t,u,y does not say,
+    unmeasured samples, further columns."""
+    first, plain = records[0], Units()
+    units = (
+        ("--input-unit", first.units.input, plain.input),
+        ("--output-unit", first.units.output, plain.output),
+    )
+    found = [part for option, held, usual in units if held != usual for part in (option, held)]
+    if any(record.has_output and record.measured is not None for record in records):
+        found += ["--gaps", "bridge"]
+    return [*found, *(part for name in first.known for part in ("--known", name))]
 
 
 def numbered(out: Path, count: int) -> list[Path]:

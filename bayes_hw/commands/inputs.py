@@ -8,9 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bayes_hw.commands.speech import warn
+from bayes_hw.commands.speech import note, warn
 from bayes_hw.entrance import scale_finding
 from bayes_hw.errors import InputError, storable_text
+from bayes_hw.inspection.mends import mixed_units
 from bayes_hw.record import Columns, ReadingOptions, Record, Units
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ def read_records(
                 if finding.kind != "inverted" or not is_compared(parsed):
                     warn(f"{record.source or record.name}: {finding}")
             records.append(record)
+    if units is None and records and parsed.output_unit is None and (said := mixed_units(records[0])):
+        note(f"{records[0].name}: {said}")
     return records
 
 

@@ -13,8 +13,8 @@ EXAMPLE = "bayes-hw inspect night_0314.csv"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """One file; options answer what it asks."""
-    parser.add_argument("source", metavar="FILE", help="a log of any format that is read")
+    """Files, one after the other; options answer what they ask."""
+    parser.add_argument("sources", metavar="FILE", nargs="+", help="a log of any format that is read")
     add_record_options(parser)
     add_common(parser)
 
@@ -28,13 +28,14 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.inspection.inspected_file import inspect_file
     from bayes_hw.record_files import checked_file
 
-    path = Path(parsed.source)
-    checked_file(path)
-    found = inspect_file(path, reading_options(parsed, needs_output=False))
-    for line in found.lines:
-        say(line)
-    if found.questions:
-        raise InputError(f"{path}: {found.questions[0].removeprefix(f'{path}: ')}")
-    say("to read it:")
-    say(f"  {found.command(path, 'convert', f'{path.stem}_record.csv')}")
-    say(f"  {found.command(path, 'identify', f'{path.stem}_model/')}")
+    options = reading_options(parsed, needs_output=False)
+    for path in map(Path, parsed.sources):
+        checked_file(path)
+        found = inspect_file(path, options)
+        for line in found.lines:
+            say(line)
+        if found.questions:
+            raise InputError(f"{path}: {found.questions[0].removeprefix(f'{path}: ')}")
+        say("to read it:")
+        say(f"  {found.command(path, 'convert', f'{path.stem}_record.csv')}")
+        say(f"  {found.command(path, 'identify', f'{path.stem}_model/')}")

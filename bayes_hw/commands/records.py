@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.commands.inputs import read_records
 from bayes_hw.commands.speech import note
 from bayes_hw.entrance import SimulatedAxis, enter
 from bayes_hw.posing import Posed, rested
-from bayes_hw.record import Record
+from bayes_hw.quantities import conversion, with_step
+from bayes_hw.record import Record, Units
 
 
 def axis_name(records: Sequence[str]) -> str:
@@ -18,6 +20,27 @@ def axis_name(records: Sequence[str]) -> str:
     folders = {Path(record).resolve().parent for record in records}
     name = folders.pop().name if len(folders) == 1 else ""
     return name or Path(records[0]).stem
+
+
+def in_asked_units(
+    parsed: argparse.Namespace, columns: Mapping[str, FloatArray], units: Units
+) -> dict[str, FloatArray]:
+    """Columns to be written, which are in the model's `units`, in those of --input-unit and --output-unit:
+    what goes in comes out.
+
+    Raises InputError where they measure something else.
+    """
+    factors = {
+        role: 1.0 if asked is None else conversion(held, with_step(asked)[1])
+        for role, asked, held in (
+            ("u", parsed.input_unit, units.input),
+            ("y", parsed.output_unit, units.output),
+        )
+    }
+    return {
+        name: values if name == "t" else values * factors["u" if name == "u" else "y"]
+        for name, values in columns.items()
+    }
 
 
 def records_of(

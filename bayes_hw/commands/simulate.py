@@ -39,7 +39,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     from bayes_hw.commands.inputs import add_known_inputs
     from bayes_hw.commands.next_step import reading_options, say_next
-    from bayes_hw.commands.records import records_of
+    from bayes_hw.commands.records import in_asked_units, records_of
     from bayes_hw.commands.speech import say
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
@@ -64,7 +64,8 @@ def run(parsed: argparse.Namespace) -> None:
     if not np.isfinite(simulation.w).all():
         raise InputError(f"{parsed.model}: its response overflows; check linear.gain and the zeros")
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
-    write_csv(out, columns | {"w": simulation.w + record.origin, "y_model": simulation.y + record.origin})
+    columns |= {"w": simulation.w + record.origin, "y_model": simulation.y + record.origin}
+    write_csv(out, in_asked_units(parsed, columns, record.units))
     say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
     again = reading_options(parsed)
     if corrected is None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bayes_hw.first_look.response import MeasuredResponse
+from bayes_hw.first_look.ripple import Ripple
 from bayes_hw.record import Record
 
 if TYPE_CHECKING:
@@ -29,16 +31,16 @@ class Advice:
     record_next: tuple[str, ...]
 
     def __str__(self) -> str:
-        """A line each: the sum, what is not shown, what to record next."""
-        missing = [f"not shown: {item}" for item in self.cannot_show]
-        return "\n".join([self.sentence, *missing, *(f"record next: {item}" for item in self.record_next)])
+        """A line each: the sum, what is shown, what is not, what to record next."""
+        parts = (("shown", self.shows), ("not shown", self.cannot_show), ("record next", self.record_next))
+        return "\n".join([self.sentence, *(f"{name}: {item}" for name, items in parts for item in items)])
 
 
 def advice(look: Look) -> Advice:
     """From the measures of a look."""
     records, statics, response = look.records, look.statics, look.response
     delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
-    noise_sigma = look.noise_sigma
+    repeated = look.repeated
     units = records[0].units
     shows, cannot, following = [], [], []
     for name, limit, share in (
@@ -56,17 +58,28 @@ def advice(look: Look) -> Advice:
         following.append("A sweep or steps whose command exceeds both limits, to both sides.")
     if statics.half_width is not None:
         shows.append(f"A dead zone of half width about {statics.half_width:.2g} {units.output}.")
-    elif reversals < FEW_REVERSALS:
-        cannot.append(
-            f"Dead zone and play: the axis reverses {reversals} times; some ten reversals show them."
+    behind = repeated.hysteresis
+    if behind is not None and repeated.shown_hysteresis is not None:
+        shows.append(
+            f"Hysteresis: by direction of motion the angle stays behind by {-behind.half_width:.2g} "
+            f"{units.output} either way, as play or friction make it, in {behind.reversals} "
+            "reversals between longer strokes."
         )
+    elif statics.half_width is None and reversals < FEW_REVERSALS:
+        cannot.append(f"Dead zone and play: the axis {reverses(reversals)}; some ten reversals show them.")
         following.append(
             "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
         )
-    else:
+    elif statics.half_width is None and statics.bound is not None:
+        bound = max(statics.bound, 0.0 if behind is None else behind.bound)
+        name = "dead zone" if behind is None else "dead zone or hysteresis"
+        if behind is None:
+            cannot.append("Hysteresis apart from a lag: strokes of a second or more, at two speeds, show it.")
+            following.append("Slow triangles at two speeds, for hysteresis by direction of motion.")
         shows.append(
-            f"No dead zone larger than the noise, {noise_sigma:.2g} {units.output}, in {reversals} reversals."
+            f"No {name} of half width above {bound:.2g} {units.output} (94 %), in {reversals} reversals."
         )
+    shows += [_ripple(ripple, units.output, look.turn) for ripple in repeated.ripples]
     band = coherent_band(response)
     if band is None:
         cannot.append(
@@ -122,8 +135,35 @@ def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | N
     if not cannot:
         return "These records are good to identify from: limits, dead zone, response and delay all show."
     return (
-        f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them; "
-        "what they cannot show, and what to record next, is below."
+        f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them, and lack "
+        f"{listed([short_name(item) for item in cannot])}."
+    )
+
+
+def short_name(item: str) -> str:
+    """What a sentence of `Advice.cannot_show` is about."""
+    name = item.partition(":")[0].partition(" is not met")[0].partition(" closer than")[0]
+    return name[0].lower() + name[1:]
+
+
+def listed(names: Sequence[str]) -> str:
+    """One, two and three."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def reverses(count: int) -> str:
+    """How often the axis does, in words for few."""
+    if count == 0:
+        return "never reverses"
+    return "reverses " + {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+def _ripple(ripple: Ripple, unit: str, turn: float | None) -> str:
+    a_turn = "" if turn is None else f", {turn / ripple.period:.4g} to the turn"
+    return (
+        f"An error periodic in the angle: amplitude {ripple.amplitude:.2g} {unit}, period "
+        f"{ripple.period:.3g} {unit}{a_turn}, over {ripple.visits} passages: cogging, gear mesh or the "
+        "encoder."
     )
 
 

@@ -25,9 +25,16 @@ from bayes_hw.first_look.motion import (
     reversals,
     speed_map,
 )
-from bayes_hw.first_look.noise import NoiseSpectrum, drift, noise_spectrum, resolution, white_sigma
+from bayes_hw.first_look.noise import (
+    NoiseSpectrum,
+    drift,
+    noise_spectrum,
+    quiet_sigma,
+)
+from bayes_hw.first_look.repeated import RepeatedError, errors_of, repeated_error
 from bayes_hw.first_look.response import MeasuredResponse, measured_response
 from bayes_hw.first_look.statics import Statics, statics
+from bayes_hw.inspection.reading_step import resolution, white_sigma
 from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -52,12 +59,14 @@ class Look:
 
     `origins` are the angles that count as zero. `errors` are outputs less what the linear response to the
     command within its limits explains, up to a constant, a slope and a factor. `response`, `noise`, `delay`
-    are None where the records are too short or the command never moves.
+    are None where the records are too short or the command never moves. `repeated` is the part of the errors
+    that goes with the direction of motion and with the angle; `noise_sigma` is the noise beside it.
     """
 
     records: tuple[Record, ...]
     origins: tuple[float, ...]
     errors: tuple[FloatArray, ...]
+    repeated: RepeatedError
     statics: Statics
     response: MeasuredResponse | None
     noise: NoiseSpectrum | None
@@ -78,6 +87,11 @@ class Look:
     @property
     def duration_s(self) -> float:
         return sum(record.duration_s for record in self.records)
+
+    @property
+    def turn(self) -> float | None:
+        """A whole turn in the output's unit, where it has one."""
+        return TURNS.get(self.records[0].units.output)
 
     def __repr__(self) -> str:
         return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
@@ -118,6 +132,8 @@ class Look:
             "saturation": {"lower": self.statics.lower, "upper": self.statics.upper}
             | {"share_at_lower": self.at_limits[0], "share_at_upper": self.at_limits[1]},
             "dead_zone": {"half_width": self.statics.half_width},
+            "hysteresis": None if self.repeated.hysteresis is None else self.repeated.hysteresis.to_dict(),
+            "ripples": [asdict(ripple) for ripple in self.repeated.ripples],
             "reversals": self.reversals,
             "distortion": None if self.distortion is None else asdict(self.distortion),
             "closed_loop": None
@@ -171,29 +187,30 @@ def _seen(records: Sequence[Record]) -> Look:
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
     opened = [found.opened(k, y) for k, y in enumerate(outputs)]
-    noise = noise_spectrum(response.linear) if response else None
-    sigma = noise.sigma if noise and noise.sigma > 0 else white
+    repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
+    noise, sigma = _noise(outputs, commands, rate, response, repeated, white)
     lag = delay(opened, limited, rate, found.seen)
-    errors = tuple(_error(y, found, k) for k, y in enumerate(outputs))
+    errors = errors_of(outputs, found)
     longest = max(range(len(records)), key=lambda k: len(records[k]))
     return Look(
         records=tuple(records),
         origins=origins,
         errors=errors,
+        repeated=repeated,
         statics=found,
         response=response,
         noise=noise,
         noise_sigma=sigma,
         white_sigma=min(white, sigma),
-        resolution=resolution([record.y for record in records], sigma),
+        resolution=resolution([record.y for record in records], white),
         delay=lag,
         drift_per_hour=drift(errors[longest], rate),
-        distortion=distortion(errors, commands, rate),
-        feedback=feedback(errors, commands, rate),
+        distortion=distortion(repeated.left, commands, rate),
+        feedback=feedback(repeated.left, commands, rate),
         speed=speed_map(outputs, commands, rate, lag.mean if lag else 0.0),
         position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
         regimes=regimes(outputs, commands, rate, sigma),
-        reversals=sum(reversals(y, max(6 * sigma, 0.02 * float(np.ptp(y)))) for y in outputs),
+        reversals=sum(reversals(y, max(6 * white, 0.02 * float(np.ptp(y)))) for y in outputs),
         at_limits=_at_limits(found, np.concatenate(commands)),
         known=known_columns(records, errors, rate),
     )
@@ -224,12 +241,22 @@ def _origin(record: Record, white: float) -> float:
     return 0.0 if abs(begin) <= AT_ZERO * white else begin
 
 
-def _error(y: FloatArray, found: Statics, record: int) -> FloatArray:
-    if not found.undisturbed:
-        return y - y.mean()
-    predicted = found.predicted(record)
-    table = np.column_stack([np.ones(len(y)), np.linspace(-1, 1, len(y)), predicted])
-    return np.asarray(y - table @ np.linalg.lstsq(table, y, rcond=1e-10)[0])
+def _noise(
+    outputs: Sequence[FloatArray],
+    commands: Sequence[FloatArray],
+    sample_rate_hz: float,
+    response: MeasuredResponse | None,
+    repeated: RepeatedError,
+    white: float,
+) -> tuple[NoiseSpectrum | None, float]:
+    """Its spectrum, and its standard deviation beside what repeats."""
+    if repeated.is_seen:
+        cleaned = [y - part for y, part in zip(outputs, repeated.part, strict=True)]
+        response = measured_response(cleaned, commands, sample_rate_hz, repeated.statics)
+    noise = noise_spectrum(response.linear) if response else None
+    sigma = noise.sigma if noise and noise.sigma > 0 else white
+    quiet = quiet_sigma(repeated.left, sample_rate_hz) if repeated.is_seen else 0.0
+    return noise, min(sigma, quiet) if quiet > 0 else sigma
 
 
 def _response(response: FrequencyResponse | None) -> dict[str, list[float | None]]:

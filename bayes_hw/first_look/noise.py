@@ -1,4 +1,4 @@
-"""The noise of the output: its size, its spectrum, the step it is read in, its drift."""
+"""The noise of the output: its size, its spectrum, its drift."""
 
 from __future__ import annotations
 
@@ -13,11 +13,8 @@ from bayes_hw.first_look.frequency_response import FrequencyResponse
 FIRST_LINES = 4
 """Frequencies at the low end that are left out of the noise's size: there drift is not noise."""
 
-LATTICE_TOLERANCE = 0.02
-"""Largest distance of a reading from its step, in steps, mean square root."""
-
-INVISIBLE = 0.05
-"""A decimal step below this share of the noise is how the file was printed."""
+STRETCH_S = 2.0
+"""Length of the stretches over which noise is told from errors that repeat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,48 +41,20 @@ def noise_spectrum(response: FrequencyResponse) -> NoiseSpectrum:
     return NoiseSpectrum(response.frequency_hz, response.noise_density / response.rate_factor**2)
 
 
-def white_sigma(outputs: Sequence[FloatArray]) -> float:
-    """Standard deviation of white noise whose third differences have the median seen."""
-    third = np.concatenate([np.diff(y, 3) for y in outputs])
-    return 1.4826 * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
-
-
-def resolution(outputs: Sequence[FloatArray], sigma: float) -> float | None:
-    """The step of which all readings of an output are multiples, None where there is none.
-
-    A step of one decimal far below the noise is how the file was printed, not how the angle was read.
+def quiet_sigma(errors: Sequence[FloatArray], sample_rate_hz: float) -> float:
+    """Standard deviation within STRETCH_S about a straight line: the median over the quieter half of all such
+    stretches, so that what a stretch holds besides noise does not count; 0 where records are shorter.
     """
-    steps = [step for y in outputs if (step := _lattice(y)) is not None]
-    if len(steps) < len(outputs):
-        return None
-    step = min(steps)
-    decimals = np.log10(step)
-    printed = abs(decimals - round(decimals)) < 1e-4
-    return None if printed and step < INVISIBLE * sigma else float(step)
-
-
-def _lattice(y: FloatArray) -> float | None:
-    levels = np.unique(y)
-    if len(levels) < 3:
-        return None
-    floor = 1e-9 * max(float(np.ptp(levels)), 64 * float(np.spacing(np.abs(levels).max())) / 1e-9)
-    gaps = np.diff(levels)
-    gaps = gaps[gaps > floor]
-    if len(gaps) == 0:
-        return None
-    step = float(gaps.min())
-    near = gaps[gaps < 1.5 * step]
-    step = float(near.mean())
-    for _ in range(4):
-        counts = np.round((levels - levels[0]) / step)
-        weight = float(counts @ counts)
-        if weight == 0:
-            return None
-        step = float(counts @ (levels - levels[0])) / weight
-    errors = (levels - levels[0]) / step - np.round((levels - levels[0]) / step)
-    if float(np.sqrt(np.mean(errors**2))) > LATTICE_TOLERANCE:
-        return None
-    return step
+    width = max(8, round(STRETCH_S * sample_rate_hz))
+    rows = [error[: len(error) // width * width].reshape(-1, width) for error in errors]
+    stretches = np.concatenate(rows)
+    if len(stretches) == 0:
+        return 0.0
+    line = np.linspace(-1, 1, width)
+    level = stretches - stretches.mean(axis=1, keepdims=True)
+    left = level - np.outer(level @ line / (line @ line), line)
+    variances = np.sort((left**2).sum(axis=1) / (width - 2))
+    return float(np.sqrt(np.median(variances[: -(-len(variances) // 2)])))
 
 
 def drift(error: FloatArray, sample_rate_hz: float) -> tuple[float, float]:

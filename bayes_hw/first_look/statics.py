@@ -39,6 +39,9 @@ STARTS = (0.0, 0.03, 0.15)
 LIMIT_STARTS = (1.0, 0.7)
 FIRST_ITERATIONS, FINALISTS = 2, 3
 SHORT_TAPS = 40
+ONE_SIDED = 1.555
+"""Standard deviations that 94 % lie below."""
+
 CLEAR_SHARE = 0.12
 """Angles beyond this share of `_Fit.angle` are taken to be clear of a dead zone."""
 
@@ -48,7 +51,8 @@ class Statics:
     """What the records show of the limits (command units) and of the dead zone (output units); None: not met.
 
     `spread` (parameters, 3) holds columns of a square root of the covariance of (lower, upper, half width).
-    `undisturbed` are the angles before the dead zone, simulated, per record.
+    `undisturbed` are the angles before the dead zone, simulated, per record. `bound` is what a half width
+    that is not met does not exceed, at 94 %.
     """
 
     lower: float | None = None
@@ -56,6 +60,7 @@ class Statics:
     half_width: float | None = None
     spread: FloatArray = field(default_factory=lambda: np.zeros((3, 0)))
     undisturbed: tuple[FloatArray, ...] = ()
+    bound: float | None = None
 
     @property
     def seen(self) -> float:
@@ -107,6 +112,7 @@ def statics(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sampl
         None if scaled.half_width is None else scaled.half_width * output_scale,
         scaled.spread * np.array([[input_scale], [input_scale], [output_scale]]),
         tuple(w * output_scale for w in scaled.undisturbed),
+        None if scaled.bound is None else scaled.bound * output_scale,
     )
 
 
@@ -148,7 +154,8 @@ def _scaled_statics(
     whole = tuple(
         fit.simulated(found.limited(u), factor, len(y)) for y, u in zip(outputs, commands, strict=True)
     )
-    return Statics(lower, upper, half_width, spread, whole)
+    bound = None if met[2] else float(max(values[2], 0.0) + ONE_SIDED * sd[2])
+    return Statics(lower, upper, half_width, spread, whole, bound)
 
 
 class _Fit:

@@ -9,7 +9,10 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.formats.header import unit_of
 from bayes_hw.formats.table import Table
+from bayes_hw.inspection.reading_step import lattice
 from bayes_hw.record_checks import wrapped_angle
+
+MOST_READINGS = 2**17
 
 
 @dataclass(frozen=True)
@@ -42,16 +45,10 @@ def column_facts(name: str, table: Table, values: FloatArray) -> ColumnFacts:
 
 
 def quantisation_step(values: FloatArray) -> float | None:
-    """The step of which all readings, shape (samples,), are whole multiples apart; None where there is
-    none."""
-    distinct = np.unique(values[: 2**17])
-    if len(distinct) < 3:
-        return None
-    step = float(np.diff(distinct).min())
-    counts = (distinct - distinct[0]) / step
-    if step <= 0 or counts[-1] > 2**40 or np.abs(counts - np.rint(counts)).max() > 0.05:
-        return None
-    return float(f"{float(distinct[-1] - distinct[0]) / float(np.rint(counts[-1])):.6g}")
+    """The step of which all readings, shape (samples,), are whole multiples apart, printed as finely as they
+    may be; None where there is none."""
+    step = lattice(values[:MOST_READINGS])
+    return None if step is None else float(f"{step:.6g}")
 
 
 def line_of(facts: ColumnFacts) -> str:

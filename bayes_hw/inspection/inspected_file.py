@@ -49,7 +49,7 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     """
     table = _whole(path)
     options = given or ReadingOptions()
-    lines = [f"{path}: {len(table.names)} {table.kind}s, {rows_of(table)} rows", *table.said]
+    lines = [_extent(path, table), *table.said]
     clock, clock_name, why = clock_of(table, options)
     facts = [column_facts(name, table, table.values[name]) for name in table.values if name != clock_name]
     if clock_name is not None and clock is not None:
@@ -75,12 +75,19 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     return _tried(path, options, lines)
 
 
+def _extent(path: Path, table: Table) -> str:
+    """Columns and rows, the rows counted as where the file is spoken of."""
+    rows = rows_of(table)
+    counted = f" of values, {table.place(0)} to {table.place(rows - 1)} of the file" if rows else ""
+    return f"{path}: {len(table.names)} {table.kind}s, {rows} rows{counted}"
+
+
 def _joined(path: Path, base: Stamps | None, options: ReadingOptions) -> tuple[list[ColumnFacts], list[str]]:
     """The columns of a file to be joined, at the stamps of the record's own clock."""
     table = _whole(path)
     clock, clock_name, why = clock_of(table, options)
     facts = [column_facts(name, table, table.values[name]) for name in table.values if name != clock_name]
-    lines = [f"{path}: {len(table.names)} {table.kind}s, {rows_of(table)} rows", *table.said]
+    lines = [_extent(path, table), *table.said]
     if clock is None or base is None:
         return [], [*lines, *map(line_of, facts)]
     lines += [f"  {clock_name!r}: the clock ({why}); {clock.said or 'numbers in s'}", *map(line_of, facts)]
@@ -176,7 +183,7 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
         )
         lines += [f"  {said}" for said in record.treatment if said not in lines]
         lines += [f"  look at: {f}" for r, f in found if r is record and f.severity == "warning"]
-        lines += [f"  look at: {said}" for said in units_to_ask_for(record)]
+        lines += [f"  look at: {said}" for said in units_to_ask_for(record, options)]
     fatal = next((_named(r, f, records) for r, f in found if f.severity == "fatal"), None)
     questions = () if fatal is None else (fatal,)
     return Inspection(tuple(lines), options, arguments(options), questions, tuple(records))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.entrance import scale_finding
-from bayes_hw.quantities import COUNTS
+from bayes_hw.quantities import COUNTS, mixed
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record import Record
 from bayes_hw.record_checks import Finding
@@ -23,13 +23,16 @@ def findings_of(record: Record) -> tuple[Finding, ...]:
     return found if scale is None else (*found, scale)
 
 
-def units_to_ask_for(record: Record) -> list[str]:
+def units_to_ask_for(record: Record, options: ReadingOptions) -> list[str]:
     """A sentence where nobody stated the command's unit and its numbers speak against the usual one."""
     if record.units.output.lower() in COUNTS:
         return [
             "the output is in counts: say what one is worth, such as --output-unit '360/4096 deg' "
             "--ignore-units"
         ]
+    other = None if "output" in options.units else mixed_units(record)
+    if other is not None:
+        return [other]
     largest = float(np.abs(record.u).max())
     unit = record.units.input
     if "input" in record.stated_units or largest <= FAST.get(unit, np.inf):
@@ -38,6 +41,13 @@ def units_to_ask_for(record: Record) -> list[str]:
         f"no unit is stated and {unit} is taken: {largest:.4g} {unit} is fast for an axis; say what it is, "
         "such as --input-unit arcsec/s --output-unit arcsec"
     ]
+
+
+def mixed_units(record: Record) -> str | None:
+    """A sentence where the file states the angle in one unit and its speed in that of another."""
+    if "output" not in record.stated_units:
+        return None
+    return mixed(record.units.output, record.units.input)
 
 
 def mended(message: str, options: ReadingOptions) -> ReadingOptions | None:

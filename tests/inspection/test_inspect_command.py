@@ -214,3 +214,31 @@ def test_logs_of_other_forms_are_looked_into(
     record = Record.read(convert[-1])
     np.testing.assert_allclose(record.u, U[: len(record)], atol=1e-6)
     np.testing.assert_allclose(record.y - record.y[0], (Y - Y[0])[: len(record)], atol=1e-6)
+
+
+def test_several_files_one_after_the_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    paths = [str(write(tmp_path / f"{name}.csv", "t,u,y", T, U, Y)) for name in ("one", "two")]
+    assert main(["inspect", *paths]) == 0
+    out = capsys.readouterr().out
+    assert [command[1] for command in commands(out)] == [path for path in paths for _ in range(2)]
+
+
+def test_rows_are_counted_as_where_one_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The last row of the extent is that of the file's last line, and a gap is named in the same count."""
+    kept = np.delete(np.arange(1200), 700)
+    path = write(tmp_path / "log.csv", "t,u,y", T[kept], U[kept], Y[kept])
+    assert main(["inspect", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "3 columns, 1199 rows of values, row 2 to row 1200 of the file" in out
+    assert "row 702: time step changes" in out
+    lines = path.read_text().splitlines()
+    assert lines[702 - 1].startswith(f"{T[701]:.9g},") and len(lines) == 1200
+
+
+def test_step_of_the_encoder_beneath_finer_decimals() -> None:
+    """Degrees of 0.001, read as rad with eight decimals."""
+    rng = np.random.default_rng(1)
+    angle = 134 + np.cumsum(0.2 * np.sin(T)) / 20 + 0.0012 * rng.standard_normal(len(T))
+    step = np.deg2rad(0.001)
+    printed = np.round(np.round(np.deg2rad(angle) / step) * step, 8)
+    assert quantisation_step(printed) == pytest.approx(step, rel=1e-3)

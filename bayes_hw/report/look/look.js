@@ -3,10 +3,25 @@ const plots = JSON.parse(document.getElementById("plots").textContent);
 const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
 const colour = role => getComputedStyle(document.documentElement).getPropertyValue("--" + role).trim();
 const short = value => value == null ? "" : Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3)
-  ? value.toExponential(2).replace("e-", "e−").replace("-", "−") : String(+value.toPrecision(5)).replace("-", "−");
+  ? value.toExponential(2).replace(/\.?0*e/, "e").replace("e+", "e").replaceAll("-", "−") : String(+value.toPrecision(5)).replace("-", "−");
 const roles = { command: "muted", angle: "model", error: "residual" };
 const marks = ["model", "residual", "muted"];
 let drawn = [];
+
+// Width of an axis of values: its ticks, with room for eight characters; the label takes 20 more.
+const SIDE = 64;
+const ruler = document.createElement("canvas").getContext("2d");
+
+// The label beside the axis where the plot is as high as it is long, else above the plot.
+function sideLabel(place, label, height) {
+  ruler.font = "12px system-ui, sans-serif";
+  if (ruler.measureText(label).width <= height) return label;
+  const above = document.createElement("div");
+  above.className = "axis-label";
+  above.textContent = label;
+  place.append(above);
+  return null;
+}
 
 const axis = (label, size, extra) => ({
   label, labelSize: 20, size, stroke: colour("muted"), font: "11px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
@@ -63,12 +78,13 @@ function timePlot(place, plot) {
   plot.panels.forEach((panel, index) => {
     const last = index === plot.panels.length - 1, box = document.createElement("div");
     place.append(box);
+    const label = sideLabel(box, panel.label, last ? 130 : 115);
     const y = Float64Array.from(new Float32Array(bytes(panel.values)), value => value + panel.origin);
     const chart = new uPlot({
       width: place.clientWidth, height: last ? 190 : 140, legend: { show: false },
       cursor: { sync: { key, scales: ["x", null] }, drag: { x: true, y: false } },
       scales: { x: { time: false } },
-      axes: [last ? axis(plot.x_label, 34) : axis(null, 10, { labelSize: 0, values: (_, ticks) => ticks.map(() => "") }), axis(panel.label, 62)],
+      axes: [last ? axis(plot.x_label, 34) : axis(null, 10, { labelSize: 0, values: (_, ticks) => ticks.map(() => "") }), axis(label, label ? SIDE : SIDE + 20)],
       series: [{}, { stroke: colour(roles[panel.role]), width: 1.2, points: { show: false } }],
       hooks: { setScale: [(self, name) => {
         if (name !== "x" || self.following) return;
@@ -97,11 +113,12 @@ function curvePlot(place, plot) {
       points: plot.points ? { show: true, size: 6, stroke: colour(marks[k]), fill: colour(marks[k]) } : { show: false } });
     data.push(one.values);
   });
+  const height = Math.min(300, 160 + place.clientWidth / 6), label = sideLabel(place, plot.label, height - 65);
   const chart = new uPlot({
-    width: place.clientWidth, height: Math.min(300, 160 + place.clientWidth / 6), bands, series,
+    width: place.clientWidth, height, bands, series,
     cursor: { drag: { x: true, y: false } },
     scales: { x: { time: false, distr: plot.log_x ? 3 : 1 }, y: { distr: plot.log_y ? 3 : 1, ...(plot.span ? { range: plot.span } : {}) } },
-    axes: [axis(plot.x_label, 34), axis(plot.label, 62)],
+    axes: [axis(plot.x_label, 34), axis(label, SIDE)],
   }, data, place);
   return [chart];
 }

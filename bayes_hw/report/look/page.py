@@ -17,13 +17,19 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
 from bayes_hw.files import staged, write_text_atomically
-from bayes_hw.first_look.advice import coherent_band
+from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
-from bayes_hw.report.look.plots import ARCSEC, plots
+from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
 from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.plain_text import visible
-from bayes_hw.report.page.rounding import format_duration, format_interval, format_number, format_percent
+from bayes_hw.report.page.rounding import (
+    format_duration,
+    format_estimate,
+    format_interval,
+    format_number,
+    format_percent,
+)
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
@@ -57,9 +63,8 @@ def to_html(look: Look, title: str = "") -> str:
             plots=_script_json(plots(look)),
             has_response=look.response is not None,
             has_noise=look.noise is not None,
-            limited=look.statics.lower is not None
-            or look.statics.upper is not None
-            or look.statics.half_width is not None,
+            limited=is_limited(look),
+            repeats=look.repeated.is_seen,
             style=Markup(style),
             colours=page_colours(),
             script=Markup(script),
@@ -105,8 +110,8 @@ def cards(look: Look) -> list[dict[str, str]]:
         _card(
             "good" if met > 0 else "warn",
             f"limits asked for in {format_percent(met)} of the samples" if met > 0 else "limits not met",
-            f"below {format_percent(low)}, above {format_percent(high)}; "
-            f"the axis reverses {look.reversals} times",
+            (f"below {format_percent(low)}, above {format_percent(high)}; " if met > 0 else "")
+            + f"the axis {reverses(look.reversals)}",
         ),
         _card(
             "bad" if band is None else "good",
@@ -125,7 +130,7 @@ def cards(look: Look) -> list[dict[str, str]]:
         _card(
             "info",
             f"noise {format_number(look.noise_sigma, 3, units.output)}",
-            "standard deviation" + _arcsec(look.noise_sigma, units.output),
+            "standard deviation" + _arcsec(look.noise_sigma, units.output) + _beside(look),
         ),
     ]
 
@@ -138,10 +143,11 @@ def facts(look: Look) -> list[tuple[str, str]]:
         ("lower limit", _known(statics.lower, units.input, "not met")),
         ("upper limit", _known(statics.upper, units.input, "not met")),
         ("dead zone, half width", _known(statics.half_width, units.output, "none seen")),
-        ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output)),
+        *_repeated(look),
+        ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output) + _beside(look)),
         ("white part of it", format_number(look.white_sigma, 3, units.output)),
         ("resolution", _known(look.resolution, units.output, "no step seen")),
-        ("drift", f"{format_number(slope, 2)} ± {format_number(error, 2)} {units.output}/h"),
+        ("drift", format_estimate(slope, error, f"{units.output}/h")),
         ("reversals", str(look.reversals)),
         (
             "speed, falling less rising command",
@@ -166,9 +172,10 @@ def facts(look: Look) -> list[tuple[str, str]]:
     if look.distortion is not None:
         rows.append(
             (
-                "what a linear response leaves",
+                "what a linear response leaves" + _beside(look),
                 f"explained by even powers of the command {format_percent(look.distortion.even)}, "
-                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise",
+                f"by odd ones {format_percent(look.distortion.odd)}; the rest is noise"
+                + (" and what reversals leave" if look.repeated.is_seen else ""),
             )
         )
     if look.feedback is not None:
@@ -176,6 +183,32 @@ def facts(look: Look) -> list[tuple[str, str]]:
         rows.append(("command against past noise", f"correlation {look.feedback.correlation:.2g}: {hint}"))
     rows += [(f"error beside {column.name}", _following(column)) for column in look.known]
     return [(visible(name), visible(value)) for name, value in rows]
+
+
+def _beside(look: Look) -> str:
+    """That what repeats with direction and angle is not in it, where something does."""
+    return ", beside what repeats with direction and angle" if look.repeated.is_seen else ""
+
+
+def _repeated(look: Look) -> list[tuple[str, str]]:
+    """Hysteresis and ripples, and the error with them."""
+    unit, repeated, rows = look.records[0].units.output, look.repeated, []
+    behind = repeated.hysteresis
+    if behind is not None:
+        value = (
+            format_estimate(abs(behind.half_width), behind.standard_error, unit)
+            if behind.is_clear
+            else f"none seen, below {format_number(behind.bound, 2, unit)} (94 %)"
+        )
+        rows.append(("hysteresis by direction, half width", value))
+    for ripple in repeated.ripples:
+        size, period = (format_number(value, 3, unit) for value in (ripple.amplitude, ripple.period))
+        rows.append(("error periodic in the angle", f"amplitude {size}, period {period}"))
+    if repeated.is_seen:
+        squares = sum(float(error @ error) for error in look.errors)
+        rms = (squares / sum(map(len, look.errors))) ** 0.5
+        rows.append(("error of the linear response, rms", format_number(rms, 3, unit)))
+    return rows
 
 
 def _following(column: KnownColumn) -> str:

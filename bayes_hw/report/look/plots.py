@@ -66,6 +66,12 @@ def plots(look: Look) -> list[dict[str, Any]]:
     return drawn
 
 
+def is_limited(look: Look) -> bool:
+    """Whether a limit or a dead zone is met, so that the response with and without them differ."""
+    found = look.statics
+    return any(value is not None for value in (found.lower, found.upper, found.half_width))
+
+
 def time_plot(name: str, record: Record, error: FloatArray, share: float) -> dict[str, Any]:
     """Command, angle and error of one record, in three panels on one axis of time."""
     stretch = 1 if share >= 1 else int(np.ceil(2 / share))
@@ -98,9 +104,13 @@ def response_plots(look: Look) -> list[dict[str, Any]]:
     seen = linear.coherence > TRUSTED
     shown = [np.where(seen, v, np.nan) for v in (linear.magnitude, linear.lower, linear.upper)]
     as_recorded = np.where(raw.coherence > TRUSTED, raw.magnitude, np.nan)
-    series = {"within the limits": shown[0]}
-    if not np.allclose(np.interp(f, raw.frequency_hz, raw.magnitude), linear.magnitude):
+    met = is_limited(look)
+    name = "within the limits" if met else "response"
+    series = {name: shown[0]}
+    coherence = {name if met else "coherence": linear.coherence}
+    if met:
         series["as recorded"] = np.interp(f, raw.frequency_hz, as_recorded)
+        coherence["as recorded"] = np.interp(f, raw.frequency_hz, raw.coherence)
     bottom = np.nanmin(shown[0]) / 5 if seen.any() else 0.0
     return [
         _plot(
@@ -118,7 +128,7 @@ def response_plots(look: Look) -> list[dict[str, Any]]:
             f"rate over command, {units.velocity_gain}",
             x,
             f,
-            {"within the limits": shown[0] * linear.rate_factor},
+            {name: shown[0] * linear.rate_factor},
             band=(np.maximum(shown[1], bottom) * linear.rate_factor, shown[2] * linear.rate_factor),
             log_x=True,
             log_y=True,
@@ -129,10 +139,7 @@ def response_plots(look: Look) -> list[dict[str, Any]]:
             "coherence",
             x,
             f,
-            {
-                "within the limits": linear.coherence,
-                "as recorded": np.interp(f, raw.frequency_hz, raw.coherence),
-            },
+            coherence,
             log_x=True,
             span=(0.0, 1.02),
         ),
