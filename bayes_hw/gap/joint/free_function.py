@@ -81,8 +81,10 @@ class Seen:
         return white if measured is None else white[:, measured]
 
     def number(self, label: str) -> int | None:
-        """Which effect of the fit has this label."""
-        return self.fit.labels.index(label) if label in self.fit.labels else None
+        """Which effect of the fit has this label; known inputs and an observer, which stand among them, and
+        causes of the noise, which do not, have none."""
+        forms = [effect.form for effect in self.fit.response.template]
+        return next((i for i, form in enumerate(forms) if form.label == label and not form.column), None)
 
 
 def _knots(x: Sequence[FloatArray]) -> FloatArray:

@@ -73,7 +73,10 @@ class JointFit:
 
     @property
     def levels(self) -> FloatArray:
-        """Of every record (records,) as the fit tells them, zero where a level is known."""
+        """Of every record (records,) as the fit tells them, zero where a level is known; of one in observer
+        form as its simulation does, since readings that correct it tell no level."""
+        if self.observer is not None:
+            return self.without_observer().levels
         raw = self.response.residuals(self.point.coordinates)
         return levels_of(raw, self.response.level_shapes, self.point.whitener, self.point.masks)
 

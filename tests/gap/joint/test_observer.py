@@ -24,6 +24,7 @@ from joint_axis import (
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.corrected_model import corrected_model, predict_corrected, simulate_corrected
 from bayes_hw.gap.joint.effect_form import FORMS, Form
+from bayes_hw.gap.joint.free_function import Seen
 from bayes_hw.gap.joint.joint_closure import spread
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_notes import of_followed
@@ -211,3 +212,28 @@ def test_an_observer_does_not_stay_without_a_label() -> None:
     kept, nats = verified(fit, [base], none, silent)
     assert kept is base
     assert nats == {}
+
+
+def _with_observer(level: float) -> JointFit:
+    """A ripple in observer form on a record that counts from a level so far off."""
+    effect = some_effect(form("torque_ripple"))
+    response, values = response_with((_observer(), effect), SAMPLES)
+    plain = JointValues(values.cascade, (effect,))
+    without = replace(response, template=(effect,))
+    first = response.records[0]
+    noise = SIGMA * np.random.default_rng(3).standard_normal(SAMPLES)
+    y = without.simulate(plain, first.u, first.known).y + noise + level
+    response = replace(response, records=[replace(first, y=y, level_sd=SIGMA)])
+    return JointFit(response, evaluate(response, response.coordinates(values)))
+
+
+def test_a_view_shows_the_effect_and_not_the_observer() -> None:
+    fit = _with_observer(0.0)
+    assert Seen(fit, Readings((), {}, None, {})).number("torque_ripple") == 1
+    assert fit.response.template[1].form.label == "torque_ripple"
+
+
+def test_levels_are_those_of_the_simulation() -> None:
+    """Corrected by its readings the motion follows them, whatever they count from."""
+    fit = _with_observer(10 * SIGMA)
+    assert fit.levels[0] == pytest.approx(10 * SIGMA, abs=SIGMA)
