@@ -17,7 +17,6 @@ from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms
 from bayes_hw.gap.joint.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate
 
 FURTHER_HZ = 18
 FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
@@ -97,8 +96,7 @@ def _beginning(fit: GivenFit) -> GivenFit:
     weights = response.weights
     if weights is not None:
         weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
-    response = replace(response, records=records, weights=weights)
-    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
+    return fit.under(replace(response, records=records, weights=weights))
 
 
 def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
@@ -106,7 +104,7 @@ def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
     response = replace(fit.response, records=of.response.records, weights=of.response.weights)
     if response.records is fit.response.records:
         return fit
-    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
+    return fit.under(response)
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:

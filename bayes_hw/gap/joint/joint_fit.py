@@ -173,10 +173,14 @@ class JointFit:
         values = JointValues(larger.values.cascade, ordered)
         return larger.moved(self.structure, values, self.point.whitener)
 
+    def under(self, response: JointResponse, whitener: Whitener | None = None) -> Self:
+        """The same coordinates under another response of the same structure, not descended; its noise is
+        estimated there unless given."""
+        return replace(self, response=response, point=evaluate(response, self.point.coordinates, whitener))
+
     def with_cause(self, cause: SlowNoise | None) -> Self:
         """With noise of a cause, or with a free autoregression again; not descended."""
-        response = replace(self.response, cause=cause)
-        return replace(self, response=response, point=evaluate(response, self.point.coordinates))
+        return self.under(replace(self.response, cause=cause))
 
     def with_noise_kept(self) -> Self:
         """The noise of the cause begun where it is now, however its effects change."""
@@ -281,9 +285,7 @@ class JointFit:
 
     def finer(self) -> JointFit:
         """Laws act FINE_STEPS times a sample: what sticks within one does not wait for its end."""
-        response = replace(self.response, steps=FINE_STEPS)
-        point = evaluate(response, self.point.coordinates, self.point.whitener)
-        return replace(self, response=response, point=point)
+        return self.under(replace(self.response, steps=FINE_STEPS), self.point.whitener)
 
     def later(self) -> JointFit:
         """With one more sample of delay."""

@@ -19,7 +19,6 @@ from bayes_hw.gap.joint.reading_faults import (
     rounded_motion,
     rounding_step,
 )
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.holes import without_holes
 
 ROUNDED = 1.6
@@ -97,9 +96,7 @@ def innovation_sigma(fit: JointFit) -> float:
 
 def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
     """The same explanation under other weights, descended and its G grown on."""
-    response = replace(fit.response, weights=weights)
-    point = evaluate(response, fit.point.coordinates)
-    return regrown(pruned(replace(fit, response=response, point=point).descended()), 3)
+    return regrown(pruned(fit.under(replace(fit.response, weights=weights)).descended()), 3)
 
 
 def read_again(

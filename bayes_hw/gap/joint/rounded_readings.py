@@ -43,8 +43,7 @@ def without_rounding(fit: GivenFit, readings: Readings) -> tuple[GivenFit, Readi
 def readings_of(records: Sequence[Record], fit: AnyFit) -> AnyFit:
     """The same explanation of the readings as they are in `records`, at its own parameters."""
     whole = zip(records, fit.response.records, strict=True)
-    response = replace(fit.response, records=tuple(replace(one, y=r.y) for r, one in whole))
-    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates))
+    return fit.under(replace(fit.response, records=tuple(replace(one, y=r.y) for r, one in whole)))
 
 
 def _taken_off(fit: GivenFit, step: float, harmonics: int) -> tuple[GivenFit, float]:

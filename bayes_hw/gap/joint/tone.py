@@ -11,7 +11,6 @@ from scipy.optimize import minimize_scalar
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.holes import without_holes
 
 PADDED = 4
@@ -85,11 +84,8 @@ def without_line(fit: JointFit, frequency_hz: float) -> Tone:
     best = float(minimize_scalar(left, bounds=(frequency - width, frequency + width), method="bounded").x)
     taken = waves(best)
     records = [replace(record, y=record.y - s) for record, s in zip(fit.response.records, taken, strict=True)]
-    response = replace(fit.response, records=records)
-    without = replace(
-        fit, response=response, point=evaluate(response, fit.point.coordinates),
-        taken=fit.taken + 2 * len(records) + 1,
-    ).descended()  # fmt: skip
+    without = fit.under(replace(fit.response, records=records))
+    without = replace(without, taken=fit.taken + 2 * len(records) + 1).descended()
     amplitude = float(np.sqrt(2 * np.mean(np.concatenate(taken) ** 2)))
     return Tone(best * rate, amplitude, without)
 

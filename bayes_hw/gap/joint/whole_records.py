@@ -15,7 +15,6 @@ from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_search import JointAnswer
 from bayes_hw.gap.joint.readings import read_faults
 from bayes_hw.gap.joint.tone import without_line
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
 STEPS = 8
@@ -47,4 +46,4 @@ def on_whole_records(found: JointAnswer, records: Sequence[Record]) -> JointAnsw
 def fitted_to(fit: JointFit, records: Sequence[Record], weights: tuple[FloatArray, ...] | None) -> JointFit:
     """The same explanation of other records."""
     response = replace(fit.response, records=tuple(records), weights=weights)
-    return replace(fit, response=response, point=evaluate(response, fit.point.coordinates)).descended(STEPS)
+    return fit.under(response).descended(STEPS)
