@@ -15,7 +15,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.effect_form import Form, scanned_cycles
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.identify.growth.coloured import Whitener
-from bayes_hw.identify.growth.levels import with_level_rows
+from bayes_hw.identify.growth.descent import whitened_blocks
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
 from bayes_hw.identify.holes import mask_of
 from bayes_hw.identify.noise import estimate_noise
@@ -49,12 +49,7 @@ class NoiseScreen:
 
     @classmethod
     def of(cls, fit: JointFit, whitener: Whitener) -> NoiseScreen:
-        blocks = [
-            whitener.apply(rows, 0, measured)
-            for rows, _, measured in with_level_rows(
-                fit.response.linearise(fit.point.coordinates, whitener.order), fit.response.level_shapes
-            )
-        ]
+        blocks = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
         outside = outside_of_derivatives(np.concatenate(blocks, axis=1))
         return cls(whitener, *outside, fit.response.masks, fit.point.samples)
 

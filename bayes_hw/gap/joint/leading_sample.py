@@ -13,7 +13,7 @@ from scipy import stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.identify.growth.levels import with_level_rows
+from bayes_hw.identify.growth.descent import whitened_blocks
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
 from bayes_hw.identify.holes import mask_of
 
@@ -25,11 +25,7 @@ def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
     """Means (count,) and covariance (count, count) of samples of the impulse response before the first, the
     latest first, all coordinates free along."""
     whitener = fit.point.whitener
-    blocks = fit.response.linearise(fit.point.coordinates, whitener.order)
-    rows = [
-        whitener.apply(r, first, measured)
-        for r, first, measured in with_level_rows(blocks, fit.response.level_shapes)
-    ]
+    rows = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
     basis, left = outside_of_derivatives(np.concatenate(rows, axis=1))
     parts = []
     for number, (v, outside) in enumerate(fit.response.gated(fit.point.coordinates)):

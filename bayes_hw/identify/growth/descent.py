@@ -155,20 +155,25 @@ def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> 
     return found
 
 
+def whitened_blocks(response: Response, coordinates: FloatArray, whitener: Whitener) -> Iterator[FloatArray]:
+    """Innovations (levels + size + 1, samples) of derivatives and, as the last row, residual, parts of all
+    records in turn; in front a row for every free level."""
+    blocks = response.linearise(coordinates, whitener.order)
+    for rows, first, measured in with_level_rows(blocks, response.level_shapes):
+        yield whitener.apply(rows, first, measured)
+
+
 def triangular_factor(response: Response, point: Point) -> FloatArray:
     """R (size + 1, size + 1) of the whitened derivatives and residual less what free levels explain of them,
     without holding all of them."""
     factor: FloatArray | None = None
-    shapes = response.level_shapes
-    blocks = response.linearise(point.coordinates, point.whitener.order)
-    for rows, first, measured in with_level_rows(blocks, shapes):
-        block = point.whitener.apply(rows, first, measured)
+    for block in whitened_blocks(response, point.coordinates, point.whitener):
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
         if not np.isfinite(stacked).all() or np.abs(stacked).max(initial=0.0) > LARGEST_DERIVATIVE:
             raise FloatingPointError("derivatives are not finite, or their squares are not")
-        factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(rows)]
+        factor = linalg.qr(stacked, mode="r", overwrite_a=True, check_finite=False)[0][: len(block)]
     assert factor is not None
-    levels = len(free_levels(shapes))
+    levels = len(free_levels(response.level_shapes))
     factor = factor[levels:, levels:]
     if isinstance(response, PriorResponse):
         root = np.sqrt(response.prior_precision() * (np.sum(factor[:, -1] ** 2) / point.samples))
@@ -184,17 +189,14 @@ def normal_matrix(response: Response, point: Point) -> FloatArray:
     It loses half of R's digits, which a step damped by LEAST_DAMPING or more does not need.
     """
     found: FloatArray | None = None
-    shapes = response.level_shapes
-    blocks = response.linearise(point.coordinates, point.whitener.order)
-    for rows, first, measured in with_level_rows(blocks, shapes):
-        block = point.whitener.apply(rows, first, measured)
+    for block in whitened_blocks(response, point.coordinates, point.whitener):
         with np.errstate(all="ignore"):
             products = block @ block.T
         found = products if found is None else found + products
     assert found is not None
     if not np.isfinite(found).all():
         raise FloatingPointError("derivatives are not finite, or their squares are not")
-    if levels := len(free_levels(shapes)):
+    if levels := len(free_levels(response.level_shapes)):
         # A level is seen in its own record alone.
         across = found[:levels, levels:]
         found = found[levels:, levels:] - across.T @ (across / np.diag(found)[:levels, None])

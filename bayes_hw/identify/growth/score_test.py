@@ -11,8 +11,7 @@ from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
-from bayes_hw.identify.growth.descent import Point
-from bayes_hw.identify.growth.levels import with_level_rows
+from bayes_hw.identify.growth.descent import Point, whitened_blocks
 from bayes_hw.identify.growth.sensitivity_kernel import filtered_pair, filtered_pole
 from bayes_hw.identify.holes import mask_of
 
@@ -77,12 +76,7 @@ class Residual:
 
     @classmethod
     def of(cls, response: CascadeResponse, point: Point) -> Residual:
-        blocks = [
-            point.whitener.apply(rows, first, measured)
-            for rows, first, measured in with_level_rows(
-                response.linearise(point.coordinates, point.whitener.order), response.level_shapes
-            )
-        ]
+        blocks = list(whitened_blocks(response, point.coordinates, point.whitener))
         return cls(response, point, *outside_of_derivatives(np.concatenate(blocks, axis=1)))
 
     def gains(self, columns: FloatArray) -> FloatArray:
