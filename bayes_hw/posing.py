@@ -93,9 +93,7 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
         f"{begin.level_sd:.1g} {unit}{known})"
     )
     return replace(
-        record,
-        y=record.y - level,
-        origin=record.origin + level,
+        record.counted_from(level),
         level_sd=begin.level_sd,
         treatment=(*record.treatment, sentence),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.first_look.ripple import Ripple
+from bayes_hw.phrases import listed
 from bayes_hw.record import Record
 
 if TYPE_CHECKING:
@@ -144,11 +144,6 @@ def short_name(item: str) -> str:
     """What a sentence of `Advice.cannot_show` is about."""
     name = item.partition(":")[0].partition(" is not met")[0].partition(" closer than")[0]
     return name[0].lower() + name[1:]
-
-
-def listed(names: Sequence[str]) -> str:
-    """One, two and three."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def reverses(count: int) -> str:

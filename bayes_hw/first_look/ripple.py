@@ -210,13 +210,9 @@ def _fitted(slow: Sequence[_Slow], frequency: float) -> FloatArray:
     return np.asarray(np.linalg.lstsq(np.concatenate(tables), np.concatenate(targets), rcond=1e-10)[0])
 
 
-def _mean_amplitude(slow: Sequence[_Slow], frequency: float) -> FloatArray:
-    """Cosine and sine alone, (2,)."""
+def _explained(slow: Sequence[_Slow], frequency: float) -> float:
+    """Amplitude of cosine and sine alone."""
     turn = 2 * np.pi * frequency * np.concatenate([one.angle for one in slow])
     error = np.concatenate([one.error - one.error.mean() for one in slow])
     table = np.column_stack([np.cos(turn), np.sin(turn)])
-    return np.asarray(np.linalg.lstsq(table - table.mean(axis=0), error, rcond=None)[0])
-
-
-def _explained(slow: Sequence[_Slow], frequency: float) -> float:
-    return float(np.hypot(*_mean_amplitude(slow, frequency)))
+    return float(np.hypot(*np.linalg.lstsq(table - table.mean(axis=0), error, rcond=None)[0]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.verdict import Estimate
 from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
+from bayes_hw.phrases import listed
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
@@ -50,13 +51,12 @@ def axis_words(base: Mapping[str, Estimate]) -> str:
     if sides and not limits:
         parts.append("reaches no limit in these records")
     if limits:
-        parts.append(f"follows commands up to {_listed([e.mean for e in limits])} {limits[0].unit}")
+        parts.append(f"follows commands up to {_numbers([e.mean for e in limits])} {limits[0].unit}")
     modes = [e.mean for n, e in base.items() if n.startswith("mode") and n.endswith("frequency_hz")]
     if modes:
-        parts.append(f"swings at {_listed(modes)} Hz")
+        parts.append(f"swings at {_numbers(modes)} Hz")
     return "The axis " + (" and ".join(parts) if parts else "follows its command")
 
 
-def _listed(values: Sequence[float]) -> str:
-    *others, last = (f"{value:.3g}" for value in values)
-    return f"{', '.join(others)} and {last}" if others else last
+def _numbers(values: Sequence[float]) -> str:
+    return listed([f"{value:.3g}" for value in values])

@@ -9,6 +9,7 @@ from bayes_hw.identifiability.analysis import Identifiability
 from bayes_hw.identifiability.asymmetry import REFERENCE_LOG_SD
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict
 from bayes_hw.infer.dead_zone_trade import Trade
+from bayes_hw.phrases import listed
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.axis.trade_blocks import trade_blocks
 from bayes_hw.report.identifiability.identifiability_sections import (
@@ -31,7 +32,6 @@ from bayes_hw.report.page.document import (
     Table,
 )
 from bayes_hw.report.page.names import parameter_name
-from bayes_hw.report.page.plain_text import listed
 from bayes_hw.report.page.rounding import format_estimate, format_interval, format_number
 from bayes_hw.report.page.typography import MINUS, typeset
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
 
 HIDDEN_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Co", "Cn"})
 """Unicode's controls, format marks, lone surrogates, private and unassigned code points."""
@@ -29,8 +28,3 @@ def _visible_character(character: str) -> str:
     if unicodedata.category(character) in HIDDEN_CATEGORIES:
         return f"‹U+{ord(character):04X}›"
     return character
-
-
-def listed(words: Sequence[str]) -> str:
-    """One or more phrases as the parts of a sentence: a, b and c."""
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
