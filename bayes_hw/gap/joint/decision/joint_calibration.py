@@ -27,8 +27,9 @@ class JointCalibration:
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
     more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
     many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
-    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, of two
-    causes of the noise, whose likelihoods are exact, for every `nats_between_causes`.
+    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and for
+    every `share_between` of all nats explained: the more an effect moves, the more the error of its form is
+    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every `nats_between_causes`.
     """
 
     doubt: float
@@ -44,6 +45,7 @@ class JointCalibration:
     nats_nearly_found: float
     nats_of_gap: float
     nats_between: float
+    share_between: float
     nats_between_causes: float
 
     def sure(self, nats: float, floor: float) -> float:
@@ -54,6 +56,12 @@ class JointCalibration:
         """Probability that there is no gap where labels of so many nats were found."""
         found = [self.doubt * float(np.exp(-max(one, 0.0) / self.nats_of_gap)) for one in nats]
         return float(np.prod(found))
+
+    def odds(self, lead: float, own: float, causes: bool) -> float:
+        """Of a label to one that leads it by so many nats and explains `own`; of `causes` of the noise."""
+        if causes:
+            return float(np.exp(-lead / self.nats_between_causes))
+        return float(np.exp(-lead / (self.nats_between + self.share_between * max(own, 0.0))))
 
     @classmethod
     def built_in(cls) -> Self:

@@ -88,8 +88,7 @@ def decide(
         odds = {named: 1.0}
         for rival, lead in [(rival, lead) for one, rival, lead in found_contests if one == named]:
             causes = OTHER_CAUSE.get(named) == rival
-            nats = calibration.nats_between_causes if causes else calibration.nats_between
-            odds[rival] = float(np.exp(-lead / nats))
+            odds[rival] = calibration.odds(lead, found.own, causes)
             if lead < AS_GOOD and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
                 confusable.append((named, rival))
         together = min(sum(probability[label] for label in odds), 1.0)

@@ -67,7 +67,7 @@ def test_two_labels_hardly_told_apart_share_by_nats() -> None:
     found = answer_of(quiet, quiet, {"wind": 120.0})
     evidence = GivenEvidence.of(found, SIGMA)
     calibration = GivenCalibration.built_in()
-    between = calibration.nats_between
+    between = calibration.nats_between_causes
     alone = replace(evidence.joint, labels=("wind",), own=120.0, rivals={"wind": 120.0})
     before = decide_given(replace(evidence, joint=alone)).probability
     for lead in (0.0, between):

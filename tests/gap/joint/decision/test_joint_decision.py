@@ -71,11 +71,12 @@ def test_a_rival_as_good_is_stated() -> None:
 @pytest.mark.parametrize("rival", ["backlash", "other"])
 def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
     """However far it falls behind, and whether it has a name or not; one that is near is confusable."""
-    between = JointCalibration.built_in().nats_between
-    for lead in (5.0, 100.0):
-        rivals = {"friction": 900.0, rival: 900.0 - lead}
-        found = _decided({"friction": 900.0}, rivals=rivals, followed=("friction", rival))
+    constants = JointCalibration.built_in()
+    for lead, own in ((5.0, 900.0), (100.0, 900.0), (100.0, 1800.0)):
+        rivals = {"friction": own, rival: own - lead}
+        found = _decided({"friction": own}, rivals=rivals, followed=("friction", rival))
         odds = found.probability["friction"] / found.probability[rival]
+        between = constants.nats_between + constants.share_between * own
         assert odds == pytest.approx(np.exp(lead / between))
         assert found.confusable == ((("friction", rival),) if lead == 5.0 else ())
 
