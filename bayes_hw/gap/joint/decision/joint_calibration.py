@@ -27,9 +27,10 @@ class JointCalibration:
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
     more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
     many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
-    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and for
+    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and
     every `share_between` of all nats explained: the more an effect moves, the more the error of its form is
-    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every `nats_between_causes`.
+    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every
+    `nats_between_causes`.
     """
 
     doubt: float

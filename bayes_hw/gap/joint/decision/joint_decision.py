@@ -13,10 +13,8 @@ from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
-
-COLOURED_NATS = 60.0
-"""By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
 AS_GOOD = 15.0
 """Nats within which a rival label explains the records as well."""
@@ -24,8 +22,9 @@ AS_GOOD = 15.0
 LEAST_SHARE = 0.05
 """Of the probability of two labels: a rival that has less is not confusable with the other."""
 
-MIMIC_COLOUR = {"encoder_quantization", "timing_jitter"}
-"""Faults of the readings whose errors follow each other."""
+COLOUR_OF = {"encoder_quantization": np.inf, "timing_jitter": 1.0}
+"""Faults of the readings whose errors follow each other: nats of colour that may be theirs, for every nat of
+their own; a slow axis shows a staircase of any length."""
 
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
@@ -74,8 +73,11 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif not (found.nats or evidence.keys() & MIMIC_COLOUR) and found.remainder.coloured > COLOURED_NATS:
-        remains = max(remains, found.remainder.coloured)
+    elif not found.nats:
+        theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)
+        coloured = found.remainder.coloured - theirs
+        if coloured > COLOURED_NATS:
+            remains = max(remains, coloured)
     # What the readings themselves show needs no model, so it comes first.
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
