@@ -139,7 +139,7 @@ def test_a_label_is_held_against_what_would_be_said_without_it(
     fit: Any = SimpleNamespace(labels=("wind",), added=("wind",), noise_order=1, score=117.0)
     plain: Any = SimpleNamespace(labels=(), added=(), noise_order=12, score=100.0, observer=None)
     fit.response = plain.response = SimpleNamespace(weights=None)
-    fit.without = lambda label: plain
+    fit.without = lambda _: plain
     monkeypatch.setattr(joint_search, "regrown", lambda one: one)
     monkeypatch.setattr(joint_search, "leaves_a_cause", lambda one: unnamed and one is plain)
     readings: Any = SimpleNamespace(nats={})
