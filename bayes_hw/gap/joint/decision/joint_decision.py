@@ -29,6 +29,10 @@ their own; a slow axis shows a staircase of any length."""
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
 
+LEAST_BESIDE = 0.1
+"""Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
+and what mends it a little is no effect of its own."""
+
 MOST_NAMED = 2
 OTHER_CAUSE = {WIND: WALK, WALK: WIND}
 """Of slow noise."""
@@ -73,7 +77,8 @@ def decide(
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
-        certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
+        asked = LEAST_BESIDE if OTHER in found.nats else 1.0
+        certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
     found_contests, confusable = contests(found, answer), []
