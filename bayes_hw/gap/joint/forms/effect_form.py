@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -171,6 +171,17 @@ def _presliding(place: str, base: int) -> Form:
     )  # fmt: skip
 
 
+def _by_twist(form: Form) -> Form:
+    """A friction's law where what it looks at is the twist of the drive: contact in a gap, which is held back
+    within the step as friction is; on bristles a spring with hysteresis."""
+
+    def slots(scale: JointScale) -> tuple[Slot, ...]:
+        return tuple(replace(slot, name=f"twist_{slot.name}") for slot in form.slots(scale))
+
+    label, kind = ("other", "hysteresis") if form.law == K.BRISTLE else ("backlash", "contact")
+    return replace(form, label=label, name=f"{kind} by {form.name}", slots=slots, further=True)
+
+
 def _early_rate(row: int, name: str) -> Form:
     return Form(
         "rate_limit", name, "input",
@@ -235,6 +246,14 @@ def _turning_or_long(scale: JointScale) -> list[float]:
     return [*coarse_periods(scale), *(p for p in scale.periods if p < scale.travel / COARSE_TURNS)]
 
 
+_FRICTIONS: tuple[Form, ...] = tuple(
+    make(place, base)
+    for place, base in (("motor", K.BASE_COMMAND), ("load", K.BASE_SPEED))
+    for make in (_coulomb, _presliding, _stribeck)
+)
+BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
+"""Frictions, and the same laws where they look at a twist."""
+
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
@@ -256,12 +275,7 @@ FORMS: tuple[Form, ...] = (
         lambda _: [(0.0,), (0.3,), (1.5,)],
         K.CUBIC, K.BASE_TWIST,
     ),
-    _coulomb("motor", K.BASE_COMMAND),
-    _presliding("motor", K.BASE_COMMAND),
-    _stribeck("motor", K.BASE_COMMAND),
-    _coulomb("load", K.BASE_SPEED),
-    _presliding("load", K.BASE_SPEED),
-    _stribeck("load", K.BASE_SPEED),
+    *_FRICTIONS,
     Form(
         "backlash", "kinematic", "output",
         lambda s: (Slot(K.PLAY, "half_gap", False, 0.0, 0.3 * s.travel),),
@@ -273,6 +287,7 @@ FORMS: tuple[Form, ...] = (
         lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
         K.GAP, K.BASE_TWIST,
     ),
+    *BY_TWIST.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _second_harmonic(),
     _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),

@@ -317,7 +317,8 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
             elif name == "log_ratio":
                 name, value = "ratio", float(np.exp(value))
             elif (name == "rate" and form.place == "output") or (
-                name in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
+                name.removeprefix("twist_") in ("smoothing_speed", "stribeck_speed")
+                and form.base == K.BASE_SPEED
             ):
                 value = value * rate
             elif name in ("gap", "yield", "acceleration"):
@@ -353,6 +354,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
             "amount": units.output, "displacement": units.output, "phase": "rad",
             "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,
+            "twist_smoothing_speed": speed, "twist_stribeck_speed": speed, "twist_presliding": units.output,
             "acceleration": f"{units.output}/s^2",
             "torque": f"{units.output}/s^2",
             "rate": f"{units.output}/s" if form.place == "output" else f"{units.input}/s",

@@ -30,7 +30,9 @@ from bayes_hw.gap.joint.search.effect_moves import (
     slow_causes,
 )
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.gap.joint.search.sight import named_by_sight
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.record import Record
 
@@ -155,6 +157,9 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
+    ended = [replace(path, fit=named_by_sight(path.fit)) for path in ended]
+    if len(ended) > 1:
+        ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
@@ -173,6 +178,19 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
+
+
+def _with_exchanged_laws(paths: Sequence[_Path], told: Callable[[str], None]) -> list[_Path]:
+    """Of every label the best that it or an exchange of another one's law reaches."""
+    found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
+    for path in paths:
+        for fit in (named_by_sight(one) for one in exchanged(path.fit)):
+            other = replace(path, fit=fit)
+            nats = {label: one.gained for label, one in found.items()}
+            if other.gained > nats.get(other.begun_with, 0.0):
+                told(f"{other.gained:.0f} nats by an exchange: {described(fit)}")
+                found[other.begun_with] = other
+    return list(found.values())
 
 
 def described(fit: JointFit) -> str:

@@ -1,0 +1,58 @@
+"""What a law looks at, told from its signal: a speed or a twist.
+
+Through free ports friction and contact in a gap are one law over different signals. Friction follows the
+speed of the axis; the twist of the drive is the torque that it passes on, which accelerates the load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
+from bayes_hw.gap.joint.response.joint_values import JointValues
+
+MOSTLY, SPEED_SHARE = 0.5, 0.25
+"""Share of a twist's variance that follows the acceleration, at least, and of that what follows the speed, at
+most."""
+
+
+def named_by_sight(fit: JointFit) -> JointFit:
+    """The fit with frictions that look at a twist under the name of what does so; nothing else changes."""
+    effects = list(fit.values.effects)
+    for number, effect in enumerate(effects):
+        if (
+            effect.form in BY_TWIST
+            and effect.ports is not None
+            and effect.ports.signal
+            and sees_twist(fit, number)
+        ):
+            effects[number] = replace(effect, form=BY_TWIST[effect.form])
+    if all(new.form is old.form for new, old in zip(effects, fit.values.effects, strict=True)):
+        return fit
+    return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)
+
+
+def sees_twist(fit: JointFit, number: int) -> bool:
+    """Whether the law of effect `number` looks at a twist."""
+    row = sum(effect.ports is not None for effect in fit.values.effects[:number])
+    signals, speeds, accelerations = [], [], []
+    for record in range(len(fit.response.records)):
+        run = fit.response.along(fit.values, record)
+        signals.append(run.signals[row])
+        speeds.append(np.gradient(run.w))
+        accelerations.append(np.gradient(speeds[-1]))
+    signal = np.concatenate(signals)
+    by_acceleration = share_following(signal, np.concatenate(accelerations))
+    by_speed = share_following(signal, np.concatenate(speeds))
+    return by_acceleration > MOSTLY and by_speed < SPEED_SHARE * by_acceleration
+
+
+def share_following(signal: FloatArray, motion: FloatArray) -> float:
+    """Share of the variance of a signal (samples,) that is in proportion to a motion (samples,)."""
+    if not (np.std(signal) > 0 and np.std(motion) > 0):
+        return 0.0
+    return float(np.corrcoef(signal, motion)[0, 1] ** 2)

@@ -1,0 +1,88 @@
+"""Laws of finished explanations exchanged, and named by what they look at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import (
+    CASCADE,
+    SIGMA,
+    STRUCTURE,
+    command,
+    form,
+    record,
+    response_with,
+    scale,
+    some_effect,
+    torque,
+)
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search.law_exchange import exchanged
+from bayes_hw.gap.joint.search.sight import named_by_sight, share_following
+from bayes_hw.identify.growth.descent import evaluate
+
+SAMPLES = 700
+RUB = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+
+
+def _fit(planted: Effect, fitted: Effect) -> JointFit:
+    """A record with one effect, explained by another at its own values."""
+    response, values = response_with((planted,), SAMPLES)
+    noise = SIGMA * np.random.default_rng(5).standard_normal(SAMPLES)
+    seen = record(response.simulate(values, command(SAMPLES, 1)).y + noise, 1)
+    explained = JointResponse(STRUCTURE, (fitted,), [seen], scale(SAMPLES))
+    return JointFit(explained, evaluate(explained, explained.coordinates(JointValues(CASCADE, (fitted,)))))
+
+
+def test_the_law_at_work_is_reached_from_another_one() -> None:
+    """A presliding friction that stands where a Coulomb friction is, is exchanged for it and ends as good as
+    the truth."""
+    truth = _fit(RUB, RUB)
+    wrong = _fit(RUB, replace(RUB, form=form("friction", "presliding, motor"), values=np.array([0.02])))
+    found = exchanged(wrong)
+    assert 0 < len(found) <= 4
+    assert all(
+        one.labels != () and one.values.effects[0].form is not wrong.values.effects[0].form for one in found
+    )
+    best = max(found, key=lambda one: one.score)
+    assert best.labels == ("friction",)
+    assert best.log_likelihood > truth.log_likelihood - 3
+    assert best.log_likelihood > wrong.descended().log_likelihood
+
+
+def test_nothing_is_exchanged_without_one_law() -> None:
+    response, values = response_with((), SAMPLES)
+    plain = JointFit(response, evaluate(response, response.coordinates(values)))
+    assert exchanged(plain) == []
+    two = JointValues(CASCADE, (RUB, some_effect(form("backlash", "dynamic"))))
+    response = replace(response, template=two.effects)
+    assert exchanged(JointFit(response, evaluate(response, response.coordinates(two)))) == []
+
+
+@pytest.mark.parametrize("twist", [True, False])
+def test_a_friction_that_looks_at_a_twist_is_contact_in_a_gap(twist: bool) -> None:
+    """Its law, its numbers and its likelihood stay; one that looks at the speed keeps its name."""
+    load = form("friction", "Coulomb, load")
+    assert RUB.ports is not None
+    seen = np.array([[-60.0], [59.0]]) if twist else np.zeros((2, 1))
+    rub = Effect(load, np.array([0.0005]), replace(RUB.ports, signal_sections=seen))
+    fit = _fit(RUB, rub)
+    named = named_by_sight(fit)
+    assert (named is fit) is not twist
+    assert named.labels == (("backlash",) if twist else ("friction",))
+    assert named.values.effects[0].form is (BY_TWIST[load] if twist else load)
+    np.testing.assert_array_equal(named.point.coordinates, fit.point.coordinates)
+    assert named.score == pytest.approx(fit.score)
+
+
+def test_shares_of_motion() -> None:
+    rng = np.random.default_rng(1)
+    one, other = rng.standard_normal((2, 4000))
+    assert share_following(2 * one + other, one) == pytest.approx(0.8, abs=0.03)
+    assert share_following(one, np.zeros(4000)) == 0.0
