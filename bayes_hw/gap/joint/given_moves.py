@@ -13,7 +13,7 @@ from bayes_hw.gap.joint.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.effect_form import Form
 from bayes_hw.gap.joint.effect_screen import best_starts, noise_screens, screened
 from bayes_hw.gap.joint.given_model import FURTHER, HEAVIEST, LIGHTEST
-from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.given_response import DELAY, LIMITS, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms
 from bayes_hw.gap.joint.joint_values import JointValues
@@ -100,11 +100,11 @@ def _beginning(fit: GivenFit) -> GivenFit:
 
 
 def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
-    """The same explanation of all samples that `of` explains."""
-    response = replace(fit.response, records=of.response.records, weights=of.response.weights)
-    if response.records is fit.response.records:
+    """The same explanation of all samples that `of` explains; a limit that its own did not reach as in `of`."""
+    if of.response.records is fit.response.records:
         return fit
-    return fit.under(response)
+    fit = fit.with_unreached(of.theta[:LIMITS])
+    return fit.under(replace(fit.response, records=of.response.records, weights=of.response.weights))
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
@@ -175,9 +175,13 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
 
 def explained_slowly(fit: GivenFit) -> GivenFit:
     """Where the noise is a free one of higher order: descended under white noise first, under which what is
-    slow is not left to the noise, if that ends no worse."""
+    slow is not left to the noise, if that ends no worse; limits that no command reaches begun where one does,
+    as well."""
     if fit.noise_order <= 1 or not fit.labels:
         return fit
+    reached = fit.with_limits_reached()
+    if reached is not fit:
+        fit = best_of([fit, reached.descended_under(0, FULL_STEPS).descended()])
     for _ in range(WHITE_ROUNDS):
         other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
         if other.score < fit.score + LITTLE_NATS:
