@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.free_shape import ShapedFit
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_posterior import (
@@ -33,7 +34,7 @@ def laplace_given(
     fit: GivenFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws of likelihood times prior, standard deviations times `inflation`, told with G's sections free."""
-    factor, chaotic = whitened_factor(fit)
+    factor, chaotic = (fit.factor(), False) if isinstance(fit, ShapedFit) else whitened_factor(fit)
     if chaotic:
         inflation *= CHAOTIC
     size, given = len(factor) - 1, fit.response.given

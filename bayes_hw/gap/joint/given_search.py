@@ -14,6 +14,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import natural_scale
 from bayes_hw.gap.joint.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.effect_form import FORMS
+from bayes_hw.gap.joint.free_shape import free_shape
 from bayes_hw.gap.joint.given_model import GivenModel
 from bayes_hw.gap.joint.given_moves import (
     as_given,
@@ -98,6 +99,9 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)
+    if "timing_jitter.sd" in readings.parameters and is_shape(base, base):
+        # What is wrong by position is wrong by speed too.
+        readings = read_faults(free_shape(base))
     if readings.rounded_first:
         return without_rounding(reweighted(base, readings), readings)
     if readings.nats:
@@ -202,7 +206,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     trail = _followed(base, readings, say, causes=False)
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
-    if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
+    more = trail.fit.noise_order > 1 or trail.fit.score < alone
+    if slow and more and not is_shape(base, trail.fit):
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
@@ -260,12 +265,13 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
         best = explained_slowly(as_given(finer(best_of(trials))))
+        if fit is base and is_shape(base, best_of([base, best])):
+            fit = best_of([base, best])
+            say("a function of position explains far more")
+            break
         if best.score <= fit.score or _is_doubtful(best, fit):
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if fit is base and is_shape(base, best):
-            fit = best
-            break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
