@@ -67,6 +67,8 @@ def _with_knots(base: GivenFit, count: int) -> ShapedFit:
         reached = [base.response.simulate(values, r.u, r.known).w for r in records]
         hats = [np.array([np.interp(w, knots, row) for row in np.eye(count)]) for w in reached]
         shape = best_coefficients(fit, base, hats, whitener)
+        if not np.isfinite(shape).all():
+            return fit
         bent = tuple(replace(r, y=r.y - shape @ hat) for r, hat in zip(records, hats, strict=True))
         response = replace(fit.response, records=bent)
         begun = evaluate(response, fit.point.coordinates)
