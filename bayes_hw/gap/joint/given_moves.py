@@ -100,7 +100,7 @@ def _beginning(fit: GivenFit) -> GivenFit:
 
 
 def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
-    """The same explanation of all samples that `of` explains; a limit that its own did not reach as in `of`."""
+    """The same explanation of all samples of `of`; limits that its own do not reach are as there."""
     if of.response.records is fit.response.records:
         return fit
     fit = fit.with_unreached(of.theta[:LIMITS])
