@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.effect_screen import first_order_noise
@@ -36,11 +37,12 @@ class ShapedFit(GivenFit):
         function explains of them, and the prior."""
         whitener, size = self.point.whitener, self.response.size
         joined = np.concatenate(list(_whitened(self, self.hats, whitener)), axis=1)
-        factor = np.linalg.qr(joined.T, mode="r")[self.taken :, self.taken :]
+        factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
+        factor = factor[self.taken : self.taken + size + 1, self.taken :]
         variance = float(factor[-1, -1] ** 2) / self.point.samples
         root = np.sqrt(self.response.prior_precision() * variance)
         known = np.column_stack([np.diag(root), -root * self.point.coordinates])
-        return np.asarray(np.linalg.qr(np.concatenate([factor, known]), mode="r")[: size + 1])
+        return np.asarray(linalg.qr(np.concatenate([factor, known]), mode="r")[0][: size + 1])
 
     @property
     def score(self) -> float:
