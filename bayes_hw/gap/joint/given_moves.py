@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.effect_screen import best_starts, noise_screens, screene
 from bayes_hw.gap.joint.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given_response import DELAY, LIMITS, MODE, GivenFit
 from bayes_hw.gap.joint.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms
+from bayes_hw.gap.joint.joint_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
 from bayes_hw.gap.joint.joint_values import JointValues
 
 FURTHER_HZ = 18
@@ -55,6 +55,19 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
         ports = effects[-1].ports
         if ports is not None and not ports.signal:
             found.append(as_given(fit.with_signal(len(effects) - 1).descended()))
+    return found
+
+
+def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """Those whose last effect has a form that extends it (a second harmonic), in that form: what a label is
+    worth beside others shows only there."""
+    found = []
+    for fit in fits:
+        effects = fit.values.effects
+        if effects:
+            last = len(effects) - 1
+            forms = other_forms(effects[last], fit.response.scale)
+            found += [as_given(fit.with_form(last, f, start).descended()) for f, start in forms if f.further]
     return found
 
 

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.given_moves import (
     every_law,
     further_modes,
     later,
+    with_further_forms,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import DELAY, MODE, GivenFit
@@ -75,7 +76,7 @@ def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
     forms = [form for form in GIVEN_FORMS if form.label == label]
     found = [as_given(t) for t in effect_candidates(fit, forms)]
-    found += with_signals(found) + every_law(fit, forms)
+    found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:
         found += later(fit)
     if label == MODE:

@@ -27,6 +27,7 @@ from bayes_hw.gap.joint.given_moves import (
     other_laws,
     pruned,
     something_is_left,
+    with_further_forms,
     with_signals,
 )
 from bayes_hw.gap.joint.given_response import GivenFit, GivenResponse
@@ -236,7 +237,8 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
-        found += with_signals(found) + further_modes(begun) + later(begun) + begun_under_white_noise(begun)
+        found += with_further_forms(found) + with_signals(found)
+        found += further_modes(begun) + later(begun) + begun_under_white_noise(begun)
         if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
@@ -328,7 +330,8 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
             rest = as_given(fit.without(label).descended())
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]
-            found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
+            found += with_further_forms(found) + with_signals(found)
+            found += later(rest) + further_modes(rest) + slow_causes(rest)
             trials += [t for t in found if label not in t.labels]
         best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:
