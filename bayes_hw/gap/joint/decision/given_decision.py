@@ -26,7 +26,6 @@ what the readings have."""
 MOST_LEFT = 0.7
 """Of the base's residual: a label that removes less is not certain where much remains."""
 
-UNCERTAIN = 0.3
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
 """Labels whose effect stays in the residual."""
 
@@ -77,7 +76,8 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
         certain = []
     answer = (*certain[:1], OTHER)
     probability = {
-        label: p if label in answer else min(p, UNCERTAIN) for label, p in decided.probability.items()
+        label: p if label in answer else min(p, calibration.beside_other)
+        for label, p in decided.probability.items()
     }
     probability["none"] = min(probability["none"], calibration.excess_doubt)
     probability[OTHER] = 1 - calibration.excess_doubt

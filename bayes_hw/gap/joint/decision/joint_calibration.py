@@ -27,9 +27,14 @@ class JointCalibration:
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
     more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
     many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
-    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and for
+    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and
     every `share_between` of all nats explained: the more an effect moves, the more the error of its form is
-    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every `nats_between_causes`.
+    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every
+    `nats_between_causes`. `others_share` is what causes without a name have of the doubt of a label that many
+    nats speak for. A label that was not followed to the end but earns alone more than the share `near` of
+    the answer's nats keeps the answer in doubt: one without a name with `near_doubt`, one with a name, beside
+    an answer without, with `named_share` of that answer's probability. `beside_other` is the most that any
+    label has beside an answer that is `other` alone, `least` the least that is stated.
     """
 
     doubt: float
@@ -47,6 +52,12 @@ class JointCalibration:
     nats_between: float
     share_between: float
     nats_between_causes: float
+    others_share: float
+    near: float
+    near_doubt: float
+    named_share: float
+    beside_other: float
+    least: float
 
     def sure(self, nats: float, floor: float) -> float:
         """Probability of a label of so many nats, its doubt at least `floor`."""

@@ -13,10 +13,8 @@ from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
-
-COLOURED_NATS = 60.0
-"""By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
 AS_GOOD = 15.0
 """Nats within which a rival label explains the records as well."""
@@ -24,22 +22,18 @@ AS_GOOD = 15.0
 LEAST_SHARE = 0.05
 """Of the probability of two labels: a rival that has less is not confusable with the other."""
 
-MIMIC_COLOUR = {"encoder_quantization", "timing_jitter"}
-"""Faults of the readings whose errors follow each other."""
+COLOUR_OF = {"encoder_quantization": np.inf, "timing_jitter": 1.0}
+"""Faults of the readings whose errors follow each other: nats of colour that may be theirs, for every nat of
+their own; a slow axis shows a staircase of any length."""
 
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
 
+LEAST_BESIDE = 0.1
+"""Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
+and what mends it a little is no effect of its own."""
+
 MOST_NAMED = 2
-SMALL = 0.002
-OTHERS_SHARE = 0.3
-"""Of the doubt of a label that many nats speak for, what goes to causes without a name."""
-
-NEAR = 0.7
-"""Share of the answer's nats that a form without a name, not followed to the end, earns alone, from which
-`other` is not ruled out; and one with a name, beside an answer without."""
-
-
 OTHER_CAUSE = {WIND: WALK, WALK: WIND}
 """Of slow noise."""
 
@@ -74,13 +68,17 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif not (found.nats or evidence.keys() & MIMIC_COLOUR) and found.remainder.coloured > COLOURED_NATS:
-        remains = max(remains, found.remainder.coloured)
+    elif not found.nats:
+        theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)
+        coloured = found.remainder.coloured - theirs
+        if coloured > COLOURED_NATS:
+            remains = max(remains, coloured)
     # What the readings themselves show needs no model, so it comes first.
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
-        certain = answer and (OTHER in found.nats or evidence[answer[0]] > remains)
+        asked = LEAST_BESIDE if OTHER in found.nats else 1.0
+        certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
     found_contests, confusable = contests(found, answer), []
@@ -120,29 +118,36 @@ def _probabilities(
     p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
     if remains > 0:
         p_other = calibration.sure(remains, calibration.other_floor)
-    p_other = max(p_other, OTHERS_SHARE * elsewhere)
+    p_other = max(p_other, calibration.others_share * elsewhere)
     begun = {label: nats for label, nats in found.rivals.items() if label not in found.followed}
-    if answer and OTHER not in answer and found.nats and begun.get(OTHER, -np.inf) > NEAR * found.own:
-        p_other = max(p_other, 0.3)
-        certain = {label: 0.7 * p if label in found.nats else p for label, p in certain.items()}
+    if (
+        answer
+        and OTHER not in answer
+        and found.nats
+        and begun.get(OTHER, -np.inf) > calibration.near * found.own
+    ):
+        p_other = max(p_other, calibration.near_doubt)
+        kept = 1 - calibration.near_doubt
+        certain = {label: kept * p if label in found.nats else p for label, p in certain.items()}
     if answer == (OTHER,) and OTHER in found.labels and begun:
         named = max(begun, key=lambda label: begun[label] * (label != OTHER))
-        if begun[named] > NEAR * found.own:
-            certain[named], p_other = 0.25 * p_other, 0.75 * p_other
+        if begun[named] > calibration.near * found.own:
+            share = calibration.named_share
+            certain[named], p_other = share * p_other, (1 - share) * p_other
     probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
     probability.update(certain)
     if answer == (OTHER,):
-        probability = {label: min(p, 0.3) for label, p in probability.items()}
+        probability = {label: min(p, calibration.beside_other) for label, p in probability.items()}
     for label in part_of_g:
         probability[label] = 0.0
     if answer:
         none = nothing * (1 - p_other)
-        rest = max((1 - OTHERS_SHARE) * elsewhere, SMALL * len(LABEL_BLOCKS))
+        rest = max((1 - calibration.others_share) * elsewhere, calibration.least * len(LABEL_BLOCKS))
     else:
         best = max(found.rivals.values(), default=-np.inf)
         none = 1 - p_other - calibration.none_doubt
         none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / calibration.nats_nearly_found))
-        none = max(none, SMALL)
+        none = max(none, calibration.least)
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
     for label in silent:

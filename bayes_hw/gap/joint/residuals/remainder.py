@@ -13,6 +13,9 @@ from bayes_hw.gap.joint.noise.noise_rhythm import rhythm_nats
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
 
+COLOURED_NATS = 60.0
+"""By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
+
 LONGEST_LAG = 200
 
 
@@ -41,6 +44,11 @@ def coloured_nats(fit: JointFit) -> float:
     gained = point.whitener.log_likelihood(point.residuals, point.masks)
     gained -= first.log_likelihood(point.residuals, point.masks)
     return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))
+
+
+def leaves_a_cause(fit: JointFit) -> bool:
+    """Whether its noise counts as a cause without a name."""
+    return coloured_nats(fit) > COLOURED_NATS
 
 
 def samples_of_variance(residuals: Sequence[FloatArray]) -> float:

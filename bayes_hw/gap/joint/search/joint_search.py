@@ -20,7 +20,7 @@ from bayes_hw.gap.joint.fit.structure_moves import (
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.jumps import jumps
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults, weighted
-from bayes_hw.gap.joint.residuals.remainder import Remainder, remainder_of
+from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import (
     FIRST_STEPS,
@@ -338,7 +338,9 @@ def verified(
 ) -> tuple[JointFit, dict[str, float]]:
     """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
 
-    Any of the `others`, of the labels that are left and under the same weights, may do better than that.
+    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
+    label without which the noise has a cause that nothing names is held against that cause, not against
+    nothing: it stays where it is likelier.
     """
     while fit.labels:
         nats: dict[str, float] = {}
@@ -355,6 +357,8 @@ def verified(
         beside = bool(fit.added) and len(fit.labels) > 1
         doubtful = readings.nats or fit.noise_order > 1 or beside
         asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
+            asked = 0.0
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]

@@ -60,6 +60,15 @@ def test_colour_that_nothing_explains_has_no_name() -> None:
     assert _decided({}, coloured=900.0, readings={"outliers": 1500.0}).answer == ("outliers", "other")
     rounded = _decided({}, coloured=900.0, readings={"encoder_quantization": 500.0})
     assert rounded.answer == ("encoder_quantization",)
+    assert _decided({}, coloured=30.0, readings={"timing_jitter": 80.0}).answer == ("timing_jitter",)
+    assert _decided({}, coloured=900.0, readings={"timing_jitter": 80.0}).answer == ("other",)
+
+
+def test_what_mends_a_form_without_a_name_is_no_effect_of_its_own() -> None:
+    assert _decided({"other": 2600.0, "torque_ripple": 600.0}).answer == ("torque_ripple", "other")
+    found = _decided({"other": 2600.0, "torque_ripple": 130.0})
+    assert found.answer == ("other",)
+    assert found.probability["torque_ripple"] <= JointCalibration.built_in().beside_other
 
 
 def test_a_rival_as_good_is_stated() -> None:
