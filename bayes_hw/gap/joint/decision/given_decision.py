@@ -10,9 +10,10 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.decision.joint_decision import COLOURED_NATS, JointDecision, decide
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.identify.holes import with_holes
 
