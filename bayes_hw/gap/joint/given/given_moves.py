@@ -17,6 +17,8 @@ from bayes_hw.gap.joint.given.given_response import DELAY, LIMITS, MODE, GivenFi
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
 from bayes_hw.gap.joint.search.effect_screen import best_starts, noise_screens, screened
+from bayes_hw.identify.growth.descent import evaluate, triangular_factor
+from bayes_hw.identify.growth.levels import WHITE
 
 FURTHER_HZ = 18
 FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
@@ -180,10 +182,22 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
     kinds: dict[str, list[GivenFit]] = {}
     for label in dict.fromkeys(one.form.label for one in starts):
         for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
-            begun = fit.with_effect(one.form, one.values).descended_under(0, SECOND_STEPS)
-            kinds.setdefault(label, []).append(as_given(begun))
+            begun = as_given(fit.with_effect(one.form, one.values))
+            tried = [as_given(t.descended_under(0, SECOND_STEPS)) for t in (begun, _at_full_strength(begun))]
+            kinds.setdefault(label, []).extend(tried)
     best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
     return [explained_slowly(as_given(t.descended())) for t in best]
+
+
+def _at_full_strength(fit: GivenFit) -> GivenFit:
+    """The last effect as least squares with the base free ask for it, but the base where it is: at the kinks
+    of its limits no step of both together may gain, however small."""
+    response, before = fit.response, fit.point.coordinates
+    factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    step = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=None)[0]
+    moved, own = before.copy(), response.effect_sizes[-1]
+    moved[-own:] += step[-own:]
+    return replace(fit, point=evaluate(response, response.admissible(moved, before)))
 
 
 def explained_slowly(fit: GivenFit) -> GivenFit:
