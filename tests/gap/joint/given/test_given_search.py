@@ -246,6 +246,13 @@ def test_a_slow_effect_is_begun_under_white_noise() -> None:
     assert begun_under_white_noise(found) == []
 
 
+def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_stays() -> None:
+    base = best_base(measured((Effect(form("command_bias"), np.array([0.01])),), FEW, (1, 2)), model())
+    begun = given_moves._at_full_strength(as_given(base.with_effect(form("command_bias"), (0.0,))))
+    assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
+    np.testing.assert_array_equal(begun.theta, base.theta)
+
+
 def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """A lone tone in the readings has none."""
     tone = [replace(r, y=r.y + 6 * SIGMA * np.sin(0.4 * r.t)) for r in measured((), GIVEN_SAMPLES, (1, 2))]
