@@ -295,9 +295,11 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
 
 
 def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
-    """Whether one more label beside others leaves noise of higher order and is worth too little there."""
+    """Whether one more label beside others is worth too little to be verified, more so where the noise it
+    leaves is of higher order."""
     more = bool(fit.labels) and len(best.labels) > len(fit.labels)
-    return more and best.noise_order > 1 and best.score < fit.score + VERIFIED_BESIDE_NATS
+    asked = VERIFIED_BESIDE_NATS if best.noise_order > 1 else VERIFIED_NATS
+    return more and best.score < fit.score + asked
 
 
 def _under(
