@@ -34,6 +34,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     every_law,
     explained_slowly,
     further_modes,
+    with_further_forms,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
@@ -251,6 +252,19 @@ def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_st
     begun = given_moves._at_full_strength(as_given(base.with_effect(form("command_bias"), (0.0,))))
     assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
     np.testing.assert_array_equal(begun.theta, base.theta)
+
+
+def test_a_second_harmonic_is_tried_where_the_first_is() -> None:
+    oval = form("encoder_eccentricity", "two harmonics")
+    wavenumber = 8 * np.pi / best_base(measured((), FEW, (1, 2)), model()).response.scale.travel
+    planted = Effect(oval, np.array([2 * SIGMA, 0.0, wavenumber, 0.0, 4 * SIGMA]))
+    base = best_base(measured((planted,), FEW, (1, 2)), model())
+    first = as_given(base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, wavenumber)).descended())
+    (second,) = with_further_forms([base, first])
+    assert second.names == (oval.full_name,)
+    assert second.score > first.score + 50
+    bias = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    assert with_further_forms([bias]) == []
 
 
 def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
