@@ -14,7 +14,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary
-from bayes_hw.gap.joint.posterior.joint_posterior import effect_quantities
+from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.search.known_input import READING, TORQUE, forms_of, with_known_inputs
