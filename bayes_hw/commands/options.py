@@ -7,9 +7,9 @@ import os
 from typing import TypeVar
 
 FREE_HELP = (
-    "all (default): limits, dead zone, noise and every pole and zero of G; dominant: limits, dead zone, "
-    "gain, dominant modes and noise, conditional on the other roots of G, and too narrow where "
-    "the same records gave those roots"
+    "all (default): every number of the model is sampled; dominant: limits, dead zone, gain, dominant modes "
+    "and noise are, the other roots of G follow and are drawn about them, which is quicker; the same "
+    "intervals, since the exact posterior decides on the draws, and everything is sampled where they are poor"
 )
 
 RECORD_HELP = "a record: text such as .csv, .mat, .h5, .parquet, .fits, .tdms, .mcap, .json"

@@ -186,7 +186,13 @@ def sample_long(
             resume=resume and attempt == 0,
         )
         with progress.stage("draws weighed by the likelihood of all samples"):
-            states, heights, judged = reweighted(sampling.chain, sampling.log_probability, target, weight_rng)
+            states, heights, judged = reweighted(
+                sampling.chain,
+                sampling.log_probability,
+                target,
+                weight_rng,
+                target_ess=settings.target_ess,
+            )
         if judged.holds:
             break
         flat = states.reshape(-1, states.shape[-1])

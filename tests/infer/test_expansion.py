@@ -26,7 +26,7 @@ MODEL = nanshan_model(0.006, 0.002)
 
 def _target(samples: int = 2400) -> tuple[LogPosterior, FloatArray, FloatArray]:
     records = [measured(MODEL, samples, 3), measured(MODEL, samples, 4)]
-    axis = AxisParameters(MODEL, "dominant", output_scale=1.0)
+    axis = AxisParameters(MODEL, "conditional", output_scale=1.0)
     origin = starting_point(axis, records, np.random.default_rng(1))
     target = LogPosterior(axis, origin.noise_parameters, records)
     return target, origin.coordinates, origin.covariance
@@ -47,7 +47,7 @@ def test_blocks_are_the_response_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> 
 def test_products_are_those_of_whitened_residuals(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streaming, "SAMPLES", 320)
     record = measured(MODEL, 1000, 3)
-    axis = AxisParameters(MODEL, "dominant", output_scale=1.0)
+    axis = AxisParameters(MODEL, "conditional", output_scale=1.0)
     centre = as_coordinates(axis.parameters, axis.nominal)
     points = np.stack([centre, centre + 0.01], axis=1)
     whitener = Whitener.of_partial(np.array([0.5, -0.2]))
@@ -99,9 +99,9 @@ def test_weights_restore_the_density_that_was_meant() -> None:
 def test_long_records_have_the_posterior_of_the_whole_likelihood(monkeypatch: pytest.MonkeyPatch) -> None:
     records = [measured(MODEL, 2000, 3), measured(MODEL, 2000, 4)]
     settings = SamplerSettings(target_ess=800)
-    plain = infer(MODEL, records, np.random.default_rng(1), free="dominant", settings=settings).posterior
+    plain = infer(MODEL, records, np.random.default_rng(1), free="conditional", settings=settings).posterior
     monkeypatch.setattr(long_records, "LONG_SAMPLES", 4000)
-    found = infer(MODEL, records, np.random.default_rng(1), free="dominant", settings=settings).posterior
+    found = infer(MODEL, records, np.random.default_rng(1), free="conditional", settings=settings).posterior
     assert plain.reweighting is None and found.reweighting is not None
     assert found.converged and found.reweighting.samples == 4000 and found.reweighting.pareto_k < 0.7
     assert found.to_dict()["expanded_likelihood"]["samples"] == 4000
