@@ -1,15 +1,15 @@
-"""Sampling the dominant parameters alone, with everything else of G following them.
+"""Sampling limits, dead zone, poles and noise alone, with the weights of G's poles following them.
 
-Let d be the dominant parameters (limits, dead zone, velocity gain, modes, noise) and o the rest: weights and
-other roots. Where the posterior is normal, o given d is normal about a straight line, and the marginal of d
-is the density along it:
+The response is linear in the weights w of G's poles and in the states that records begin in, the following
+parameters, so that given all others, the leading ones d, they are all but normal. Where the posterior is
+normal, w given d is normal about a straight line, and the marginal of d is the density along it:
 
-    o(d) = o_0 + S_od S_dd^-1 (d - d_0),    p(d) = p(d, o(d)) / N(o(d); o(d), S_oo - S_od S_dd^-1 S_do),
+    w(d) = w_0 + S_wd S_dd^-1 (d - d_0),    p(d) = p(d, w(d)) / N(w(d); w(d), S_ww - S_wd S_dd^-1 S_dw),
 
-S the covariance at the mode (d_0, o_0); the denominator does not depend on d. So walkers move in d only, and
-each of their states is completed by a draw of o. In the coordinates of `bayes_hw.infer.centred_weights`
-weights follow the poles as least squares has them, whose precision the Jacobian counts. What is not normal is
-put right by the exact posterior: completed draws become states of a chain on it (`reweighted`).
+S the covariance at the mode (d_0, w_0); the denominator does not depend on d. So walkers move in d only, and
+each of their states is completed by a draw of w. In the coordinates of `bayes_hw.infer.centred_weights` the
+weights go where least squares has them, whose precision the Jacobian counts: what is left of the bend is
+little. Importance weights put it right (`reweighted`), so that the posterior is that of everything.
 """
 
 from __future__ import annotations
@@ -30,59 +30,59 @@ from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import StartingPoint
 from bayes_hw.progress import Progress
 
-DOMINANT = re.compile(r"saturation\.|dead_zone\.|velocity_gain|mode\d+\.(frequency_hz|damping_ratio)|noise\.")
-"""How the names of the dominant parameters begin."""
+FOLLOWING = re.compile(r"\.(weight\d*|cosine|sine)$|^direct$|^start\d+\.")
+"""What the names of the following parameters match."""
 
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """Where the `others` (rows,) of a Laplace approximation of one mode lie given its `dominant` rows.
+    """Where the `following` rows of a Laplace approximation of one mode lie given its `leading` rows.
 
-    `slopes` (others, dominant) are those of the line, `factor` (others, others) is the lower Cholesky factor
-    of the covariance about it.
+    `slopes` (following, leading) are those of the line, `factor` (following, following) is the lower Cholesky
+    factor of the covariance about it.
     """
 
     laplace: Laplace
-    dominant: IntArray
-    others: IntArray
+    leading: IntArray
+    following: IntArray
     slopes: FloatArray
     factor: FloatArray
 
     @classmethod
     def of(cls, laplace: Laplace, names: Sequence[str]) -> Following:
         """Of the first mode of `laplace`, whose coordinates have these names."""
-        leading = np.array([DOMINANT.match(name) is not None for name in names])
-        dominant, others = np.flatnonzero(leading), np.flatnonzero(~leading)
-        order, count = np.concatenate([dominant, others]), len(dominant)
+        follows = np.array([FOLLOWING.search(name) is not None for name in names])
+        leading, following = np.flatnonzero(~follows), np.flatnonzero(follows)
+        order, count = np.concatenate([leading, following]), len(leading)
         _, covariance = laplace.modes[0]
         factor = np.linalg.cholesky(covariance[np.ix_(order, order)])
         slopes = np.linalg.solve(factor[:count, :count].T, factor[count:, :count].T).T
-        return cls(laplace, dominant, others, slopes, factor[count:, count:])
+        return cls(laplace, leading, following, slopes, factor[count:, count:])
 
     @property
     def mode(self) -> FloatArray:
-        """The dominant parameters at the mode (dominant,)."""
-        return self.laplace.modes[0][0][self.dominant]
+        """The leading parameters at the mode (leading,)."""
+        return self.laplace.modes[0][0][self.leading]
 
     @property
     def covariance(self) -> FloatArray:
-        """Their marginal covariance (dominant, dominant)."""
-        return self.laplace.modes[0][1][np.ix_(self.dominant, self.dominant)]
+        """Their marginal covariance (leading, leading)."""
+        return self.laplace.modes[0][1][np.ix_(self.leading, self.leading)]
 
-    def completed(self, dominant: FloatArray, aside: FloatArray | None = None) -> FloatArray:
-        """Points (points, parameters) with the given dominant coordinates (points, dominant), `aside`
-        (points, others) standard deviations off the line."""
+    def completed(self, leading: FloatArray, aside: FloatArray | None = None) -> FloatArray:
+        """Points (points, parameters) with the given leading coordinates (points, leading), `aside`
+        (points, following) standard deviations off the line."""
         centre = self.laplace.modes[0][0]
-        points = np.empty((len(dominant), len(centre)))
-        points[:, self.dominant] = dominant
-        points[:, self.others] = centre[self.others] + (dominant - self.mode) @ self.slopes.T
+        points = np.empty((len(leading), len(centre)))
+        points[:, self.leading] = leading
+        points[:, self.following] = centre[self.following] + (leading - self.mode) @ self.slopes.T
         if aside is not None:
-            points[:, self.others] += aside @ self.factor.T
+            points[:, self.following] += aside @ self.factor.T
         return points
 
 
 class DensityAlong:
-    """A log-density as a function of the dominant coordinates, the others on their line."""
+    """A log-density as a function of the leading coordinates, the others on their line."""
 
     def __init__(self, density: LogDensity, following: Following) -> None:
         self.density = density
@@ -90,7 +90,7 @@ class DensityAlong:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(self.density.names[row] for row in self.following.dominant)
+        return tuple(self.density.names[row] for row in self.following.leading)
 
     @property
     def non_finite(self) -> int:
@@ -114,9 +114,12 @@ def sample_followed(
     jobs: int,
     progress: Progress,
 ) -> tuple[Sampling, Reweighting] | None:
-    """Sample the dominant parameters from `origin` on, draw the others about their line in the coordinates
-    that `maps` lead to, and decide on the draws by `target`; None where nothing follows, and where the
-    posterior has several modes."""
+    """Sample the leading parameters from `origin` on, draw the others about their line in the coordinates
+    that `maps` lead to, and weigh the draws by `target`.
+
+    None where nothing follows, where the posterior has several modes, where the weights do not hold, and
+    where not every parameter has converged.
+    """
 
     def laplace() -> Laplace:
         own = LogPosterior(target.axis, target.noise, target.records, target.power)
@@ -127,7 +130,7 @@ def sample_followed(
 
     whole = laplace().separated()
     following = Following.of(whole, target.names)
-    if len(whole.modes) > 1 or not len(following.others):
+    if len(whole.modes) > 1 or not len(following.following):
         return None
     sampler_rng, aside_rng, weight_rng = rng.spawn(3)
     sampling = sample(
@@ -137,21 +140,21 @@ def sample_followed(
         sampler_rng,
         settings=settings,
         straightening=Reparameterisation.of(
-            [target.parameters[row] for row in following.dominant], target.records
+            [target.parameters[row] for row in following.leading], target.records
         ),
         jobs=jobs,
         progress=progress,
     )
-    with progress.stage("the other roots about the dominant parameters"):
-        flat = sampling.chain.reshape(-1, len(following.dominant))
-        aside = aside_rng.standard_normal((len(flat), len(following.others)))
+    with progress.stage("weights of the poles about the line"):
+        flat = sampling.chain.reshape(-1, len(following.leading))
+        aside = aside_rng.standard_normal((len(flat), len(following.following)))
         points, log_jacobian = whole.to_plain(following.completed(flat, aside))
-        density = sampling.log_probability.ravel() - 0.5 * np.sum(aside**2, axis=1) - log_jacobian
         shape = sampling.log_probability.shape
-        chain = points.reshape(*shape, -1)
+        density = sampling.log_probability.ravel() - 0.5 * np.sum(aside**2, axis=1) - log_jacobian
         states, heights, judged = reweighted(
-            chain, density.reshape(shape), target, weight_rng, "following_roots", settings.target_ess
+            "following_weights", points.reshape(*shape, -1), density.reshape(shape), target, weight_rng
         )
-        convergence = assess(states, target.names, np.full(len(states), judged.acceptance))
-    convergence = replace(convergence, problems=(*sampling.convergence.problems, *convergence.problems))
+        convergence = assess(states, target.names, sampling.acceptance)
+    if not (judged.holds and sampling.convergence.converged and convergence.converged):
+        return None
     return replace(sampling, chain=states, log_probability=heights, convergence=convergence), judged

@@ -44,8 +44,8 @@ from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 Sampled: TypeAlias = Literal["all", "dominant", "conditional"]
-"""What is sampled: the posterior of all of G ("all"), the same with walkers in the dominant parameters alone
-("dominant", see `bayes_hw.infer.following`), or that of the dominant parameters given the rest of G."""
+"""What is sampled: the posterior of everything ("all"), the same with the weights of G's poles following the
+rest ("dominant", see `bayes_hw.infer.following`), or that of the dominant parameters given the rest of G."""
 
 StartCondition: TypeAlias = Literal["rest", "free"]
 START_SAMPLES = 5

@@ -65,9 +65,9 @@ class AxisParameters:
     """Which numbers of a Hammerstein-Wiener model are free, and how a vector of them becomes a model.
 
     `free` is "conditional": saturation limits, dead zone, gain, frequencies and dampings of the dominant
-    modes, given the other roots of G; or "all": every pole of G but an integrator, and in place of the zeros and the
-    gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
-    impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
+    modes, given the other roots of G; or "all": every pole of G but an integrator, and in place of the zeros
+    and the gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of
+    their impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
     With `start_positions` the initial state of every record is free as well. Of every known input of the
     model the weights of its response are free, in which that is linear; its poles are held.
     """

@@ -297,13 +297,13 @@ def stand_in_sentence(judged: Reweighting) -> str:
     walked = {
         "expanded_likelihood": f"The records are long ({judged.samples} samples): the chains walked on a "
         "likelihood whose residuals are expanded to second order about the estimate, from all samples",
-        "following_roots": "The chains walked in limits, dead zone, gain, modes and noise; the weights and "
-        "the other roots of G followed along the line on which the normal approximation has them, and were "
-        "drawn about it",
+        "following_weights": "The chains walked in limits, dead zone, gain, poles and noise; the weights of "
+        "the poles followed along the line on which the normal approximation has them, and were drawn about "
+        "it",
     }
     return (
-        f"{walked[judged.of]}. Of these draws {judged.draws} were decided on by the exact posterior, which "
-        f"accepted {format_percent(judged.acceptance)}. Their weights are worth "
+        f"{walked[judged.of]}. Of these draws {judged.draws} were weighed by the exact posterior and "
+        "drawn again by their weights, which are worth "
         f"{format_number(judged.effective, 4)} draws; Pareto's k of their tail is "
         f"{format_number(judged.pareto_k, 2)} (0.7 is the most that may be relied on)."
     )
