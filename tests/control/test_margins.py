@@ -105,7 +105,7 @@ def test_requirements_are_all_asked_for() -> None:
 
 def test_two_thousand_draws_in_two_seconds() -> None:
     """Of the 26 m model, the grid, poles and refinement included."""
-    posterior = spread_posterior(nanshan_model(), "dominant", spread=0.01)
+    posterior = spread_posterior(nanshan_model(), "conditional", spread=0.01)
     values = posterior.draws(2000, np.random.default_rng(1))
     begin = time.perf_counter()
     margins = loop_margins(Loop(AxisDraws.of_posterior(posterior, values), Controller("PI", 20.0, 20.0, 5.0)))

@@ -40,7 +40,7 @@ def diagnose_with_few(*arguments: Any, **options: Any) -> diagnosis.Diagnosis:
 
 def infer_dominant(*arguments: Any, **options: Any) -> Inference:
     """The posterior of the dominant parameters: those of two slow poles, beside, mix ten times as slowly."""
-    return INFER(*arguments, **(options | {"free": "dominant"}))
+    return INFER(*arguments, **(options | {"free": "conditional"}))
 
 
 @pytest.fixture(scope="module")
