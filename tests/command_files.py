@@ -15,15 +15,6 @@ from bayes_hw.record import Record
 
 SAMPLES = 400
 
-SHORT_PILOT = """
-import sys
-from bayes_hw.cli import main
-from bayes_hw.infer import pilot
-pilot.PILOT_STEPS, pilot.TRIAL_PROPOSALS = 20, 256
-sys.exit(main(sys.argv[1:]))
-"""
-"""The command line with a pilot in a fifth of its steps, for a process of its own."""
-
 
 def write_record(path: Path, record: Record) -> Path:
     """Write `record` as t,u,y."""

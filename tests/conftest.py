@@ -10,6 +10,7 @@ import pytest
 from browser import Browser, browser_program
 from simulated_records import SAMPLE_RATE_HZ, measured
 from strokes import draw_strokes
+from tried_here import try_here
 
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -45,6 +46,12 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every figure is a stroke."""
     draw_strokes(monkeypatch)
+
+
+@pytest.fixture
+def tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files, which must be sound, are tried in this process."""
+    try_here(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         patch.setattr(demo, "run_command", run_shorter)
         draw_strokes(patch)
-        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(30.0,))})
+        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(20.0,))})
         patch.chdir(tmp_path_factory.mktemp("demo"))
         yield Path.cwd()
 

@@ -114,6 +114,7 @@ def test_a_case_folder_or_its_files_give_one_verdict(
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
     pytest.importorskip(
         "bayes_hw.report.diagnosis.diagnosis_report", reason="the report of a diagnosis is not there"
@@ -130,6 +131,7 @@ def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     verdict(folder, "again", ".")
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.usefixtures("undrawn")
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
