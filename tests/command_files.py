@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
 from simulated_records import measured
 
 from bayes_hw.csv_output import write_csv
+from bayes_hw.identify import four_steps
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
@@ -28,6 +31,18 @@ def write_axis(folder: Path, axis: HammersteinWiener) -> Path:
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
         write_record(folder / f"{name}.csv", measured(axis, SAMPLES, seed=seed))
     return folder
+
+
+def copied_axis(made: Path, folder: Path) -> Path:
+    """What `write_axis` wrote in `made`, again in `folder`."""
+    return Path(shutil.copytree(made, folder, dirs_exist_ok=True))
+
+
+def few_orders(patch: pytest.MonkeyPatch) -> None:
+    """Three poles are looked for, as many as the small axis has, unless others are asked for."""
+    defaults = four_steps.identify.__kwdefaults__
+    assert defaults is not None
+    patch.setitem(defaults, "max_order", 3)
 
 
 def changed_model(folder: Path, changes: Mapping[str, Any]) -> Path:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import Browser, browser_program
+from command_files import write_axis
 from simulated_records import SAMPLE_RATE_HZ, measured
 from strokes import draw_strokes
 from tried_here import try_here
@@ -71,6 +73,12 @@ def small_axis() -> HammersteinWiener:
         dominant_modes=(mode,),
         noise_sigma=0.01,
     )
+
+
+@pytest.fixture(scope="session")
+def axis_files(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model and three records of the small axis, to be copied."""
+    return write_axis(tmp_path_factory.mktemp("axis"), small_axis)
 
 
 @pytest.fixture(scope="session")

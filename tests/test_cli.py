@@ -20,7 +20,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from command_files import files_below, write_axis
+from command_files import few_orders, files_below, write_axis
 from strokes import draw_strokes
 
 from bayes_hw.cli import build_parser, main
@@ -57,10 +57,11 @@ def example_of(command: str) -> list[str]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
-    """Sampling's pilot in a third of its steps."""
+    """Sampling's pilot in a third of its steps, few poles looked for."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        few_orders(patch)
         yield
 
 
@@ -234,7 +235,7 @@ def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path) 
 def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = sample_arguments(folder, tmp_path, "--walkers", "64")
+    arguments = sample_arguments(folder, tmp_path, "--walkers", "64", "--target-ess", "500")
     assert main([*arguments, "--quiet"]) == 0
     answer, progress = capsys.readouterr()
     assert progress == "" and "noise.partial" not in answer and "next: " not in answer

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_files import few_orders
 from simulated_records import measured
 
 import bayes_hw
@@ -122,7 +123,10 @@ def test_a_case_away_from_zero(small_axis: HammersteinWiener) -> None:
 
 
 def test_simulate_and_identify_give_back_the_angles_of_the_encoder(
-    small_axis: HammersteinWiener, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    small_axis: HammersteinWiener,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """The same model from a record that begins at 134.2 deg, and its simulation there."""
     record = measured(small_axis, 400, seed=1)
@@ -139,6 +143,7 @@ def test_simulate_and_identify_give_back_the_angles_of_the_encoder(
     np.testing.assert_allclose(away["y"], plain["y"] + 134.2, atol=1e-9)
     np.testing.assert_allclose(away["y_model"], plain["y_model"] + 134.2, atol=0.03)
     assert "note: away_0: angles count from 134." in capsys.readouterr().out
+    few_orders(monkeypatch)
     fits = []
     for name in ("away", "plain"):
         given = str(tmp_path / f"{name}_0.csv")
@@ -147,7 +152,10 @@ def test_simulate_and_identify_give_back_the_angles_of_the_encoder(
     assert fits[0] == pytest.approx(fits[1], abs=1.0)
 
 
-def test_python_warns_of_what_was_done(small_axis: HammersteinWiener) -> None:
+def test_python_warns_of_what_was_done(
+    small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few_orders(monkeypatch)
     record = measured(small_axis, 400, seed=1)
     with pytest.warns(bayes_hw.BayesHWWarning, match=r"angles count from 134"):
         found = bayes_hw.identify(replace(record, y=record.y + 134.2))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_files import write_axis, write_record
+from command_files import few_orders, write_axis, write_record
 from simulated_records import measured
 from strokes import draw_strokes
 
@@ -41,6 +41,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         draw_strokes(patch)
+        few_orders(patch)
         assert main(["report", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "azimuth"]) == 0
     return folder
 

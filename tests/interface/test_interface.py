@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from command_files import write_axis
+from command_files import few_orders, write_axis
 from matplotlib.figure import Figure
 
 import bayes_hw
@@ -54,6 +54,7 @@ def shown(
         patch.setattr(pilot, "PILOT_STEPS", 30)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         patch.setattr(diagnosis, "diagnose", diagnose_with_few)
+        few_orders(patch)
         patch.chdir(write_axis(tmp_path_factory.mktemp("axis"), small_axis))
         Path("block.py").write_text(block, encoding="utf-8")
         with patch.context() as quicker:
