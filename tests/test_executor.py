@@ -81,12 +81,8 @@ def expected(folder: Path, count: int = COUNT) -> list[Any]:
     return [json.loads(run_task(draw, task).result) for task in make_tasks(other, count)]
 
 
-def test_local_results_are_those_of_a_plain_loop(tmp_path: Path) -> None:
-    assert LocalExecutor(2).map(draw, make_tasks(tmp_path)) == expected(tmp_path)
-    assert finished_tasks(tmp_path) == Counter(range(COUNT))
-
-
-def test_a_task_whose_process_dies_is_run_again(tmp_path: Path) -> None:
+def test_local_results_are_those_of_a_plain_loop_though_a_process_dies(tmp_path: Path) -> None:
+    """Its task is run again, and no other is run twice."""
     assert LocalExecutor(2).map(draw_or_die_once, make_tasks(tmp_path)) == expected(tmp_path)
     assert (tmp_path / "died").exists()
     assert finished_tasks(tmp_path) == Counter(range(COUNT))

@@ -22,7 +22,7 @@ from bayes_hw.gap.search.candidate_models import best_of
 from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.search.strategies import apart
 
-INPUTS = [command(500, 1), command(500, 2)]
+INPUTS = [command(700, 1), command(700, 2)]
 BASE = hypothesis(AXIS, INPUTS)
 EFFECTS = (TransportDelay(), CommandBias(), GainAsymmetry())
 
