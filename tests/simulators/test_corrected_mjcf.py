@@ -50,7 +50,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_records(folder, path)
     train, held_out = (str(folder / f"{name}.csv") for name in ("a", "b"))
     given = ["--simulator", str(path), "--train", train, "--holdout", held_out]
-    options = ["--out", str(folder / "out"), "--no-report", "--without", *FEW, *OWN]
+    options = ["--out", str(folder / "out"), "--no-report", "--jobs", "1", "--without", *FEW, *OWN]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(draws, "WALKERS", 20)
         patch.setattr(draws, "STEPS", 12)
