@@ -79,6 +79,7 @@ def random_walk(
     return np.stack(kept)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:overflow encountered")
 def test_marginals_agree_within_monte_carlo_error(small_axis: HammersteinWiener) -> None:
     """Mean and standard deviation of every coordinate within four standard errors of both programs, and

@@ -125,7 +125,7 @@ def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     corrected.json predicts with the column and is refused without it."""
     records = records_with((blown(),), (1, 2, 3))
     records = [replace(r, known={"wind": r.known["wind"]}) for r in records]
-    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ()
     wind = found.verdict.to_dict()["known"]["wind"]  # type: ignore[index]
     assert wind["follows"] and wind["probability"] > 0.9 and wind["block"] == "disturbance"
