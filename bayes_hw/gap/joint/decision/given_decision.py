@@ -13,11 +13,16 @@ from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.identify.holes import with_holes
 
 TOO_MUCH = 1.5
 """Root mean square residual over the stated noise from which something remains; noise is stated to 12 %."""
+
+TOO_MUCH_COLOURED = 1.25
+"""The same where the noise that is left is of higher order and not of its first: a right explanation leaves
+what the readings have."""
 
 MOST_LEFT = 0.7
 """Of the base's residual: a label that removes less is not certain where much remains."""
@@ -60,8 +65,9 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     calibration = calibration or GivenCalibration.built_in()
     evidence = found.joint
     decided = decide(evidence, calibration, part_of_g=())
+    coloured = evidence.remainder.coloured > COLOURED_NATS
     if (
-        not found.left > TOO_MUCH * found.noise
+        not found.left > (TOO_MUCH_COLOURED if coloured else TOO_MUCH) * found.noise
         or OTHER in decided.answer
         or set(decided.answer) & set(RANDOM)
     ):

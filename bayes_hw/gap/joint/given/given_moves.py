@@ -13,10 +13,12 @@ from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
-from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.given.given_response import DELAY, LIMITS, MODE, GivenFit
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms
+from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
 from bayes_hw.gap.joint.search.effect_screen import best_starts, noise_screens, screened
+from bayes_hw.identify.growth.descent import evaluate, triangular_factor
+from bayes_hw.identify.growth.levels import WHITE
 
 FURTHER_HZ = 18
 FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
@@ -55,6 +57,19 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
         ports = effects[-1].ports
         if ports is not None and not ports.signal:
             found.append(as_given(fit.with_signal(len(effects) - 1).descended()))
+    return found
+
+
+def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """Those whose last effect has a form that extends it (a second harmonic), in that form: what a label is
+    worth beside others shows only there."""
+    found = []
+    for fit in fits:
+        effects = fit.values.effects
+        if effects:
+            last = len(effects) - 1
+            forms = other_forms(effects[last], fit.response.scale)
+            found += [as_given(fit.with_form(last, f, start).descended()) for f, start in forms if f.further]
     return found
 
 
@@ -100,11 +115,11 @@ def _beginning(fit: GivenFit) -> GivenFit:
 
 
 def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
-    """The same explanation of all samples that `of` explains."""
-    response = replace(fit.response, records=of.response.records, weights=of.response.weights)
-    if response.records is fit.response.records:
+    """The same explanation of all samples of `of`; limits that its own do not reach are as there."""
+    if of.response.records is fit.response.records:
         return fit
-    return fit.under(response)
+    fit = fit.with_unreached(of.theta[:LIMITS])
+    return fit.under(replace(fit.response, records=of.response.records, weights=of.response.weights))
 
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
@@ -167,17 +182,33 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
     kinds: dict[str, list[GivenFit]] = {}
     for label in dict.fromkeys(one.form.label for one in starts):
         for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
-            begun = fit.with_effect(one.form, one.values).descended_under(0, SECOND_STEPS)
-            kinds.setdefault(label, []).append(as_given(begun))
+            begun = as_given(fit.with_effect(one.form, one.values))
+            tried = [as_given(t.descended_under(0, SECOND_STEPS)) for t in (begun, _at_full_strength(begun))]
+            kinds.setdefault(label, []).extend(tried)
     best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
     return [explained_slowly(as_given(t.descended())) for t in best]
 
 
+def _at_full_strength(fit: GivenFit) -> GivenFit:
+    """The last effect as least squares with the base free ask for it, but the base where it is: at the kinks
+    of its limits no step of both together may gain, however small."""
+    response, before = fit.response, fit.point.coordinates
+    factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    step = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=None)[0]
+    moved, own = before.copy(), response.effect_sizes[-1]
+    moved[-own:] += step[-own:]
+    return replace(fit, point=evaluate(response, response.admissible(moved, before)))
+
+
 def explained_slowly(fit: GivenFit) -> GivenFit:
     """Where the noise is a free one of higher order: descended under white noise first, under which what is
-    slow is not left to the noise, if that ends no worse."""
+    slow is not left to the noise, if that ends no worse; limits that no command reaches begun where one does,
+    as well."""
     if fit.noise_order <= 1 or not fit.labels:
         return fit
+    reached = fit.with_limits_reached()
+    if reached is not fit:
+        fit = best_of([fit, reached.descended_under(0, FULL_STEPS).descended()])
     for _ in range(WHITE_ROUNDS):
         other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
         if other.score < fit.score + LITTLE_NATS:

@@ -13,11 +13,15 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.given.given_model import GivenCascade, GivenModel
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
+from bayes_hw.identify.growth.cascade_response import outermost_limits
 from bayes_hw.identify.growth.descent import evaluate
 
 DIFFERENCE = 1e-6
 DELAY, MODE = "transport_delay", "unmodelled_mode"
 MOST_STEP = 1.0
+LIMITS, SMALLEST_SHARE, WELL_WITHIN = 2, 1e-6, 0.98
+"""Coordinates that are limits; of a nominal limit, that commands reach at least; of what commands reach, at
+which a limit is begun that none did."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,8 +62,19 @@ class GivenResponse(JointResponse):
         return found
 
     def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
+        """Within bounds. Where no command reaches a limit residuals have no slope in it, and a descent that
+        went there under the wrong noise would not come back: one that commands reach stays reached."""
         step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
-        return np.clip(previous + step, *self._bounds)
+        found = np.clip(previous + step, *self._bounds)
+        reached = previous[:LIMITS] <= self.reach
+        found[:LIMITS] = np.where(reached, np.minimum(found[:LIMITS], self.reach), found[:LIMITS])
+        return found
+
+    @cached_property
+    def reach(self) -> FloatArray:
+        """Coordinates (lower, upper) of the outermost limits that commands of the records reach."""
+        nominal = np.array([self.given.lower, self.given.upper])
+        return np.asarray(np.log(np.maximum(outermost_limits(self.records) / nominal, SMALLEST_SHARE)))
 
     def linearise(
         self,
@@ -137,6 +152,21 @@ class GivenFit(JointFit):
     @property
     def theta(self) -> FloatArray:
         return self.point.coordinates[: self.response._n_base]
+
+    def with_limits_reached(self) -> GivenFit:
+        """The limits that no command reaches where commands just do, not descended; itself where all are
+        reached."""
+        return self.with_unreached(self.response.reach + np.log(WELL_WITHIN))
+
+    def with_unreached(self, limits: FloatArray) -> GivenFit:
+        """The limits that no command reaches at these coordinates (lower, upper), not descended; itself where
+        all are reached."""
+        coordinates = self.point.coordinates.copy()
+        beyond = coordinates[:LIMITS] > self.response.reach
+        if not beyond.any():
+            return self
+        coordinates[:LIMITS] = np.where(beyond, limits, coordinates[:LIMITS])
+        return replace(self, point=evaluate(self.response, coordinates))
 
     @property
     def extra_delay(self) -> int:

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     every_law,
     further_modes,
     later,
+    with_further_forms,
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
@@ -33,11 +34,11 @@ def instead_of(
     alone: Mapping[str, GivenFit],
 ) -> dict[str, GivenFit]:
     """The explanation and those that have another label in place of its strongest: what has no name, an
-    error of the reading over position included, and labels that alone did nearly as well. Empty where no
-    effect was found, or only noise of a cause."""
+    error of the reading over position included, and labels that alone did nearly as well. Where no effect was
+    found, or only noise of a cause: such an error of the reading if it explains all, else none."""
     effects = [label for label in nats if label not in SLOW]
     if not effects:
-        return {}
+        return {OTHER: free_shape(base)} if is_shape(base, best_of([base, fit])) else {}
     strongest = max(effects, key=lambda label: nats[label])
     most = max(rivals.values(), default=0.0)
     near = {label for label, own in rivals.items() if own > FOLLOWED_SHARE * most}
@@ -54,12 +55,14 @@ def instead_of(
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
-    return found if len(found) > 1 else {}
+    return found if len(found) > 1 or found[strongest] is not fit else {}
 
 
 def is_shape(base: GivenFit, best: GivenFit) -> bool:
-    """Whether an error of the reading over position explains everything, and far more than the best label
-    does: then nothing more is to be sought."""
+    """Whether an error of the reading over position explains everything, and far more than `best` does: then
+    nothing more is to be sought. Where the base leaves white noise there is nothing to explain."""
+    if base.noise_order <= 1 and best is base:
+        return False
     shape = free_shape(base)
     return shape.point.whitener.order <= 1 and shape.score > best.score + SHAPE_LEAD
 
@@ -73,7 +76,7 @@ def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
     forms = [form for form in GIVEN_FORMS if form.label == label]
     found = [as_given(t) for t in effect_candidates(fit, forms)]
-    found += with_signals(found) + every_law(fit, forms)
+    found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:
         found += later(fit)
     if label == MODE:

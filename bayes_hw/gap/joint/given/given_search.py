@@ -14,6 +14,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
@@ -26,6 +27,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     other_laws,
     pruned,
     something_is_left,
+    with_further_forms,
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
@@ -98,6 +100,9 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)
+    if "timing_jitter.sd" in readings.parameters and is_shape(base, base):
+        # What is wrong by position is wrong by speed too.
+        readings = read_faults(free_shape(base))
     if readings.rounded_first:
         return without_rounding(reweighted(base, readings), readings)
     if readings.nats:
@@ -202,7 +207,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     trail = _followed(base, readings, say, causes=False)
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
-    if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
+    more = trail.fit.noise_order > 1 or trail.fit.score < alone
+    if slow and more and not is_shape(base, trail.fit):
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
@@ -231,7 +237,8 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
     if len(set(begun.labels)) < MOST_EFFECTS:
         found = [as_given(t) for t in effect_candidates(begun, FORMS)]
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
-        found += with_signals(found) + further_modes(begun) + later(begun) + begun_under_white_noise(begun)
+        found += with_further_forms(found) + with_signals(found)
+        found += further_modes(begun) + later(begun) + begun_under_white_noise(begun)
         if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
@@ -260,12 +267,13 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
         best = explained_slowly(as_given(finer(best_of(trials))))
+        if fit is base and is_shape(base, best_of([base, best])):
+            fit = best_of([base, best])
+            say("a function of position explains far more")
+            break
         if best.score <= fit.score or _is_doubtful(best, fit):
             break
         say(f"{best.score - fit.score:.0f} nats: {described(best)}")
-        if fit is base and is_shape(base, best):
-            fit = best
-            break
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
@@ -287,9 +295,11 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
 
 
 def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
-    """Whether one more label beside others leaves noise of higher order and is worth too little there."""
+    """Whether one more label beside others is worth too little to be verified, more so where the noise it
+    leaves is of higher order."""
     more = bool(fit.labels) and len(best.labels) > len(fit.labels)
-    return more and best.noise_order > 1 and best.score < fit.score + VERIFIED_BESIDE_NATS
+    asked = VERIFIED_BESIDE_NATS if best.noise_order > 1 else VERIFIED_NATS
+    return more and best.score < fit.score + asked
 
 
 def _under(
@@ -322,7 +332,8 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
             rest = as_given(fit.without(label).descended())
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]
-            found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
+            found += with_further_forms(found) + with_signals(found)
+            found += later(rest) + further_modes(rest) + slow_causes(rest)
             trials += [t for t in found if label not in t.labels]
         best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:

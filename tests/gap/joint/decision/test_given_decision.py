@@ -53,6 +53,17 @@ def test_a_label_that_removes_most_of_the_error_stays() -> None:
     assert lost.probability["friction"] <= 0.3
 
 
+def test_less_is_too_much_where_it_is_coloured() -> None:
+    """A third more than the stated noise may be noise stated too small, unless it follows itself."""
+    louder, loud = disturbed(9.0), disturbed(0.9)
+    evidence = GivenEvidence.of(answer_of(louder, loud, {"friction": 300.0}), SIGMA)
+    assert evidence.left == pytest.approx(1.35 * SIGMA, rel=0.07)
+    assert decide_given(evidence).answer == ("friction",)
+    left = replace(evidence.joint.remainder, order=8, coloured=200.0)
+    said = decide_given(replace(evidence, joint=replace(evidence.joint, remainder=left)))
+    assert said.answer == ("friction", "other")
+
+
 def test_no_gap_is_stated_as_surely_as_it_came_true() -> None:
     quiet = measured((), GIVEN_SAMPLES, (1, 2))
     found = answer_of(quiet, quiet, {})

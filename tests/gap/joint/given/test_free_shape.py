@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 from joint_axis import SIGMA, form, measured, model
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import given_search
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_model import STATIC
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.record import Record
 
 SAMPLES = 700
@@ -27,9 +31,14 @@ def with_tooth(records: list[Record]) -> list[Record]:
     return [replace(r, y=r.y + 8 * SIGMA * np.exp(-(((r.y - at) / width) ** 2))) for r in records]
 
 
-def test_a_tooth_is_taken_out_and_the_base_held() -> None:
-    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
-    shaped = free_shape(base)
+@pytest.fixture(scope="module")
+def toothed() -> GivenFit:
+    """The base under records with a tooth."""
+    return best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+
+
+def test_a_tooth_is_taken_out_and_the_base_held(toothed: GivenFit) -> None:
+    base, shaped = toothed, free_shape(toothed)
     assert shaped.score > base.score + 100
     assert shaped.point.rms == pytest.approx(SIGMA, rel=0.2)
     assert shaped.values.cascade.upper == pytest.approx(0.3, rel=0.02)
@@ -40,9 +49,9 @@ def test_nothing_is_worth_no_shape() -> None:
     assert free_shape(base).score < base.score - 20
 
 
-def test_a_tooth_has_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside an explanation that is worth less, it is the answer, with what else was tried."""
-    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+    base = toothed
     weak = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
     monkeypatch.setattr(given_search, "_extended", lambda *_: trail)
@@ -64,3 +73,25 @@ def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
     assert ends["gain_asymmetry"] is fit
     assert fit.score - 20 > ends["other"].score
     assert instead_of(fit, base, {"wind": own}, {}, {}) == {}  # type: ignore[arg-type]
+
+
+def test_where_nothing_was_found_a_function_of_position_still_is() -> None:
+    toothed = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+    ends = instead_of(toothed, toothed, {}, {}, {})
+    assert set(ends) == {"other"}
+    assert ends["other"].score > toothed.score + 50
+    quiet = best_base(measured((), SAMPLES, (1, 2)), model())
+    assert instead_of(quiet, quiet, {}, {}, {}) == {}
+
+
+def test_what_a_function_takes_up_the_records_do_not_tell_of_the_gain() -> None:
+    """A straight line over position is nearly a gain."""
+    shaped = free_shape(best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model()))
+    alone = triangular_factor(shaped.response, shaped.point)
+    assert gain_sd(shaped, shaped.factor()) > 2 * gain_sd(shaped, alone)
+
+
+def gain_sd(fit: GivenFit, factor: FloatArray) -> float:
+    """Standard deviation of the logarithm of the gain by a triangular factor (size + 1, size + 1)."""
+    precision = factor[:-1, :-1].T @ factor[:-1, :-1] / (factor[-1, -1] ** 2 / fit.point.samples)
+    return float(np.sqrt(np.linalg.inv(precision)[STATIC - 1, STATIC - 1]))

@@ -34,6 +34,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     every_law,
     explained_slowly,
     further_modes,
+    with_further_forms,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
@@ -114,23 +115,23 @@ def test_nothing_is_found_where_nothing_is() -> None:
 
 def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    records = measured((rub,), GIVEN_SAMPLES, (1, 2, 3))
+    train, held_out = measured((rub,), GIVEN_SAMPLES, (1, 2))
     axis = model(-0.37, 0.32, 0.97)
     assert needs_ports(axis)
-    case = Case.of_records("case", axis, records[:2], records[2:])
-    found = diagnose_by_ports(case, np.random.default_rng(1))
+    case = Case.of_records("case", axis, [train], [held_out])
+    found = diagnose_by_ports(case, np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ("friction",)
     assert found.verdict.gap_holdout.closed > 0.8
     assert "ports" in " ".join(found.verdict.notes)
     for name, true in (("saturation.upper", 0.3), ("saturation.lower", -0.35)):
         low, high = found.verdict.base[name].hdi94
         assert low - 0.003 < true < high + 0.003
-    run = simulate_corrected(found.corrected, records[2].u)
+    run = simulate_corrected(found.corrected, held_out.u)
     np.testing.assert_allclose(run.y, found.after, atol=1e-9)
 
 
 def test_more_delay_is_a_gap_of_a_given_model() -> None:
-    records = measured((), GIVEN_SAMPLES, (1, 2))
+    records = measured((), FEW, (1, 2))
     late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
     found = search_given(late, model())
     assert tuple(found.nats) == ("transport_delay",)
@@ -244,6 +245,26 @@ def test_a_slow_effect_is_begun_under_white_noise() -> None:
     assert found.noise_order <= 1
     assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
     assert begun_under_white_noise(found) == []
+
+
+def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_stays() -> None:
+    base = best_base(measured((Effect(form("command_bias"), np.array([0.01])),), FEW, (1, 2)), model())
+    begun = given_moves._at_full_strength(as_given(base.with_effect(form("command_bias"), (0.0,))))
+    assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
+    np.testing.assert_array_equal(begun.theta, base.theta)
+
+
+def test_a_second_harmonic_is_tried_where_the_first_is() -> None:
+    oval = form("encoder_eccentricity", "two harmonics")
+    wavenumber = 8 * np.pi / best_base(measured((), FEW, (1, 2)), model()).response.scale.travel
+    planted = Effect(oval, np.array([2 * SIGMA, 0.0, wavenumber, 0.0, 4 * SIGMA]))
+    base = best_base(measured((planted,), FEW, (1, 2)), model())
+    first = as_given(base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, wavenumber)).descended())
+    (second,) = with_further_forms([base, first])
+    assert second.names == (oval.full_name,)
+    assert second.score > first.score + 50
+    bias = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    assert with_further_forms([bias]) == []
 
 
 def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
