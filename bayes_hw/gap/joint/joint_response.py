@@ -382,8 +382,7 @@ class JointResponse:
         delayed = np.zeros(length)
         delay = s.delay_samples
         delayed[delay:] = u[: length - delay]
-        work = np.empty((7 + n + 2 * m + 4 * count, max(columns, 1)))
-        rows = np.zeros((columns, length)) if tangents else np.empty((0, 0))
+        rows, read = np.empty((columns, length) if tangents else (0, 0)), []
         run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
         run.y[:] = 0.0
         for row, gain, shown, by_lag in readings:
@@ -391,6 +390,7 @@ class JointResponse:
             for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
                 if tangents and column >= 0:
                     rows[column] = slope
+                    read.append(column)
         paths = Paths(
             cascade.integrator_residue, np.ascontiguousarray(cascade.real),
             np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
@@ -405,8 +405,8 @@ class JointResponse:
             np.array([e.form.base for e in laws], dtype=np.int64),
             thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
             forced_by_lag, self.steps, columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections,
-            c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
-            run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
+            c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections,
+            np.array(read, dtype=np.int64), run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
         )  # fmt: skip
         if tangents:
             where = Columns(
