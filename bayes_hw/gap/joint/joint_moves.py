@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayes_hw.crew import each
 from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.effect_screen import best_starts, screened
-from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit, highest, raced
+from bayes_hw.gap.joint.joint_fit import AnyFit, JointFit, descended_each, highest, raced
 from bayes_hw.gap.joint.joint_values import Effect
 from bayes_hw.gap.joint.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.identify.growth.delay import longest_delay
@@ -61,11 +62,12 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     for label in dict.fromkeys(s.form.label for s in starts):
         own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
         begun = [fit.with_effect(s.form, s.values) for s in own]
-        trials += [t.descended(FIRST_STEPS // 2) for t in begun]
-        if fit.noise_order > 1:
-            trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
-    ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
-    ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
+        trials += begun
+    first = descended_each(trials, FIRST_STEPS // 2)
+    if fit.noise_order > 1:
+        first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
+    ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
+    ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
     kept: list[JointFit] = []
     for t in ranked:
         if (
@@ -73,13 +75,12 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
             and len({k.labels[-1] for k in kept} | {t.labels[-1]}) <= KEPT_LABELS
         ):
             kept.append(t)
-    further = sorted((t.descended(SECOND_STEPS) for t in kept), key=lambda t: -t.score)
+    further = sorted(descended_each(kept, SECOND_STEPS), key=lambda t: -t.score)
     found: dict[str, JointFit] = {}
     for t in further:
         found.setdefault(t.labels[-1], t)
-    final = [t.descended() for t in list(found.values())[: KEPT_AFTER + 1]]
-    final += list(found.values())[KEPT_AFTER + 1 :]
-    return final
+    best = list(found.values())
+    return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
 
 
 def slow_causes(fit: AnyFit) -> list[AnyFit]:
@@ -87,20 +88,14 @@ def slow_causes(fit: AnyFit) -> list[AnyFit]:
     white or of the first order."""
     if fit.noise_order <= 1:
         return []
-    return [
-        with_slow_noise(fit, cause).descended().with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.labels]
+    return each(lambda cause: with_slow_noise(fit, cause).descended().with_noise_kept(), causes)
 
 
 def each_cause(fit: AnyFit) -> list[AnyFit]:
     """With either cause of the noise, all else free, through the poles that G now has, exact."""
-    return [
-        with_slow_noise(fit, cause, exact=True).descended().with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.effect_labels
-    ]
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.effect_labels]
+    return each(lambda cause: with_slow_noise(fit, cause, exact=True).descended().with_noise_kept(), causes)
 
 
 def with_slow_noise(fit: AnyFit, cause: str, exact: bool = False) -> AnyFit:
@@ -164,7 +159,7 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
     best = fit = fit.descended()
     failures = 0
     for _ in range(steps):
-        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.score)[:2]
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.score)[:2]
         fit = highest(raced(trials))
         if fit.score > best.score:
             best, failures = fit, 0
@@ -187,7 +182,7 @@ def pruned(fit: JointFit) -> JointFit:
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:
             return fit
-        trials = sorted((t.descended(4) for t in trials), key=lambda t: -t.score)[:2]
+        trials = sorted(descended_each(trials, 4), key=lambda t: -t.score)[:2]
         best = highest(raced(trials, fit.score))
         if best.score <= fit.score:
             return fit
@@ -212,8 +207,8 @@ def widened(fit: JointFit, steps: int = 2) -> JointFit:
     it in, they are as uncertain as they are. Sections keep their order, further ones come last.
     """
     for _ in range(steps):
-        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.log_likelihood)[:2]
-        best = max((t.descended() for t in trials), key=_akaike, default=fit)
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.log_likelihood)[:2]
+        best = max(descended_each(trials), key=_akaike, default=fit)
         if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:
             break
         fit = best

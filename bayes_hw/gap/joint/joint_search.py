@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.base_cascade import grown_base
 from bayes_hw.gap.joint.effect_form import FORMS
-from bayes_hw.gap.joint.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.joint_fit import JointFit, descended_each, highest, raced
 from bayes_hw.gap.joint.joint_moves import (
     FIRST_STEPS,
     SLACK_NATS,
@@ -146,13 +147,12 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     begun = _Path(base, base, readings)
     contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
-    ended = []
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
-        ended.append(_followed(path, told))
+    ended = each(lambda path: _followed(path, told), contenders)
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
-        ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
+        ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
@@ -208,10 +208,10 @@ def _structural(fit: JointFit) -> JointFit:
     noise is of high order, which may have taken up what they explain, begun under noise of the first too,
     and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:3]
     coloured = fit.noise_order > 1
     if coloured:
-        begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
+        begun += each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
     best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
@@ -258,8 +258,8 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
     near = [t for t in ranked if t.score - fit.score >= CONTEST_SHARE * gained]
     if len(near) < 2 or gained <= 0:
         return ranked[:1]
-    found = []
-    for contender in near:
+
+    def with_what_it_asks(contender: JointFit) -> JointFit:
         say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
@@ -270,8 +270,9 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
                 break
             contender = larger
             say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
-        found.append(contender)
-    return found
+        return contender
+
+    return each(with_what_it_asks, near)
 
 
 def one_more(fit: JointFit) -> list[JointFit]:
@@ -341,13 +342,13 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for label in fit.labels:
-            without = regrown(fit.without(label))
-            weights = fit.response.weights
+        weights = fit.response.weights
+        for label, without in zip(
+            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
+        ):
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
-            without = highest([without, *same])
-            nats[label] = fit.score - without.score
-            alternatives.append(without)
+            alternatives.append(highest([without, *same]))
+            nats[label] = fit.score - alternatives[-1].score
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
         beside = bool(fit.added) and len(fit.labels) > 1

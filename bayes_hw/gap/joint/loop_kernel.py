@@ -40,9 +40,9 @@ from bayes_hw.gap.joint.effect_codes import (
     WARMING,
     WAVENUMBER,
 )
-from bayes_hw.gap.joint.state_kernel import own_difference
 from bayes_hw.gap.joint.law_kernel import held_back, law_of
 from bayes_hw.gap.joint.ramp_kernel import ramped, ramped_within
+from bayes_hw.gap.joint.state_kernel import own_difference
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
