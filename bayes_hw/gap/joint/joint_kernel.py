@@ -130,7 +130,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     d_seen = d_out if has_play else d_w
     share = 1.0 / steps
     sample, within = 0, 0
-    for step in range(len(u) * steps):
+    for _ in range(len(u) * steps):
         k = sample + within * share
         at_sample = within == 0
         w = 0.0

@@ -80,6 +80,8 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     for t in further:
         found.setdefault(t.labels[-1], t)
     best = list(found.values())
+    if fit.labels:
+        return raced(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
     return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
 
 

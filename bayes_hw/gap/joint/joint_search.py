@@ -48,6 +48,13 @@ MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
 
+MOST_RACED = 3
+"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
+
+HALFWAY = 0.5
+"""Share of what verification asks of a label that it must gain at first where others stand: ports and forms
+may make up the rest."""
+
 FOLLOWED_SHARE = 0.7
 """Of the best label's nats, from which another is followed to the end beside it."""
 
@@ -208,10 +215,11 @@ def _structural(fit: JointFit) -> JointFit:
     noise is of high order, which may have taken up what they explain, begun under noise of the first too,
     and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:3]
+    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
     coloured = fit.noise_order > 1
     if coloured:
-        begun += each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
+        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
+        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
     best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
@@ -232,6 +240,13 @@ def in_observer_form(fit: JointFit) -> JointFit:
         return fit
     best = highest([fit, *raced(observed(fit), fit.score)])
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def seen_through(fit: JointFit, without: JointFit) -> JointFit:
+    """As a simulation again where labels that a fit `without` them lacked explain what an observer followed."""
+    if fit.observer is None or fit.labels == without.labels:
+        return fit
+    return highest([fit, *raced([fit.without_observer()], fit.score)])
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -318,7 +333,10 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         fit = path.fit
         best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            best = highest([best, *_settled(fit, one_more(fit), say)])
+            further = [
+                t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)
+            ]
+            best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
@@ -330,6 +348,13 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
     )
     return _Path(fit, base, readings)
+
+
+def asked_of(fit: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth."""
+    beside = bool(fit.added) and len(fit.labels) > 1
+    doubtful = readings.nats or fit.noise_order > 1 or beside
+    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
 
 
 def verified(
@@ -351,10 +376,7 @@ def verified(
             nats[label] = fit.score - alternatives[-1].score
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        beside = bool(fit.added) and len(fit.labels) > 1
-        doubtful = readings.nats or fit.noise_order > 1 or beside
-        asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
-        if nats[fit.labels[weakest]] >= asked:
+        if nats[fit.labels[weakest]] >= asked_of(fit, readings):
             return fit, nats
         fit = alternatives[weakest]
     # What is left of an observer without laws is coloured noise, which is free as it is.

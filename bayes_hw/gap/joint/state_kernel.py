@@ -1,4 +1,4 @@
-"""The states of a cascade with torques, and what is linear in them: every law's signal and every column's source.
+"""The states of a cascade with torques and what is linear in them: signals of laws, and what feeds tangents.
 
 States in turn: real poles, both of every section, the direct path of every law, the integral, and w a step
 before. *Carriers* are the states, the command v behind the input's effects, and the torque of every law.
