@@ -90,7 +90,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     looks = seen(residue, real, sections, laws, bases, direct, signal_real, signal_sections, steps)
     states = enters.shape[1]
     at_sections, at_direct, at_integral, at_before = n_real, states - 2 - n_laws, states - 2, states - 1
-    # States, v and torques; their tangents, with those of w, of signals, of memories and of the encoder's side.
+    # States, v and torques; then tangents of these, of w, of signals and of memories.
     carried = np.zeros(states + 1 + n_laws)
     taus, memory = carried[states + 1 :], np.zeros(n_laws)
     signals, entered = np.zeros(n_laws), np.zeros(states)

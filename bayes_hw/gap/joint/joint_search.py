@@ -243,7 +243,7 @@ def in_observer_form(fit: JointFit) -> JointFit:
 
 
 def seen_through(fit: JointFit, without: JointFit) -> JointFit:
-    """As a simulation again where labels that a fit `without` them lacked explain what an observer followed."""
+    """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
     if fit.observer is None or fit.labels == without.labels:
         return fit
     return highest([fit, *raced([fit.without_observer()], fit.score)])
