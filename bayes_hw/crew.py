@@ -47,8 +47,12 @@ class _Shared(Generic[Given, Made]):
 
     def done(self) -> list[Made]:
         self._take()
-        for helper in self.helpers:
-            helper.join()
+        if self.helpers:
+            # Waiting takes no place: a longer branch may have it.
+            self.free.release()
+            for helper in self.helpers:
+                helper.join()
+            self.free.acquire()
         if self.errors:
             raise self.errors[min(self.errors)]
         return [self.made[number] for number in range(len(self.items))]

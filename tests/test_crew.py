@@ -50,7 +50,7 @@ def test_a_thread_that_is_done_helps_a_longer_branch() -> None:
     seen: dict[int, set[int]] = {1: set(), 60: set()}
 
     def branch(length: int) -> None:
-        def work(item: int) -> None:
+        def work(_: int) -> None:
             seen[length].add(get_ident())
             time.sleep(0.005)
 
