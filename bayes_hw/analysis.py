@@ -11,7 +11,7 @@ import numpy as np
 from scipy import signal, stats
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.joint.known_model import with_known
+from bayes_hw.gap.joint.answer.known_model import with_known
 from bayes_hw.identify.four_steps import identify
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import estimate_noise

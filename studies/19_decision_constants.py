@@ -5,12 +5,11 @@ diagnosed without their truth, and cases of every effect with its entry struck f
 holds all there is. What every decision rests on is kept, and the constants of the decision are fitted to the
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
 are too sure where an explanation is not right. The same sets are diagnosed from their records alone too
-(unless --no-from-records), and the constants of that decision's probabilities fitted: joint_calibration.json
-(bayes_hw/gap/joint/joint_calibration.json). Those around a model whose drive train is not read are fitted on
-axes of other makers (MuJoCo), every constant with the deviation of its logarithm: given_calibration.json
-(bayes_hw/gap/joint/given_calibration.json). Writes calibration.json, which is what goes with the program
-(bayes_hw/gap/answer/calibration.json). Finished cases stay in OUT/work until the results are written,
-so that a run that was stopped goes on.
+(unless --no-from-records), and the constants of that decision's probabilities fitted: joint_calibration.json.
+Those around a model whose drive train is not read are fitted on axes of other makers (MuJoCo), every constant
+with the deviation of its logarithm: given_calibration.json. Both go with the program in
+bayes_hw/gap/joint/decision. Writes calibration.json too (bayes_hw/gap/answer/calibration.json).
+Finished cases stay in OUT/work until the results are written, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
@@ -41,8 +40,8 @@ from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.joint.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
+from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 
 WITH_BALLOT = "blind_check.ballot:diagnose_with_ballot"
 SEEDS_OF_A_STUDY = 20

@@ -24,7 +24,7 @@ from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspic
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.csv_output import write_csv
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
-from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected
+from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.doubts import said_of

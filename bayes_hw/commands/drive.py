@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
-    from bayes_hw.gap.joint.advice import Drive
+    from bayes_hw.gap.joint.answer.advice import Drive
 
 
 def drive_of(parsed: argparse.Namespace) -> Drive:
     """From --inertia and --rated-torque; raises InputError unless they are positive."""
-    from bayes_hw.gap.joint.advice import Drive
+    from bayes_hw.gap.joint.answer.advice import Drive
 
     for option, value in (("--inertia", parsed.inertia), ("--rated-torque", parsed.rated_torque)):
         if value is not None and not (math.isfinite(value) and value > 0):

@@ -18,10 +18,10 @@ from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_text_atomically
-from bayes_hw.gap.joint.corrected_model import predict_corrected
+from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
-from bayes_hw.gap.joint.held_out import HeldOut, held_out_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records, write_results
+from bayes_hw.gap.joint.posterior.held_out import HeldOut, held_out_of
 from bayes_hw.posing import Posed, Start, posed, rested
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance

@@ -11,7 +11,7 @@ from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
     from bayes_hw.gap.answer.corrected_train import TrainSimulation
-    from bayes_hw.gap.joint.joint_response import Simulated
+    from bayes_hw.gap.joint.response.joint_response import Simulated
     from bayes_hw.model.hammerstein_wiener import Simulation
 
 NAME = "simulate"
@@ -43,7 +43,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say
     from bayes_hw.csv_output import write_csv
     from bayes_hw.files import check_output_file
-    from bayes_hw.gap.joint.corrected_model import read_corrected, simulate_corrected
+    from bayes_hw.gap.joint.answer.corrected_model import read_corrected, simulate_corrected
     from bayes_hw.infer.start_state import simulate_from_motion
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 

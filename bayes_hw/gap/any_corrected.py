@@ -8,8 +8,8 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.gap.answer.corrected_train import KEY
 from bayes_hw.gap.answer.train_axis import TrainAxis
-from bayes_hw.gap.joint.corrected_axis import CORRECTED, SAMPLED, CorrectedAxis
-from bayes_hw.gap.joint.corrected_model import read_corrected
+from bayes_hw.gap.joint.answer.corrected_axis import CORRECTED, SAMPLED, CorrectedAxis
+from bayes_hw.gap.joint.answer.corrected_model import read_corrected
 
 
 def read_corrected_axis(folder: Path | str) -> AxisWithEffects | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bayes_hw.gap.joint.known_model import with_known
+from bayes_hw.gap.joint.answer.known_model import with_known
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for

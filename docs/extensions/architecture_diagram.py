@@ -11,7 +11,11 @@ from bayes_hw.report.page.drawing import drawing_settings, new_canvas
 from bayes_hw.report.page.palette import BLUE, INK, MUTED
 
 HERE = Path(__file__).resolve().parents[1]
-TARGETS = {"bayes_hw": "rooms.svg", "bayes_hw.gap": "diagnosis_rooms.svg"}
+TARGETS = {
+    "bayes_hw": "rooms.svg",
+    "bayes_hw.gap": "diagnosis_rooms.svg",
+    "bayes_hw.gap.joint": "search_rooms.svg",
+}
 """The figure of each folder whose rooms a contract puts in order."""
 
 WORDS = {
@@ -49,6 +53,22 @@ WORDS_OF_GAP = {
     "case": "simulator and records",
 }
 
+WORDS_OF_SEARCH = {
+    "joint_diagnosis": "search, decide, draw, say",
+    "answer": "advice, views, the corrected model",
+    "decision": "nats become probabilities",
+    "posterior": "draws; how far the gap closes",
+    "given": "around a model that was given",
+    "search": "effects proposed, descended, verified",
+    "residuals": "tones, jumps, faults of reading",
+    "fit": "structure, effects, noise descended at once",
+    "response": "the compiled axis and its derivatives",
+    "noise": "slow parts, rhythms",
+    "forms": "forms of effects that can be proposed",
+}
+
+TOLD = {"bayes_hw": WORDS, "bayes_hw.gap": WORDS_OF_GAP, "bayes_hw.gap.joint": WORDS_OF_SEARCH}
+
 
 def layers(folder: str) -> list[list[str]]:
     """Rooms of a folder from the top down, those of one layer together."""
@@ -61,7 +81,7 @@ def layers(folder: str) -> list[list[str]]:
 def generate(app: Sphinx) -> None:
     """Draw every figure."""
     for folder, target in TARGETS.items():
-        draw(layers(folder), WORDS_OF_GAP if folder.endswith("gap") else WORDS, HERE / "generated" / target)
+        draw(layers(folder), TOLD[folder], HERE / "generated" / target)
 
 
 def draw(rows: list[list[str]], words: dict[str, str], target: Path) -> None:

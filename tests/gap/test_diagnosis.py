@@ -27,7 +27,7 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
-from bayes_hw.gap.joint.corrected_model import predict_corrected, read_corrected, simulate_corrected
+from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected, simulate_corrected
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record

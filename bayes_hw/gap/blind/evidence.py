@@ -35,7 +35,7 @@ from bayes_hw.gap.blind.run import (
     run_digest,
     verdict_digest,
 )
-from bayes_hw.gap.joint.joint_decision import PART_OF_G
+from bayes_hw.gap.joint.decision.joint_decision import PART_OF_G
 
 
 @dataclass(frozen=True, eq=False)

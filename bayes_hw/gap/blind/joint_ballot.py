@@ -10,9 +10,9 @@ import numpy as np
 from bayes_hw.files import read_small_text, write_text_atomically
 from bayes_hw.gap import any_train
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.joint.given_decision import GivenEvidence
+from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
+from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, write_results
-from bayes_hw.gap.joint.joint_evidence import JointEvidence
 from bayes_hw.record import Record
 
 EVIDENCE, GIVEN_EVIDENCE = "joint_evidence.json", "given_evidence.json"

@@ -23,16 +23,24 @@ from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
-from bayes_hw.gap.joint.advice import Drive, advice_on, experiment_for
-from bayes_hw.gap.joint.corrected_model import corrected_model
+from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
+from bayes_hw.gap.joint.answer.corrected_model import corrected_model
+from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
+from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, rivals_of
+from bayes_hw.gap.joint.decision.known_verdict import known_verdict
 from bayes_hw.gap.joint.finding import sentence
-from bayes_hw.gap.joint.free_shape import ShapedFit
-from bayes_hw.gap.joint.given_decision import GivenEvidence, decide_given
-from bayes_hw.gap.joint.given_posterior import INFLATION as GIVEN_INFLATION
-from bayes_hw.gap.joint.given_posterior import laplace_given
-from bayes_hw.gap.joint.given_response import GivenFit
-from bayes_hw.gap.joint.given_search import search_given
-from bayes_hw.gap.joint.joint_closure import (
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.starts import Starts
+from bayes_hw.gap.joint.fit.structure_moves import widened
+from bayes_hw.gap.joint.given.free_shape import ShapedFit
+from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.given.given_search import search_given
+from bayes_hw.gap.joint.given.rounded_readings import readings_of
+from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
+from bayes_hw.gap.joint.posterior.given_posterior import INFLATION as GIVEN_INFLATION
+from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
+from bayes_hw.gap.joint.posterior.joint_closure import (
     DOUBT,
     DRIFT,
     ESTIMATED,
@@ -46,28 +54,20 @@ from bayes_hw.gap.joint.joint_closure import (
     walks,
     without_glitches,
 )
-from bayes_hw.gap.joint.joint_decision import JointDecision, decide_jointly, rivals_of
-from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_moves import widened
-from bayes_hw.gap.joint.joint_notes import notes_on_search
-from bayes_hw.gap.joint.joint_posterior import (
+from bayes_hw.gap.joint.posterior.joint_posterior import (
     INFLATION,
     JointPosterior,
     averaged,
     dominant_sections,
     laplace,
 )
-from bayes_hw.gap.joint.joint_search import JointAnswer, search
-from bayes_hw.gap.joint.joint_values import JointValues
-from bayes_hw.gap.joint.known_input import BLOCKS, columns_of
-from bayes_hw.gap.joint.known_verdict import known_verdict
-from bayes_hw.gap.joint.observer import unobserved
-from bayes_hw.gap.joint.readings import innovation_sigma
-from bayes_hw.gap.joint.remainder import samples_of_variance
-from bayes_hw.gap.joint.rounded_readings import readings_of
-from bayes_hw.gap.joint.slow_noise import SlowWhitener
-from bayes_hw.gap.joint.starts import Starts
-from bayes_hw.gap.joint.whole_records import fitted_to, on_whole_records
+from bayes_hw.gap.joint.residuals.readings import innovation_sigma
+from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
+from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
+from bayes_hw.gap.joint.search.observer import unobserved
+from bayes_hw.gap.joint.search.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start

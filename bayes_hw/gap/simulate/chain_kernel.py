@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.friction_kernel import bent_bristle, coulomb_torque, falling_torque
+from bayes_hw.gap.simulate.friction_kernel import friction_torque
 from bayes_hw.gap.simulate.state_kernel import later_rows, output_of, pushed, repeated, response_to, stepped
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 from bayes_hw.model.lane_functions import absolute, exponential, sine, where_less
@@ -200,11 +200,10 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     `u` (samples, lanes) is the command, delayed by the model's and the whole samples of EXTRA_DELAY;
     `settings` (COUNT, lanes), of EXTRA_DELAY the part of a sample left; `active` (COUNT,) is true where they
     matter in all lanes, false where in none; `direct` (1, lanes). `factors_of` (n, lanes) holds exp(s h),
-    real and imaginary parts of pairs as
-    two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what a unit input adds in a step,
-    `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load speed. Where
-    `known_positions` (samples, lanes) has rows, ripple is taken `known_share` of the way from the simulated w
-    to them.
+    real and imaginary parts of pairs as two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what
+    a unit input adds in a step, `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load
+    speed. Where `known_positions` (samples, lanes) has rows, ripple is taken `known_share` of the way from
+    the simulated w to them.
     """
     samples, groups = len(u), settings.shape[1] // LANES
     n, t_n = len(factors_of), len(torque_factors_of)
@@ -364,63 +363,20 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         speed = speed + motor_response * motor_torque
                         if by_load:
                             speed = speed + motor_by_load * load_torque
-                        if active[S.MOTOR_PRESLIDING]:
-                            bristle = bent_bristle(
-                                speed,
-                                motor_response,
-                                coulomb,
-                                static,
-                                per_stribeck_speed,
-                                falling,
-                                bristles,
-                                bristle,
-                                step,
-                            )
-                            torque = zero - bristles * bristle
-                        elif falling:
-                            torque = falling_torque(
-                                speed,
-                                motor_response,
-                                coulomb,
-                                static,
-                                per_stribeck_speed,
-                                per_smoothing,
-                                smoothing,
-                            )
-                        else:
-                            torque = coulomb_torque(speed, motor_response, coulomb, per_smoothing, smoothing)
+                        torque, bristle = friction_torque(
+                            speed, motor_response, coulomb, static, per_stribeck_speed, per_smoothing,
+                            smoothing, bristles, bristle, step, falling, active[S.MOTOR_PRESLIDING],
+                        )  # fmt: skip
                         motor_torque = motor_torque + torque
                     if load_rubbing:
                         speed = _read(LOAD_RATE, now + 1, per, ahead, by_command, x, v)
                         speed = speed + output_of(2 * LOAD_RATE + 1, t_ahead, b)
                         speed = speed + load_response * load_torque + load_by_motor * motor_torque
-                        if active[S.LOAD_PRESLIDING]:
-                            load_bristle = bent_bristle(
-                                speed,
-                                load_response,
-                                load_coulomb,
-                                load_static,
-                                per_load_stribeck_speed,
-                                load_falling,
-                                load_bristles,
-                                load_bristle,
-                                step,
-                            )
-                            torque = zero - load_bristles * load_bristle
-                        elif load_falling:
-                            torque = falling_torque(
-                                speed,
-                                load_response,
-                                load_coulomb,
-                                load_static,
-                                per_load_stribeck_speed,
-                                per_load_smoothing,
-                                load_smoothing,
-                            )
-                        else:
-                            torque = coulomb_torque(
-                                speed, load_response, load_coulomb, per_load_smoothing, load_smoothing
-                            )
+                        torque, load_bristle = friction_torque(
+                            speed, load_response, load_coulomb, load_static, per_load_stribeck_speed,
+                            per_load_smoothing, load_smoothing, load_bristles, load_bristle, step,
+                            load_falling, active[S.LOAD_PRESLIDING],
+                        )  # fmt: skip
                         load_torque = load_torque + torque
                     stepped(t_factors, t_inputs, BY_MOTOR, motor_torque, torque_real_count, b)
                     if by_load:

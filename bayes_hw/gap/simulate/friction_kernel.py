@@ -78,3 +78,22 @@ def bent_bristle(  # type: ignore[no-untyped-def]
         level = _level(slowed, coulomb, static, per_stribeck_speed)
     held = stiffness * step * (slowed + response * level)
     return level * (bristle + step * speed) / (level + held)
+
+
+@njit(cache=True, inline="always")
+def friction_torque(  # type: ignore[no-untyped-def]
+    speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, stiffness, bristle, step,
+    falling, presliding,
+):  # fmt: skip
+    """Friction torque of this step, and the deflection of bristles at its end where it is `presliding`."""
+    if presliding:
+        bristle = bent_bristle(
+            speed, response, coulomb, static, per_stribeck_speed, falling, stiffness, bristle, step
+        )
+        return broadcast(0.0) - stiffness * bristle, bristle
+    if falling:
+        torque = falling_torque(
+            speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing
+        )
+        return torque, bristle
+    return coulomb_torque(speed, response, coulomb, per_smoothing, smoothing), bristle

@@ -11,9 +11,9 @@ from scipy.ndimage import uniform_filter1d
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse, frequency_response
-from bayes_hw.gap.joint.effect_paths import drive_response, through_drive
-from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.response.effect_paths import drive_response, through_drive
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.gap.joint.free_function import EffectView
+from bayes_hw.gap.joint.answer.free_function import EffectView
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas, plain_log_ticks, with_unit
 from bayes_hw.report.page.palette import DATA, INK, MODEL

@@ -10,12 +10,12 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.words_of_answer import words_of
-from bayes_hw.gap.joint.effect_view import effect_view
+from bayes_hw.gap.joint.answer.effect_view import effect_view
+from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID
-from bayes_hw.gap.joint.free_function import EffectView, Seen
-from bayes_hw.gap.joint.given_response import GivenFit
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
-from bayes_hw.gap.joint.slow_noise import PARAMETERS, SlowWhitener
+from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.effect_form import FORMS, Form, JointScale
-from bayes_hw.gap.joint.joint_response import JointResponse
-from bayes_hw.gap.joint.joint_values import Effect, JointValues, Ports
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.model.blocks import DeadZone, Saturation
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.linear import Mode
 from bayes_hw.record import Record, Units
 
 RATE, SIGMA = 20.0, 0.002
-SAMPLES = 400
+SAMPLES, GIVEN_SAMPLES = 400, 700
 STRUCTURE = Structure(1, True, 0, 1, lower=True, upper=True, dead_zone=True)
 CASCADE = CascadeValues(
     -0.35, 0.3, 0.02, 0.0, 0.005, np.zeros((2, 0)),
@@ -89,3 +95,18 @@ def assert_tangents(response: JointResponse, values: JointValues, what: str) -> 
         expected = (response.residuals(below)[0] - response.residuals(above)[0]) / (2 * step)
         error = np.nanquantile(np.abs(rows[i] - expected), 0.97)
         assert error <= 2e-3 * np.nanmax(np.abs(expected)) + 1e-8, (what, i)
+
+
+def model(lower: float = -0.35, upper: float = 0.3, gain: float = 1.0) -> HammersteinWiener:
+    """The axis as a model.json has it, off by these."""
+    linear = linear_block(STRUCTURE, CASCADE)
+    mode = Mode.from_pole(next(p for p in linear.poles if p.imag > 0), RATE)
+    return HammersteinWiener(
+        "given",
+        RATE,
+        Saturation(lower, upper),
+        replace(linear, gain=gain * linear.gain),
+        DeadZone(0.03),
+        (mode,),
+        SIGMA,
+    )

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale
 
-from bayes_hw.gap.joint.effect_form import FORMS
-from bayes_hw.gap.joint.effect_screen import screened
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
-from bayes_hw.gap.joint.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_response import JointResponse
-from bayes_hw.gap.joint.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.readings import read_faults
-from bayes_hw.gap.joint.remainder import remainder_of
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.residuals.remainder import remainder_of
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search.effect_screen import screened
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import SIGMA, measured
+from joint_axis import GIVEN_SAMPLES, SIGMA, measured, model
 from scipy.signal import lfilter
-from test_given_search import SAMPLES, model
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.given_search import away_from_zero, best_base
-from bayes_hw.gap.joint.joint_moves import slow_causes
-from bayes_hw.gap.joint.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.given.given_search import away_from_zero, best_base
+from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.identify.growth.coloured import Whitener
 
 RATE, LENGTH = 20.0, 3000
@@ -104,8 +103,8 @@ def test_the_size_of_the_slow_part_is_told() -> None:
 
 
 def test_a_shift_hides_in_the_dead_zone_so_that_samples_near_it_are_left_out() -> None:
-    plain = measured((), SAMPLES, (1, 2))
-    records = [replace(r, y=r.y + SIGMA * walk(i, 0.1)[:SAMPLES]) for i, r in enumerate(plain)]
+    plain = measured((), GIVEN_SAMPLES, (1, 2))
+    records = [replace(r, y=r.y + SIGMA * walk(i, 0.1)[:GIVEN_SAMPLES]) for i, r in enumerate(plain)]
     base = best_base(records, model())
     best = next(fit for fit in slow_causes(base) if fit.labels == (WALK,))
     assert best.score > base.score + 10

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bayes_hw.gap.joint.joint_fit import ROUND_STEPS, ROUNDS, raced
+from bayes_hw.gap.joint.fit.joint_fit import ROUND_STEPS, ROUNDS, raced
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""What is said and handed over: advice, views of an effect, the corrected model."""

@@ -1,0 +1,83 @@
+"""What a reader should know beside the answer of the joint search."""
+
+from __future__ import annotations
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import TURNS_SEEN
+from bayes_hw.gap.joint.given.free_shape import ShapedFit
+from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.posterior.joint_closure import spread
+from bayes_hw.gap.joint.search.joint_search import JointAnswer
+from bayes_hw.gap.joint.search.observer import unobserved
+
+SHAPES = ("reading over position", "torque over position")
+"""Forms without a name that are too wide to be told as a period."""
+
+
+def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
+    """How torques enter, what every label is worth, what has no name, which rivals are as good."""
+    fit = found.fit
+    if isinstance(fit, GivenFit):
+        said = [
+            "no drive train was read back from the model's G: torques and speeds of the effects enter "
+            "through its poles, at weights of their own (ports)"
+        ]
+    else:
+        said = [
+            "no model was given: the structure of G, effects and noise were inferred together from the "
+            f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
+            "a longer delay or a further mode is part of such a G and cannot be a gap",
+        ]
+    if found.tone is not None:
+        said.append(
+            f"a motion of {found.tone.frequency_hz:.4g} Hz in time, of amplitude {found.tone.amplitude:.2g} "
+            f"{fit.response.records[0].units.output}, whatever was commanded: no entry explains it, a "
+            "machine nearby may"
+        )
+    said += of_followed(fit)
+    again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
+    said += [
+        f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
+        for label in fit.labels
+        if label in found.nats and label in decision.answer
+    ]
+    if OTHER in decision.answer:
+        said += of_unnamed(fit)
+        if isinstance(fit, ShapedFit):
+            said.append(
+                "what has no name is most like an error of the reading that is a function of position; its "
+                "size is that of what is left, and no part of the prediction"
+            )
+    return said + [
+        f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable
+    ]
+
+
+def of_followed(fit: JointFit) -> list[str]:
+    """That the readings corrected the motion as it was fitted, and how far a simulation of it is off."""
+    if fit.observer is None:
+        return []
+    off, left, unit = spread(unobserved(fit)[0]), spread(fit), fit.response.records[0].units.output
+    return [
+        "small differences grow in the motion of this explanation: it was fitted with its states corrected "
+        "at every sample by what the encoder shows; a simulation, which nothing corrects, is off by "
+        f"{off:.2g} {unit} (root mean square) where the corrected motion leaves {left:.2g}"
+    ]
+
+
+def of_unnamed(fit: JointFit) -> list[str]:
+    """What the effects without a name are like; one over position may be no period."""
+    found = []
+    for effect in fit.values.effects:
+        if effect.form.label != OTHER:
+            continue
+        note = f"what has no name is most like this: {effect.form.name}"
+        if effect.form.name in SHAPES:
+            note += (
+                f", a shape that repeats fewer than {TURNS_SEEN:g} times within the travel, so that nothing "
+                "tells whether it is periodic; a longer travel would"
+            )
+        found.append(note)
+    return found

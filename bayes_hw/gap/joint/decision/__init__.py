@@ -1,0 +1,1 @@
+"""Nats of what was found become probabilities of labels."""

@@ -1,0 +1,90 @@
+"""The answer around a given model: as from records alone, and `other` where more is left than its noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide
+from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.search.joint_search import JointAnswer
+from bayes_hw.identify.holes import with_holes
+
+TOO_MUCH = 1.5
+"""Root mean square residual over the stated noise from which something remains; noise is stated to 12 %."""
+
+MOST_LEFT = 0.7
+"""Of the base's residual: a label that removes less is not certain where much remains."""
+
+RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
+"""Labels whose effect stays in the residual."""
+
+
+@dataclass(frozen=True)
+class GivenEvidence:
+    """What the decision rests on, as plain numbers: the evidence of the search; root mean squares of the
+    residuals after and before it and the noise that the model states (NaN where it states none), all in
+    output units."""
+
+    joint: JointEvidence
+    left: float
+    before: float
+    noise: float
+
+    @classmethod
+    def of(cls, found: JointAnswer, noise: float) -> GivenEvidence:
+        """Of a finished search around a model."""
+        return cls(JointEvidence.of(found), residual_rms(found.fit), residual_rms(found.base), noise)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For a file; a noise that is not stated is null."""
+        noise = None if np.isnan(self.noise) else self.noise
+        return {"joint": self.joint.to_dict(), "left": self.left, "before": self.before, "noise": noise}
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> GivenEvidence:
+        """As `to_dict` gives it."""
+        noise = np.nan if content["noise"] is None else float(content["noise"])
+        joint = JointEvidence.from_dict(content["joint"])
+        return cls(joint, float(content["left"]), float(content["before"]), noise)
+
+
+def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = None) -> JointDecision:
+    """The answer, and its probabilities by the constants of `calibration` (built in unless given)."""
+    calibration = calibration or GivenCalibration.built_in()
+    evidence = found.joint
+    decided = decide(evidence, calibration, part_of_g=())
+    if (
+        not found.left > TOO_MUCH * found.noise
+        or OTHER in decided.answer
+        or set(decided.answer) & set(RANDOM)
+    ):
+        return decided
+    certain = [label for label in decided.answer if label in evidence.nats]
+    if found.left > MOST_LEFT * found.before:
+        certain = []
+    answer = (*certain[:1], OTHER)
+    probability = {
+        label: p if label in answer else min(p, calibration.beside_other)
+        for label, p in decided.probability.items()
+    }
+    probability["none"] = min(probability["none"], calibration.excess_doubt)
+    probability[OTHER] = 1 - calibration.excess_doubt
+    return replace(decided, answer=answer, probability=probability, confusable=())
+
+
+def residual_rms(fit: JointFit) -> float:
+    """Root mean square of the residuals of a simulation without weights, output units."""
+    errors = [
+        with_holes(
+            record.y - level - fit.response.simulate(fit.values, record.u, record.known).y, record.measured
+        )
+        for record, level in zip(fit.response.records, fit.levels, strict=True)
+    ]
+    return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))

@@ -1,0 +1,188 @@
+"""From the search's nats to an answer with probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
+from bayes_hw.gap.joint.search.joint_search import JointAnswer
+
+AS_GOOD = 15.0
+"""Nats within which a rival label explains the records as well."""
+
+LEAST_SHARE = 0.05
+"""Of the probability of two labels: a rival that has less is not confusable with the other."""
+
+COLOUR_OF = {"encoder_quantization": np.inf, "timing_jitter": 1.0}
+"""Faults of the readings whose errors follow each other: nats of colour that may be theirs, for every nat of
+their own; a slow axis shows a staircase of any length."""
+
+RHYTHM_NATS = 20.0
+"""By which noise must change with the sample number to have a cause in the readings' electronics."""
+
+LEAST_BESIDE = 0.1
+"""Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
+and what mends it a little is no effect of its own."""
+
+MOST_NAMED = 2
+OTHER_CAUSE = {WIND: WALK, WALK: WIND}
+"""Of slow noise."""
+
+PART_OF_G = ("transport_delay", "unmodelled_mode")
+"""Without a model they are no gap."""
+
+
+@dataclass(frozen=True)
+class JointDecision:
+    """The answer, its probabilities, pairs that the records cannot tell apart."""
+
+    answer: tuple[str, ...]
+    probability: Mapping[str, float]
+    confusable: tuple[tuple[str, str], ...]
+
+
+def decide_jointly(found: JointAnswer, part_of_g: Sequence[str] = PART_OF_G) -> JointDecision:
+    """The decision on a finished search; with a given model nothing is `part_of_g`."""
+    return decide(JointEvidence.of(found), part_of_g=part_of_g)
+
+
+def decide(
+    found: JointEvidence,
+    calibration: JointCalibration | None = None,
+    part_of_g: Sequence[str] = PART_OF_G,
+) -> JointDecision:
+    """By the constants above, probabilities by those of `calibration` (built in unless given)."""
+    calibration = calibration or JointCalibration.built_in()
+    evidence = {**found.nats, **found.reading_nats}
+    remains = evidence.pop(OTHER, 0.0)
+    if found.remainder.rhythm > RHYTHM_NATS:
+        # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
+        evidence.pop("timing_jitter", None)
+        remains = max(remains, found.remainder.rhythm)
+    elif not found.nats:
+        theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)
+        coloured = found.remainder.coloured - theirs
+        if coloured > COLOURED_NATS:
+            remains = max(remains, coloured)
+    # What the readings themselves show needs no model, so it comes first.
+    order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
+    answer = tuple(order)[:MOST_NAMED]
+    if remains > 0:
+        asked = LEAST_BESIDE if OTHER in found.nats else 1.0
+        certain = answer and evidence[answer[0]] > asked * remains
+        answer = (answer[0], OTHER) if certain else (OTHER,)
+    probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
+    found_contests, confusable = contests(found, answer), []
+    for named in dict.fromkeys(named for named, _, _ in found_contests):
+        odds = {named: 1.0}
+        for rival, lead in [(rival, lead) for one, rival, lead in found_contests if one == named]:
+            causes = OTHER_CAUSE.get(named) == rival
+            odds[rival] = calibration.odds(lead, found.own, causes)
+            if lead < AS_GOOD and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
+                confusable.append((named, rival))
+        together = min(sum(probability[label] for label in odds), 1.0)
+        for label, odd in odds.items():
+            probability[label] = odd / sum(odds.values()) * together
+    return JointDecision(answer, probability, tuple(confusable))
+
+
+def _probabilities(
+    found: JointEvidence,
+    answer: tuple[str, ...],
+    evidence: Mapping[str, float],
+    remains: float,
+    calibration: JointCalibration,
+    part_of_g: Sequence[str],
+) -> dict[str, float]:
+    floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
+    coloured = max(floor, calibration.coloured_floor) if found.remainder.order > 1 else floor
+    certain = {
+        label: calibration.sure(nats, coloured if label in found.nats else floor)
+        for label, nats in evidence.items()
+    }
+    doubts = [1 - p for p in certain.values()]
+    if remains > 0:
+        doubts.append(1 - calibration.sure(remains, calibration.other_floor))
+    nothing = calibration.nothing([*evidence.values(), *([remains] if remains > 0 else [])])
+    # What is no longer sure of a label that many nats speak for is another cause, not none.
+    elsewhere = max(doubts, default=0.0) - nothing
+    p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
+    if remains > 0:
+        p_other = calibration.sure(remains, calibration.other_floor)
+    p_other = max(p_other, calibration.others_share * elsewhere)
+    begun = {label: nats for label, nats in found.rivals.items() if label not in found.followed}
+    if (
+        answer
+        and OTHER not in answer
+        and found.nats
+        and begun.get(OTHER, -np.inf) > calibration.near * found.own
+    ):
+        p_other = max(p_other, calibration.near_doubt)
+        kept = 1 - calibration.near_doubt
+        certain = {label: kept * p if label in found.nats else p for label, p in certain.items()}
+    if answer == (OTHER,) and OTHER in found.labels and begun:
+        named = max(begun, key=lambda label: begun[label] * (label != OTHER))
+        if begun[named] > calibration.near * found.own:
+            share = calibration.named_share
+            certain[named], p_other = share * p_other, (1 - share) * p_other
+    probability = dict.fromkeys(LABEL_BLOCKS, 0.0)
+    probability.update(certain)
+    if answer == (OTHER,):
+        probability = {label: min(p, calibration.beside_other) for label, p in probability.items()}
+    for label in part_of_g:
+        probability[label] = 0.0
+    if answer:
+        none = nothing * (1 - p_other)
+        rest = max((1 - calibration.others_share) * elsewhere, calibration.least * len(LABEL_BLOCKS))
+    else:
+        best = max(found.rivals.values(), default=-np.inf)
+        none = 1 - p_other - calibration.none_doubt
+        none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / calibration.nats_nearly_found))
+        none = max(none, calibration.least)
+        rest = max(0.0, 1 - none - p_other)
+    silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]
+    for label in silent:
+        probability[label] = rest / max(len(silent), 1)
+    probability["none"], probability[OTHER] = none, p_other
+    return probability
+
+
+def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+    """Labels of the answer, rivals in place of each, and the nats by which it leads: of effects, rivals that
+    were followed to the end, and beside a single one those whose own best explanation is as good. Causes of
+    the noise are rivals of each other."""
+    named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
+    if named is None or named not in answer:
+        return []
+    own = found.own if named in found.followed else max(found.rivals.get(named, 0.0), found.own)
+    alone = len(found.labels) == 1 and len(answer) == 1
+    rivals = {
+        label: nats
+        for label, nats in found.rivals.items()
+        if label not in found.labels
+        and nats > 0
+        and (label in found.followed or (alone and label != OTHER and nats > own - AS_GOOD))
+    }
+    caused = {label: OTHER_CAUSE[label] for label in rivals if OTHER_CAUSE.get(label) in found.labels}
+    instead_of = {label: caused.get(label, named) for label in rivals}
+    return [(instead_of[x], x, own - nats) for x, nats in rivals.items() if instead_of[x] in answer]
+
+
+def rivals_of(found: JointAnswer, decision: JointDecision) -> list[tuple[JointFit, float]]:
+    """Explanations that were followed to the end beside the answer's, each with its probability."""
+    followed = {label: decision.probability[label] for label in found.followed}
+    total = max(sum(followed.values()), 1e-300)
+    return [
+        (found.ends[label], share / total)
+        for label, share in followed.items()
+        if label not in found.fit.labels and label not in decision.answer
+    ]

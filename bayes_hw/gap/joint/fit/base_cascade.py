@@ -1,0 +1,71 @@
+"""The best cascade without any effect: where the joint search begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import JointScale
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.search import Grown, grow, likeliest, smallest_cascade
+from bayes_hw.record import Record
+
+LARGEST_ORDER = 14
+SMALLEST_COMMAND = 1e-3
+"""A limit is looked for on a side whose largest command exceeds this share of the largest of all."""
+
+SMALL_ORDER = 4
+NOISE_LEVELS = (1.0, 4.0)
+"""Multiples of the white noise's level from which half widths start: a start may end in a poor minimum."""
+
+
+def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
+    """The best cascade without effects; of several starts the best at a small order is grown on."""
+    commands = np.concatenate([record.u for record in records])
+    largest = float(np.abs(commands).max())
+    structure = Structure(
+        0, True, 0, 0,
+        lower=bool(commands.min() < -SMALLEST_COMMAND * largest),
+        upper=bool(commands.max() > SMALLEST_COMMAND * largest),
+        dead_zone=True,
+    )  # fmt: skip
+    small = [
+        _largest(grow(smallest_cascade(records, structure, level * noise_level), SMALL_ORDER))
+        for level in NOISE_LEVELS
+    ]
+    at = coarse_delay(likeliest(small))
+    pool = {at.structure.order: at}
+    while True:
+        pool = grow(at, LARGEST_ORDER)
+        best = min(pool.values(), key=lambda g: g.criterion)
+        if not too_long(best):
+            break
+        at = at_delay(at, safe_delay(best)).descended()
+    best = with_longer_delay(best)
+    values = best.values
+    sigma = best.point.rms
+    white = float(np.sqrt(best.point.sum_of_squares / best.point.samples))
+    scale = natural_scale(records, (values.lower, values.upper), values.integrator_residue, min(sigma, white))
+    return JointFit.of_grown(best, scale).descended()
+
+
+def _largest(pool: Mapping[int, Grown]) -> Grown:
+    return pool[max(pool)]
+
+
+def natural_scale(
+    records: Sequence[Record], limits: tuple[float, float], gain: float, sigma: float
+) -> JointScale:
+    """Sizes of the records."""
+    largest = max(float(np.abs(record.u).max()) for record in records)
+    return JointScale(
+        speed=min(abs(limits[0]), abs(limits[1]), largest),
+        gain=abs(gain),
+        travel=max(float(np.ptp(record.y)) for record in records),
+        sigma=sigma,
+        samples=max(len(record) for record in records),
+        rate_hz=records[0].sample_rate_hz,
+    )

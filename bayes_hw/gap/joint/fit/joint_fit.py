@@ -1,0 +1,344 @@
+"""One fitted explanation of the joint search, and the moves between explanations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Self, TypeVar
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
+from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
+from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.descent import Point, descend, evaluate
+from bayes_hw.identify.growth.extension import (
+    advanced,
+    joined_pole,
+    with_section,
+    with_separate_pole,
+    without_section,
+)
+from bayes_hw.identify.growth.levels import levels_of
+from bayes_hw.identify.growth.search import Grown
+
+LABEL_PRICE_NATS = 10.0
+"""What a label must earn beyond its parameters: the catalogue's size and its forms' many starts."""
+
+FULL_STEPS = 40
+ROUND_STEPS, ROUNDS = 6, 7
+"""Of descents that are raced against each other."""
+
+FINE_STEPS = 4
+"""Steps of G and its laws a sample."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """A structure of G with effects, fitted together with the noise; `taken` counts the parameters of what
+    was taken out of the records before."""
+
+    response: JointResponse
+    point: Point
+    taken: int = 0
+
+    @classmethod
+    def of_grown(
+        cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None
+    ) -> JointFit:
+        """A cascade without any effect."""
+        response = JointResponse(grown.structure, (), grown.response.records, scale, weights)
+        coordinates = response.coordinates(JointValues(grown.values))
+        return cls(response, evaluate(response, coordinates))
+
+    @property
+    def values(self) -> JointValues:
+        return self.response.values(self.point.coordinates)
+
+    @property
+    def structure(self) -> Structure:
+        return self.response.structure
+
+    @property
+    def errors(self) -> list[FloatArray]:
+        """Measured less simulated output (samples,) of every record and less its level where that is free,
+        unweighted, NaN where nothing was measured."""
+        found, weights = self.point.residuals, self.response.weights
+        return list(found) if weights is None else [e * w for e, w in zip(found, weights, strict=True)]
+
+    @property
+    def levels(self) -> FloatArray:
+        """Of every record (records,) as the fit tells them, zero where a level is known; of one in observer
+        form as its simulation does, since readings that correct it tell no level."""
+        if self.observer is not None:
+            return self.without_observer().levels
+        raw = self.response.residuals(self.point.coordinates)
+        return levels_of(raw, self.response.level_shapes, self.point.whitener, self.point.masks)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Of the catalogue, the noise's cause first; known inputs and an observer, which come first among
+        the effects, have none."""
+        return (*self.added, *self.effect_labels)
+
+    @property
+    def effect_labels(self) -> tuple[str, ...]:
+        """Of the template."""
+        return tuple(effect.form.label for effect in self.response.template if not effect.form.column)
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Labels that are no effects of the template: the cause of the noise."""
+        return () if self.response.cause is None else (self.response.cause.cause,)
+
+    @property
+    def known_count(self) -> int:
+        """How many of the effects are known inputs, an observer counted; they come first."""
+        return sum(bool(effect.form.column) for effect in self.response.template)
+
+    @property
+    def observer(self) -> int | None:
+        """Where among the effects the observer stands, if the fit is in observer form."""
+        laws = [effect.form.law for effect in self.response.template]
+        return laws.index(K.INNOVATION) if K.INNOVATION in laws else None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        effects = (
+            effect.form.full_name + ("+" if effect.ports is not None and effect.ports.signal else "")
+            for effect in self.response.template
+        )
+        return (*self.added, *effects)
+
+    @property
+    def noise_order(self) -> int:
+        """Of the noise without a cause; what a cause explains has the encoder's own left, of the first."""
+        return self.point.whitener.order if self.response.cause is None else 1
+
+    @property
+    def free_count(self) -> int:
+        """How many numbers were fitted; noise of a cause has few that are free."""
+        noise = self.point.whitener.order if self.response.cause is None else PARAMETERS
+        return self.response.size + noise + 1 + self.taken
+
+    @property
+    def log_likelihood(self) -> float:
+        weights = self.response.weights
+        lost = 0.0 if weights is None else sum(float(np.sum(np.log(w))) for w in weights)
+        return self.point.log_likelihood - lost
+
+    @property
+    def score(self) -> float:
+        """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
+        labels = len(self.response.template) + len(self.added)
+        price = 0.5 * self.free_count * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * labels
+        return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
+
+    def descended(self, steps: int = FULL_STEPS) -> Self:
+        """After at most `steps` steps."""
+        if self.point.converged:
+            return self
+        return replace(self, point=descend(self.response, self.point, steps))
+
+    def descended_under(self, order: int, steps: int) -> Self:
+        """After at most `steps` steps under noise of a held order, free again at the end."""
+        return replace(self, point=descend(self.response, self.point, steps, order))
+
+    def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
+        """At other values of another structure, not descended."""
+        response = self._response_of(structure, values)
+        return replace(
+            self, response=response, point=evaluate(response, response.coordinates(values), whitener)
+        )
+
+    def _response_of(self, structure: Structure, values: JointValues) -> JointResponse:
+        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
+        return replace(self.response, structure=structure, template=values.effects, steps=steps)
+
+    def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
+        """One more effect, of no strength yet."""
+        return self.moved(self.structure, self._values_with(form, start), self.point.whitener)
+
+    def effect_tangents(self, form: Form, start: Sequence[float]) -> list[FloatArray]:
+        """For every record the derivatives (parameters, samples) of y by the coordinates of one more effect
+        of no strength yet, over the weights."""
+        values = self._values_with(form, start)
+        return self._response_of(self.structure, values).effect_tangents(values)
+
+    def _values_with(self, form: Form, start: Sequence[float]) -> JointValues:
+        values, s = self.values, self.structure
+        ports = Ports.none(s.real_poles, s.sections) if form.is_law else None
+        effect = Effect(form, np.array(start, dtype=np.float64), ports)
+        return JointValues(values.cascade, (*values.effects, effect))
+
+    def with_known(self, form: Form, start: Sequence[float]) -> JointFit:
+        """One more known input, of no strength yet, before the effects of the catalogue."""
+        larger = self.with_effect(form, start)
+        effects, count = larger.values.effects, self.known_count
+        ordered = (*effects[:count], effects[-1], *effects[count:-1])
+        values = JointValues(larger.values.cascade, ordered)
+        return larger.moved(self.structure, values, self.point.whitener)
+
+    def under(self, response: JointResponse, whitener: Whitener | None = None) -> Self:
+        """The same coordinates under another response of the same structure, not descended; its noise is
+        estimated there unless given."""
+        return replace(self, response=response, point=evaluate(response, self.point.coordinates, whitener))
+
+    def with_cause(self, cause: SlowNoise | None) -> Self:
+        """With noise of a cause, or with a free autoregression again; not descended."""
+        return self.under(replace(self.response, cause=cause))
+
+    def with_noise_kept(self) -> Self:
+        """The noise of the cause begun where it is now, however its effects change."""
+        cause, whitener = self.response.cause, self.point.whitener
+        if cause is None or not isinstance(whitener, SlowWhitener):
+            return self
+        return replace(self, response=replace(self.response, cause=replace(cause, begun=whitener)))
+
+    def without(self, label: str) -> JointFit:
+        """One label fewer, not descended."""
+        if label in self.added:
+            return self.with_cause(None)
+        values = self.values
+        kept = tuple(e for e in values.effects if e.form.label != label)
+        return self.moved(self.structure, JointValues(values.cascade, kept))
+
+    def without_observer(self) -> JointFit:
+        """As a simulation that no reading corrects, not descended."""
+        values = self.values
+        kept = tuple(e for e in values.effects if e.form.law != K.INNOVATION)
+        return self.moved(self.structure, JointValues(values.cascade, kept))
+
+    def with_signal(self, number: int) -> JointFit:
+        """An effect's law may look at the states of G too."""
+        values = self.values
+        effects = list(values.effects)
+        ports = effects[number].ports
+        assert ports is not None
+        effects[number] = replace(effects[number], ports=replace(ports, signal=True))
+        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+
+    def with_form(self, number: int, form: Form, start: Sequence[float]) -> JointFit:
+        """An effect in another form of one law's family, its ports kept."""
+        values = self.values
+        effects = list(values.effects)
+        effects[number] = Effect(form, np.array(start), effects[number].ports)
+        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+
+    def with_section(self, a1: float, a2: float) -> JointFit:
+        """One more section of no weight."""
+        values = self.values
+        structure, cascade = with_section(self.structure, values.cascade, a1, a2)
+        effects = _each_port(
+            values,
+            lambda p: replace(p, sections=_wider(p.sections), signal_sections=_wider(p.signal_sections)),
+        )
+        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
+
+    def with_pole(self, pole: float) -> JointFit:
+        """One more real pole of no weight; it joins a single one into a section."""
+        values = self.values
+        if self.structure.real_poles == 1:
+            structure, cascade = joined_pole(self.structure, values.cascade, pole)
+
+            def joined(p: Ports) -> Ports:
+                weight, seen = p.real[0], p.signal_real[0]
+                return replace(
+                    p, real=p.real[1:], signal_real=p.signal_real[1:],
+                    sections=_wider(p.sections, (weight, -weight * pole)),
+                    signal_sections=_wider(p.signal_sections, (seen, 0.0)),
+                )  # fmt: skip
+
+            return self.moved(
+                structure, JointValues(cascade, _each_port(values, joined)), self.point.whitener
+            )
+        structure, cascade = with_separate_pole(self.structure, values.cascade, pole)
+        effects = _each_port(
+            values,
+            lambda p: replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0)),
+        )
+        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
+
+    def without_section(self, number: int) -> JointFit:
+        """One section fewer."""
+        values = self.values
+        structure, cascade = without_section(self.structure, values.cascade, number)
+        effects = _each_port(
+            values,
+            lambda p: replace(
+                p, sections=np.delete(p.sections, number, axis=1),
+                signal_sections=np.delete(p.signal_sections, number, axis=1),
+            ),
+        )  # fmt: skip
+        return self.moved(structure, JointValues(cascade, effects))
+
+    def without_pole(self, number: int) -> JointFit:
+        """One real pole fewer."""
+        values = self.values
+        cascade = replace(
+            values.cascade,
+            real=np.delete(values.cascade.real, number, axis=1),
+            starts=np.delete(values.cascade.starts, int(self.structure.integrator) + number, axis=1),
+        )
+        structure = replace(self.structure, real_poles=self.structure.real_poles - 1)
+        effects = _each_port(
+            values,
+            lambda p: replace(
+                p, real=np.delete(p.real, number), signal_real=np.delete(p.signal_real, number)
+            ),
+        )
+        return self.moved(structure, JointValues(cascade, effects))
+
+    def finer(self) -> JointFit:
+        """Laws act FINE_STEPS times a sample: what sticks within one does not wait for its end."""
+        return self.under(replace(self.response, steps=FINE_STEPS), self.point.whitener)
+
+    def later(self) -> JointFit:
+        """With one more sample of delay."""
+        values = self.values
+        structure, cascade = advanced(self.structure, values.cascade)
+        return self.moved(structure, JointValues(cascade, values.effects))
+
+
+AnyFit = TypeVar("AnyFit", bound=JointFit)
+
+
+def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:
+    return tuple(e if e.ports is None else replace(e, ports=change(e.ports)) for e in values.effects)
+
+
+def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+    return np.concatenate([weights, np.array(column)[:, None]], axis=1)
+
+
+def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:
+    """Descended together, ROUND_STEPS at a time: one drops out where it would reach neither `least` nor the
+    best score if it went on gaining to its last step what it gained in the last round."""
+    running, found = list(items), list[AnyFit]()
+    for left in range(ROUNDS - 1, -1, -1):
+        further = list(zip(running, descended_each(running, ROUND_STEPS), strict=True))
+        best = max([least, *(item.score for item in found), *(later.score for _, later in further)])
+        running = []
+        for before, item in further:
+            reached = item.score + left * max(item.score - before.score, 0.0)
+            if item.point.converged or left == 0 or reached < best:
+                found.append(item)
+            else:
+                running.append(item)
+    return found
+
+
+def descended_each(items: Sequence[AnyFit], steps: int = FULL_STEPS) -> list[AnyFit]:
+    """Every one after at most `steps` steps."""
+    return each(lambda item: item.descended(steps), items)
+
+
+def highest(items: Sequence[JointFit]) -> JointFit:
+    """The one of the best score."""
+    return max(items, key=lambda item: item.score)

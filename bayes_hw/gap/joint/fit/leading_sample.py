@@ -1,0 +1,66 @@
+"""G's leading coefficient where it is not certain which sample of its impulse response is the first.
+
+A first sample that is small costs a search next to nothing to leave out, and then the second one, which may
+be many times larger, looks like the first. Explanations with one and two samples more, not yet descended,
+are averaged with the one at hand by their evidence: a sample more is a linear parameter, uniform between zero
+and the leading coefficient that was found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.identify.growth.descent import whitened_blocks
+from bayes_hw.identify.growth.score_test import outside_of_derivatives
+from bayes_hw.identify.holes import mask_of
+
+MOST_EARLIER = 2
+SINGULAR = 1e-9
+
+
+def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
+    """Means (count,) and covariance (count, count) of samples of the impulse response before the first, the
+    latest first, all coordinates free along."""
+    whitener = fit.point.whitener
+    rows = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
+    basis, left = outside_of_derivatives(np.concatenate(rows, axis=1))
+    parts = []
+    for number, (v, outside) in enumerate(fit.response.gated(fit.point.coordinates)):
+        moved = [np.concatenate([v[i:], np.full(i, v[-1])]) * outside for i in range(count)]
+        parts.append(whitener.apply(np.stack(moved), 0, mask_of(fit.point.masks, number)))
+    columns = np.concatenate(parts, axis=1)
+    columns = columns - (columns @ basis) @ basis.T
+    gram = columns @ columns.T
+    gram += SINGULAR * np.trace(gram) / count * np.eye(count)
+    covariance = np.linalg.inv(gram)
+    return covariance @ (columns @ left), covariance * float(left @ left) / len(left)
+
+
+def leading_draws(fit: JointFit, drawn: FloatArray, inflation: float, rng: np.random.Generator) -> FloatArray:
+    """Draws (draws,) of the leading coefficient from those at the delay that was found."""
+    count = min(MOST_EARLIER, fit.structure.delay_samples)
+    first = float(np.median(drawn))
+    if count == 0 or first == 0.0:
+        return drawn
+    means, spreads, weights = [0.0], [0.0], [1.0]
+    for j in range(1, count + 1):
+        mean, covariance = earlier_samples(fit, j)
+        if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):
+            break
+        means.append(float(mean[-1]))
+        spreads.append(inflation * float(np.sqrt(covariance[-1, -1])))
+        weights.append(weights[-1] * _evidence(means[-1], spreads[-1], first))
+    chosen = rng.choice(len(weights), len(drawn), p=np.array(weights) / np.sum(weights))
+    other = np.array(means)[chosen] + np.array(spreads)[chosen] * rng.standard_normal(len(drawn))
+    return np.where(chosen == 0, drawn, other)
+
+
+def _evidence(mean: float, sd: float, first: float) -> float:
+    """Of one sample more over none: its likelihood averaged over a uniform prior from zero to `first`."""
+    low, high = sorted((0.0, first))
+    inside = float(stats.norm.cdf(high, mean, sd) - stats.norm.cdf(low, mean, sd))
+    at_none = float(stats.norm.pdf(0.0, mean, sd)) + np.finfo(float).tiny
+    return float(np.clip(inside / (abs(first) * at_none), 1e-6, 1e6))

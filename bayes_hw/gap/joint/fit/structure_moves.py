@@ -1,0 +1,85 @@
+"""Moves of the joint search that change the structure of G: larger and smaller cascades, the delay."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
+from bayes_hw.identify.growth.delay import longest_delay
+from bayes_hw.identify.growth.score_test import best_candidates
+
+REGROWTHS = 4
+SLACK_NATS = 0.5
+
+
+def larger_cascades(fit: JointFit, count: int = 3) -> list[JointFit]:
+    """Fits with one more pole or section, the most promising."""
+    real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
+    found = [fit.with_pole(c.a1) for c in real[:1]]
+    return found + [fit.with_section(c.a1, c.a2) for c in pairs if c.a2 is not None]
+
+
+def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
+    """G grown on as far as the score improves, `steps` poles or sections at most."""
+    best = fit = fit.descended()
+    failures = 0
+    for _ in range(steps):
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.score)[:2]
+        fit = highest(raced(trials))
+        if fit.score > best.score:
+            best, failures = fit, 0
+        else:
+            failures += 1
+            if failures == 2:
+                break
+    return best
+
+
+def pruned(fit: JointFit) -> JointFit:
+    """Effects, an observer, sections and poles taken out while the score improves."""
+    while True:
+        trials: list[JointFit] = []
+        if len(fit.labels) > 1:
+            trials += [fit.without(label) for label in fit.labels]
+        if fit.observer is not None:
+            trials.append(fit.without_observer())
+        trials += [fit.without_section(i) for i in range(fit.structure.sections)]
+        trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
+        if not trials:
+            return fit
+        trials = sorted(descended_each(trials, 4), key=lambda t: -t.score)[:2]
+        best = highest(raced(trials, fit.score))
+        if best.score <= fit.score:
+            return fit
+        fit = best
+
+
+def delayed(fit: JointFit) -> JointFit:
+    """The delay advanced while that costs next to nothing: a delay that G's poles make up sets them free."""
+    longest = longest_delay(fit.response.records)
+    while fit.structure.delay_samples < longest:
+        later = fit.later().descended()
+        if later.score < fit.score - SLACK_NATS:
+            break
+        fit = later
+    return fit
+
+
+def widened(fit: JointFit, steps: int = 2) -> JointFit:
+    """G grown on by poles and sections that Akaike's criterion keeps (1974, doi 10.1109/TAC.1974.1100705).
+
+    What Schwarz's leaves out moves the other parameters by up to several of their standard deviations; with
+    it in, they are as uncertain as they are. Sections keep their order, further ones come last.
+    """
+    for _ in range(steps):
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.log_likelihood)[:2]
+        best = max(descended_each(trials), key=_akaike, default=fit)
+        if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:
+            break
+        fit = best
+    return fit
+
+
+def _akaike(fit: JointFit) -> float:
+    likelihood = fit.log_likelihood - fit.free_count
+    return likelihood if np.isfinite(likelihood) else -np.inf

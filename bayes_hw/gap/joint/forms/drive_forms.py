@@ -1,0 +1,68 @@
+"""Forms without a name that are looked for around a given model: faults of its drive and of its loop.
+
+The states of G with the command make up whatever the loop sees and asks for, so that a law that looks at them
+needs no drive train: a drive that gives no more, or none below, a demand; an angle beyond which the axis is
+held; a measured speed that is wrong by a share that is periodic in position.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.effect_form import (
+    FORMS,
+    Form,
+    JointScale,
+    Slot,
+    period_wavenumber,
+    turning_periods,
+)
+
+LIMIT_SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
+BAND_SHARES = (0.01, 0.03, 0.1, 0.3)
+"""Of the limited command's speed: demands where a drive gives no more, and below which it gives none."""
+
+STOP_SHARES = (0.2, 0.3, 0.4, 0.5)
+"""Of the travel."""
+
+
+def _demand(scale: JointScale) -> tuple[Slot, ...]:
+    return (Slot(0, "demand", True, 3e-4 * scale.speed, 30 * scale.speed),)
+
+
+DRIVE_FORMS: tuple[Form, ...] = (
+    Form(
+        "other", "torque limit of the drive", "law", _demand,
+        lambda s: [(share * s.speed,) for share in LIMIT_SHARES],
+        K.EXCESS, K.BASE_COMMAND,
+    ),
+    Form(
+        "other", "dead band of the drive", "law", _demand,
+        lambda s: [(share * s.speed,) for share in BAND_SHARES],
+        K.GAP, K.BASE_COMMAND,
+    ),
+    Form(
+        "other", "stops", "law",
+        lambda s: (Slot(0, "angle", True, 0.02 * s.travel, s.travel),),
+        lambda s: [(share * s.travel,) for share in STOP_SHARES],
+        K.EXCESS, K.BASE_POSITION,
+    ),
+    Form(
+        "other", "speed reading over position", "law",
+        lambda s: (period_wavenumber(s, 0), Slot(1, "phase")),
+        lambda s: [(2 * np.pi / p, phase) for p in turning_periods(s) for phase in (0.4, 2.0)],
+        K.MODULATED, K.BASE_SPEED,
+    ),
+)  # fmt: skip
+
+GIVEN_FORMS: tuple[Form, ...] = (*FORMS, *DRIVE_FORMS)
+"""All that is looked for around a given model."""
+
+UNNAMED_OVER_POSITION: tuple[Form, ...] = tuple(
+    form
+    for form in GIVEN_FORMS
+    if form.label == "other"
+    and not form.further
+    and (form.base == K.BASE_POSITION or form.law == K.MODULATED)
+)

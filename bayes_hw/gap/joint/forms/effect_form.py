@@ -1,0 +1,333 @@
+"""Effects that the joint search knows: where each acts in the kernel, its parameters, its starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+
+Place = Literal["input", "output", "law", "reading"]
+TURNS_SEEN = 1.5
+"""Within the travel, at least, for a shape over position to be told as a period."""
+
+COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
+"""Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
+since a period that is off by a turn over the travel shows nothing."""
+
+INNOVATION_COLUMN = "(output)"
+"""What stands for the readings themselves among the columns that an effect acts by."""
+
+LONG_PERIODS = 8
+"""Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
+
+
+@dataclass(frozen=True)
+class JointScale:
+    """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
+    sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
+    `periods` (output units) are those that a scan found promising, `shortest` the shortest that may be looked
+    for: what rounding does repeats with its step."""
+
+    speed: float
+    gain: float
+    travel: float
+    sigma: float
+    samples: int
+    rate_hz: float
+    periods: tuple[float, ...] = ()
+    shortest: float = 0.0
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One parameter: its row in the kernel's array, name, bounds; `logarithmic` ones are positive."""
+
+    row: int
+    name: str
+    logarithmic: bool = False
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True)
+class Form:
+    """One form of a label.
+
+    `slots` gives its parameters for a scale, `starts` the values (parameters,) to begin from, at which the
+    form changes nothing. A form with a `column` acts by that known input of the records: through the load as
+    a "law", at the encoder as a "reading". A form that is `further` extends another of its label by
+    parameters, and is tried where that one is present.
+    """
+
+    label: str
+    name: str
+    place: Place
+    slots: Callable[[JointScale], tuple[Slot, ...]]
+    starts: Callable[[JointScale], Sequence[tuple[float, ...]]]
+    law: int = -1
+    base: int = 0
+    column: str = ""
+    further: bool = False
+
+    @property
+    def is_law(self) -> bool:
+        return self.place == "law"
+
+    @property
+    def is_known_input(self) -> bool:
+        return bool(self.column) and self.column != INNOVATION_COLUMN
+
+    @property
+    def full_name(self) -> str:
+        return f"{self.label} ({self.name})" if self.name else self.label
+
+    def unit_of_signal(self, scale: JointScale) -> float:
+        """What the law divides its signal by where no slot does: its size lies in the port alone."""
+        return {K.CUBIC: _twist(scale), K.DRAG: scale.speed * scale.gain}.get(self.law, 1.0)
+
+
+def coarse_periods(scale: JointScale) -> list[float]:
+    """Periods seen often enough, long ones, output units."""
+    turns = np.arange(TURNS_SEEN, COARSE_TURNS, TURN_STEP)
+    return [float(scale.travel / t) for t in turns if scale.travel / t >= scale.shortest]
+
+
+def scanned_cycles() -> FloatArray:
+    """Cycles over the travel that a scan goes through."""
+    return np.arange(TURNS_SEEN, MOST_TURNS, TURN_STEP)
+
+
+def _bending(scale: JointScale) -> list[float]:
+    """Longer ones: shapes over position."""
+    return [float(p) for p in np.geomspace(1.05 / TURNS_SEEN, 8.0, LONG_PERIODS) * scale.travel]
+
+
+def _wavenumber(scale: JointScale, row: int) -> Slot:
+    shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
+    return Slot(row, "wavenumber", True, 2 * np.pi / (12 * scale.travel), 2 * np.pi / shortest)
+
+
+def period_wavenumber(scale: JointScale, row: int) -> Slot:
+    shortest = max(scale.travel / (1.1 * MOST_TURNS), scale.shortest)
+    return Slot(row, "wavenumber", True, 2 * np.pi * TURNS_SEEN / scale.travel, 2 * np.pi / shortest)
+
+
+def _shape_wavenumber(scale: JointScale, row: int) -> Slot:
+    longest = 2 * np.pi / (12 * scale.travel)
+    return Slot(row, "wavenumber", True, longest, 2 * np.pi * TURNS_SEEN / scale.travel)
+
+
+def _slow(scale: JointScale, row: int, name: str = "time") -> Slot:
+    return Slot(row, name, True, 0.02 * scale.samples, 3.0 * scale.samples)
+
+
+def _friction(scale: JointScale, base: int) -> Slot:
+    unit = scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+    return Slot(0, "smoothing_speed", True, 0.003 * unit, 0.15 * unit)
+
+
+def _bristle(scale: JointScale, base: int) -> Slot:
+    unit = scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+    return Slot(0, "presliding", True, 0.003 * unit, 10 * unit)
+
+
+def _speed_unit(scale: JointScale, base: int) -> float:
+    return scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+
+
+def _coulomb(place: str, base: int) -> Form:
+    return Form(
+        "friction", f"Coulomb, {place}", "law",
+        lambda s: (_friction(s, base),),
+        lambda s: [(share * _speed_unit(s, base),) for share in (0.03, 0.1)],
+        K.COULOMB, base,
+    )  # fmt: skip
+
+
+def _stribeck(place: str, base: int) -> Form:
+    return Form(
+        "friction", f"Stribeck, {place}", "law",
+        lambda s: (
+            _friction(s, base),
+            Slot(1, "static_excess", False, 0.0, 4.0),
+            Slot(2, "stribeck_speed", True, 0.02 * _speed_unit(s, base), 0.6 * _speed_unit(s, base)),
+        ),
+        lambda s: [(0.05 * _speed_unit(s, base), 0.5, 0.15 * _speed_unit(s, base))],
+        K.STRIBECK, base,
+    )  # fmt: skip
+
+
+def _presliding(place: str, base: int) -> Form:
+    return Form(
+        "friction", f"presliding, {place}", "law",
+        lambda s: (_bristle(s, base),),
+        lambda s: [(share * _speed_unit(s, base),) for share in (0.3, 3.0)],
+        K.BRISTLE, base,
+    )  # fmt: skip
+
+
+def _early_rate(row: int, name: str) -> Form:
+    return Form(
+        "rate_limit", name, "input",
+        lambda s: (Slot(row, "slowness", False, 0.0, 100 / s.speed),),
+        lambda s: [(0.02 / s.speed,), (0.3 / s.speed,), (2.0 / s.speed,), (8.0 / s.speed,)],
+    )  # fmt: skip
+
+
+Periods: TypeAlias = Callable[[JointScale], list[float]]
+Wavenumber: TypeAlias = Callable[[JointScale, int], Slot]
+
+
+def _wave(label: str, name: str, place: Place, first: int, periods: Periods, wavenumber: Wavenumber) -> Form:
+    return Form(
+        label, name, place,
+        lambda s: (Slot(first, "sine"), Slot(first + 1, "cosine"), wavenumber(s, first + 2)),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in periods(s)],
+    )  # fmt: skip
+
+
+def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
+    return Form(
+        label, name, "law",
+        lambda s: (wavenumber(s, 0), Slot(1, "phase")),
+        lambda s: [(2 * np.pi / p, phase) for p in periods(s) for phase in (0.4, 2.0)],
+        K.RIPPLE, K.BASE_POSITION,
+    )  # fmt: skip
+
+
+def _second_harmonic() -> Form:
+    return Form(
+        "torque_ripple", "two harmonics", "law",
+        lambda s: (period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
+        lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
+        K.RIPPLE, K.BASE_POSITION, further=True,
+    )  # fmt: skip
+
+
+def _oval() -> Form:
+    """Of a disc off its axis that is not round."""
+    return Form(
+        "encoder_eccentricity", "two harmonics", "output",
+        lambda s: (
+            Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), period_wavenumber(s, K.WAVENUMBER),
+            Slot(K.SINE2, "second_sine"), Slot(K.COSINE2, "second_cosine"),
+        ),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.0, 0.0) for p in _turning_or_long(s)],
+        further=True,
+    )  # fmt: skip
+
+
+def _any_period(scale: JointScale) -> list[float]:
+    return [*coarse_periods(scale), *_bending(scale)]
+
+
+def turning_periods(scale: JointScale) -> list[float]:
+    """What a scan found, or long periods seen often enough."""
+    return list(scale.periods) or coarse_periods(scale)
+
+
+def _turning_or_long(scale: JointScale) -> list[float]:
+    return [*coarse_periods(scale), *(p for p in scale.periods if p < scale.travel / COARSE_TURNS)]
+
+
+FORMS: tuple[Form, ...] = (
+    _early_rate(K.LATE_RATE, ""),
+    _early_rate(K.EARLY_RATE, "before the limiter"),
+    _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber),
+    Form(
+        "saturation_drift", "slope", "input",
+        lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
+        lambda _: [(0.0,)],
+    ),
+    Form("command_bias", "", "input", lambda _: (Slot(K.BIAS, "bias"),), lambda _: [(0.0,)]),
+    Form(
+        "gain_drift", "", "input",
+        lambda s: (Slot(K.CHANGE, "change", False, -0.9, 5.0), _slow(s, K.WARMING)),
+        lambda s: [(0.0, share * s.samples) for share in (0.1, 0.3, 0.8)],
+    ),
+    Form(
+        "cubic_stiffness", "", "law",
+        lambda _: (Slot(1, "softening", False, 0.0, 3.0),),
+        lambda _: [(0.0,), (0.3,), (1.5,)],
+        K.CUBIC, K.BASE_TWIST,
+    ),
+    _coulomb("motor", K.BASE_COMMAND),
+    _presliding("motor", K.BASE_COMMAND),
+    _stribeck("motor", K.BASE_COMMAND),
+    _coulomb("load", K.BASE_SPEED),
+    _presliding("load", K.BASE_SPEED),
+    _stribeck("load", K.BASE_SPEED),
+    Form(
+        "backlash", "kinematic", "output",
+        lambda s: (Slot(K.PLAY, "half_gap", False, 0.0, 0.3 * s.travel),),
+        lambda s: [(0.3 * s.sigma,), (2.0 * s.sigma,)],
+    ),
+    Form(
+        "backlash", "dynamic", "law",
+        lambda s: (Slot(0, "gap", True, 1e-3 * _twist(s), 30 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 0.5, 2.0, 8.0)],
+        K.GAP, K.BASE_TWIST,
+    ),
+    _ripple("torque_ripple", "", turning_periods, period_wavenumber),
+    _second_harmonic(),
+    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),
+    _oval(),
+    Form(
+        "gain_asymmetry", "", "output",
+        lambda _: (Slot(K.LOG_RATIO, "log_ratio", False, -0.7, 0.7),),
+        lambda _: [(0.0,)],
+    ),
+    Form(
+        "other", "curve of the command", "input",
+        lambda s: (
+            Slot(K.EVEN_CURVE, "even", False, -0.5, 0.5),
+            Slot(K.ODD_CURVE, "odd", False, -0.45 / s.speed, 2 / s.speed),
+        ),
+        lambda _: [(0.0, 0.0)],
+    ),
+    Form(
+        "other", "hysteresis of the spring", "law",
+        lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
+        K.BRISTLE, K.BASE_TWIST_RATE,
+    ),
+    Form(
+        "other", "slip beyond the spring", "law",
+        lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.1, 0.3, 1.0, 3.0)],
+        K.SLIP, K.BASE_TWIST,
+    ),
+    Form(
+        "other", "torque limit", "law",
+        lambda s: (Slot(0, "acceleration", True, 0.05 * _twist(s), 30 * _twist(s)),),
+        lambda s: [(share * _twist(s),) for share in (0.3, 1.0, 3.0)],
+        K.EXCESS, K.BASE_TWIST,
+    ),
+    Form(
+        "other", "stiffness over position", "law",
+        lambda s: (_wavenumber(s, 0), Slot(1, "phase")),
+        lambda s: [
+            (2 * np.pi / p, phase) for p in _any_period(s) if p > 0.1 * s.travel for phase in (0.4, 2.0)
+        ],
+        K.MODULATED, K.BASE_TWIST,
+    ),
+    _wave("other", "reading over position", "output", K.SINE, _bending, _shape_wavenumber),
+    _ripple("other", "torque over position", _bending, _shape_wavenumber),
+    Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
+    Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
+    Form(
+        "sensor_drift", "thermal", "output",
+        lambda s: (Slot(K.SETTLING, "amount"), _slow(s, K.SETTLING_TIME)),
+        lambda s: [(0.0, share * s.samples) for share in (0.08, 0.25, 0.6)],
+    ),
+)  # fmt: skip
+
+
+def _twist(scale: JointScale) -> float:
+    """Second difference of w when the speed changes by its limit over ten samples."""
+    return 0.1 * scale.speed * scale.gain

@@ -1,0 +1,1 @@
+"""The same search around a model that was given: its structure held under a prior."""

@@ -1,0 +1,247 @@
+"""Moves of the search around a given model: laws through the same ports, more delay, a further mode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
+from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
+from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms
+from bayes_hw.gap.joint.search.effect_screen import best_starts, noise_screens, screened
+
+FURTHER_HZ = 18
+FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
+"""Damping ratio that a further mode begins with, and the logarithm's distance from an end of its range."""
+
+LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
+"""Of a further delay: seconds and samples at most, starts, and how many go on."""
+
+FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
+"""Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
+end."""
+
+WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
+"""Of a label, begun under white noise; descents under it, while one gains more than a little."""
+
+BEGUN_SAMPLES = 5000
+"""Of all records together, on which laws are begun."""
+
+PERIODIC = (RIPPLE, MODULATED)
+
+
+def as_given(found: object) -> GivenFit:
+    assert isinstance(found, GivenFit)
+    return found
+
+
+def best_of(fits: Sequence[object]) -> GivenFit:
+    return as_given(highest(fits))  # type: ignore[arg-type]
+
+
+def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """Those whose last effect is a torque, its law looking at the states of G too."""
+    found = []
+    for fit in fits:
+        effects = fit.values.effects
+        ports = effects[-1].ports
+        if ports is not None and not ports.signal:
+            found.append(as_given(fit.with_signal(len(effects) - 1).descended()))
+    return found
+
+
+def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
+    """Whether the best explanation so far leaves noise of higher order, or of a cause."""
+    return best_of([fit, *found]).point.whitener.order > 1
+
+
+def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
+    """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
+    own, looking at the states of G.
+
+    All of its starts are begun, and where the noise is of higher order, which may have taken up what they
+    explain, under noise of the first as well: neither what a start promises nor a few steps without the
+    states tell which law it is. They are begun on the beginnings of long records. Laws that are periodic in
+    position are left out, their starts are too many.
+    """
+    seen = _beginning(fit)
+    found: dict[str, list[GivenFit]] = {}
+    for form in forms:
+        if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
+            kind = form.full_name if form.label == OTHER else form.label
+            found.setdefault(kind, []).extend(_law_starts(seen, form))
+    kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
+    kinds = [[_whole(t, fit) for t in kind] for kind in kinds]
+    kinds.sort(key=lambda kind: -kind[0].score)
+    kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
+    return [kind[0] for kind in kinds]
+
+
+def _beginning(fit: GivenFit) -> GivenFit:
+    """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
+    response = fit.response
+    share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
+    if share >= 1:
+        return fit
+    records = tuple(record.split(share)[0] for record in response.records)
+    weights = response.weights
+    if weights is not None:
+        weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
+    return fit.under(replace(response, records=records, weights=weights))
+
+
+def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
+    """The same explanation of all samples that `of` explains."""
+    response = replace(fit.response, records=of.response.records, weights=of.response.weights)
+    if response.records is fit.response.records:
+        return fit
+    return fit.under(response)
+
+
+def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
+    """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
+    the command, from what the loop lacks of it."""
+    last = len(fit.values.effects)
+    starts = [as_given(fit.with_effect(form, s)).with_signal(last) for s in form.starts(fit.response.scale)]
+    if form in DRIVE_FORMS and form.base == BASE_COMMAND:
+        starts += [_lacking(as_given(s)) for s in starts]
+    return [as_given(s) for s in starts]
+
+
+def _lacking(fit: GivenFit) -> GivenFit:
+    """The last law begun from the command less the axis' own speed in units of the command."""
+    values, scale = fit.values, fit.response.scale
+    sections = values.cascade.sections
+    last = values.effects[-1]
+    assert last.ports is not None
+    seen = np.stack([1 - sections[0], -np.ones(sections.shape[1])])
+    ports = replace(
+        last.ports, signal_real=(1 - values.cascade.real[0]) / scale.gain, signal_sections=seen / scale.gain
+    )
+    effects = (*values.effects[:-1], replace(last, ports=ports))
+    return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
+
+
+def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
+    """A few steps from every start, best first."""
+    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
+    if starts[0].point.whitener.order > 1:
+        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
+    return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
+
+
+def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
+    """The best `count` of some that are in order, after more steps, best first."""
+    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
+
+
+def other_laws(fit: GivenFit) -> list[GivenFit]:
+    """Where the last effect is a torque: other labels' laws of the same signal, through the same ports."""
+    last = len(fit.values.effects) - 1
+    if last < 0 or fit.values.effects[last].ports is None:
+        return []
+    form, scale = fit.values.effects[last].form, fit.response.scale
+    found = []
+    for other in GIVEN_FORMS:
+        if other.is_law and not other.further and other.base == form.base and other.label not in fit.labels:
+            starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
+            found.append(as_given(best_of([start.descended(SECOND_STEPS) for start in starts]).descended()))
+    return found
+
+
+def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
+    """Where the noise is of higher order, which may have taken up what is slow: the best explanations by one
+    more label that acts on command or reading, begun under white noise."""
+    if fit.noise_order <= 1:
+        return []
+    starts = screened(fit, free_forms(fit, [form for form in GIVEN_FORMS if not form.is_law]))
+    kinds: dict[str, list[GivenFit]] = {}
+    for label in dict.fromkeys(one.form.label for one in starts):
+        for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
+            begun = fit.with_effect(one.form, one.values).descended_under(0, SECOND_STEPS)
+            kinds.setdefault(label, []).append(as_given(begun))
+    best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
+    return [explained_slowly(as_given(t.descended())) for t in best]
+
+
+def explained_slowly(fit: GivenFit) -> GivenFit:
+    """Where the noise is a free one of higher order: descended under white noise first, under which what is
+    slow is not left to the noise, if that ends no worse."""
+    if fit.noise_order <= 1 or not fit.labels:
+        return fit
+    for _ in range(WHITE_ROUNDS):
+        other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
+        if other.score < fit.score + LITTLE_NATS:
+            return other
+        fit = other
+    return fit
+
+
+def pruned(fit: GivenFit) -> GivenFit:
+    """Labels taken out while the score improves."""
+    while len(fit.labels) > 1:
+        best = best_of([fit.without(label).descended() for label in fit.labels])
+        if best.score <= fit.score:
+            return fit
+        fit = best
+    return fit
+
+
+def later(fit: GivenFit) -> list[GivenFit]:
+    """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
+    if DELAY in fit.labels:
+        return []
+    longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
+    grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
+    starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
+    tried = [as_given(t.descended_under(1, FIRST_STEPS)) for t in starts]
+    tried.sort(key=lambda t: -t.score)
+    return [as_given(best_of([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]]))]
+
+
+def _settled_delay(fit: GivenFit) -> GivenFit:
+    """Moved on by whole samples while the part of one stands at an end."""
+    for _ in range(MOST_DELAY):
+        part, whole = float(fit.theta[fit.response.given.size]), fit.extra_delay
+        if part > 0.97:
+            other = fit.with_delay(whole + 1, part - 0.9)
+        elif part < 0.03 and whole > 0:
+            other = fit.with_delay(whole - 1, part + 0.9)
+        else:
+            break
+        moved = as_given(other.descended_under(1, FIRST_STEPS))
+        if moved.score <= fit.score:
+            break
+        fit = moved
+    return fit
+
+
+def further_modes(fit: GivenFit) -> list[GivenFit]:
+    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where the
+    damping runs to an end of its range: what has no damping of its own is no mode of the structure."""
+    if MODE in fit.labels:
+        return []
+    rate = fit.response.scale.rate_hz
+    records = fit.response.records
+    lowest = max(0.05, 4 / max(record.duration_s for record in records))
+    screens = noise_screens(fit)
+    promised = []
+    for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
+        larger = fit.with_mode(float(hz), FURTHER_DAMPING)
+        at = larger.response.given.size + int(larger.response.part)
+        rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
+        promised.append((max(screen.gain(rows) for screen in screens), larger))
+    promised.sort(key=lambda item: -item[0])
+    tried = [as_given(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
+    best = as_given(best_of(tried).descended())
+    damping = float(best.theta[best.response.given.size + int(best.response.part) + 1])
+    return [best] if LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END else []

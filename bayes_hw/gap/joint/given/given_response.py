@@ -1,0 +1,200 @@
+"""Residuals of a given model with effects: the joint response in base parameters instead of free sections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.given.given_model import GivenCascade, GivenModel
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
+from bayes_hw.identify.growth.descent import evaluate
+
+DIFFERENCE = 1e-6
+DELAY, MODE = "transport_delay", "unmodelled_mode"
+MOST_STEP = 1.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GivenResponse(JointResponse):
+    """Coordinates: those of `GivenModel.cascade`, then the effects as in `JointResponse`; `part` and
+    `further` say whether a delay and a mode are added to G."""
+
+    given: GivenModel
+    part: bool = False
+    further: bool = False
+
+    @cached_property
+    def _n_base(self) -> int:
+        return len(self._bounds[0])
+
+    @cached_property
+    def _bounds(self) -> tuple[FloatArray, FloatArray]:
+        return self.given.bounds(self.part, self.further)
+
+    @property
+    def _n_natural(self) -> int:
+        return self.structure.n_static + self.structure.n_linear
+
+    def coordinates(self, values: JointValues) -> FloatArray:
+        """Coordinates (size,) of natural parameters, whose cascade is a `GivenCascade`."""
+        assert isinstance(values.cascade, GivenCascade)
+        return np.concatenate([values.cascade.theta, self._effect_coordinates(values)])
+
+    def values(self, coordinates: FloatArray) -> JointValues:
+        """Natural parameters at `coordinates` (size,)."""
+        cascade = self.given.cascade(coordinates[: self._n_base], self.part, self.further)
+        return JointValues(cascade, self._effect_values(coordinates[self._n_base :]))
+
+    def prior_precision(self) -> FloatArray:
+        """That of the nominal model for its base coordinates."""
+        found = np.zeros(self.size)
+        found[: self._n_base] = self.given.all_sd(self.part, self.further) ** -2.0
+        return found
+
+    def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
+        step = np.clip(base - previous, -MOST_STEP, MOST_STEP)
+        return np.clip(previous + step, *self._bounds)
+
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
+        the samples that were measured, None where all were."""
+        values, turn = self.values(coordinates), self._turn(coordinates[: self._n_base])
+        for number, record in enumerate(self.records):
+            run, tangents = self._run(values, record.u, record.known, True)
+            rows = np.empty((self.size + 1, len(record)))
+            rows[: self._n_base] = turn.T @ tangents[: self._n_natural]
+            rows[self._n_base : -1] = tangents[self._n_natural :]
+            self._chain_effects(values, rows, self._n_base)
+            rows[-1] = record.y - run.y
+            if self.weights is not None:
+                rows /= self.weights[number]
+            yield rows, 0, record.measured
+
+    def _turn(self, theta: FloatArray) -> FloatArray:
+        """Derivatives (natural, base) of the natural parameters by central differences."""
+        columns = []
+        for i in range(len(theta)):
+            step = np.zeros(len(theta))
+            step[i] = DIFFERENCE
+            ends = [self._natural(theta + sign * step) for sign in (1, -1)]
+            columns.append((ends[0] - ends[1]) / (2 * DIFFERENCE))
+        return np.stack(columns, axis=1)
+
+    def _natural(self, theta: FloatArray) -> FloatArray:
+        c = self.given.cascade(theta, self.part, self.further)
+        integral = [c.integrator_residue] if self.structure.integrator else []
+        return np.concatenate(
+            [[c.lower, c.upper, c.half_width], integral, c.real.T.ravel(), c.sections.T.ravel()]
+        )
+
+    def free(self, values: JointValues) -> tuple[JointResponse, FloatArray]:
+        """The same explanation with its sections free, and its coordinates."""
+        response = JointResponse(
+            self.structure, values.effects, self.records, self.scale, self.weights, self.steps
+        )
+        return response, response.coordinates(values)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenFit(JointFit):
+    """An explanation of the records by a given model with effects."""
+
+    response: GivenResponse
+
+    @property
+    def free_count(self) -> int:
+        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        return super().free_count - self.response.further * len(self.response.given.loose_sd)
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Labels of what is added to G itself and of the noise's cause."""
+        return (DELAY,) * self.response.part + (MODE,) * self.response.further + super().added
+
+    def at(
+        self, theta: FloatArray, part: bool, further: bool, extra_delay: int, effects: tuple[Effect, ...]
+    ) -> GivenFit:
+        """At other coordinates of G, not descended."""
+        given = self.response.given
+        structure = given.structure(part, further, extra_delay)
+        steps = self.response.steps if any(e.ports is not None for e in effects) else 1
+        response = replace(
+            self.response, structure=structure, template=effects, part=part, further=further, steps=steps
+        )
+        values = JointValues(given.cascade(theta, part, further), effects)
+        return GivenFit(response, evaluate(response, response.coordinates(values), self.point.whitener))
+
+    @property
+    def theta(self) -> FloatArray:
+        return self.point.coordinates[: self.response._n_base]
+
+    @property
+    def extra_delay(self) -> int:
+        return self.structure.delay_samples - self.response.given.delay_samples
+
+    def with_delay(self, whole: int, part: float) -> GivenFit:
+        """With more delay than the model has, in samples."""
+        r, n = self.response, self.response.given.size
+        theta = np.concatenate([self.theta[:n], [part], self.theta[n + r.part :]])
+        effects = self.values.effects
+        if not r.part:
+            effects = _with_ports(effects, _one_more_pole)
+        return self.at(theta, True, r.further, whole, effects)
+
+    def with_mode(self, hz: float, damping_ratio: float) -> GivenFit:
+        """With one more mode that changes nothing yet."""
+        mode = np.log([hz, damping_ratio, hz, damping_ratio])
+        added = np.concatenate([mode, np.zeros(len(self.response.given.loose_sd))])
+        effects = _with_ports(self.values.effects, _one_more_section)
+        return self.at(
+            np.concatenate([self.theta, added]), self.response.part, True, self.extra_delay, effects
+        )
+
+    def without(self, label: str) -> GivenFit:
+        """One label fewer, not descended."""
+        r, n, effects = self.response, self.response.given.size, self.values.effects
+        if label in super().added:
+            return self.with_cause(None)
+        if label == DELAY:
+            theta = np.delete(self.theta, n)
+            return self.at(theta, False, r.further, 0, _with_ports(effects, _one_pole_fewer))
+        if label == MODE:
+            theta = self.theta[: n + r.part]
+            return self.at(theta, r.part, False, self.extra_delay, _with_ports(effects, _one_section_fewer))
+        kept = tuple(e for e in effects if e.form.label != label)
+        return self.at(self.theta, r.part, r.further, self.extra_delay, kept)
+
+
+def _with_ports(effects: tuple[Effect, ...], change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:
+    return tuple(e if e.ports is None else replace(e, ports=change(e.ports)) for e in effects)
+
+
+def _one_more_pole(p: Ports) -> Ports:
+    return replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0))
+
+
+def _one_pole_fewer(p: Ports) -> Ports:
+    return replace(p, real=p.real[:-1], signal_real=p.signal_real[:-1])
+
+
+def _one_more_section(p: Ports) -> Ports:
+    none = np.zeros((2, 1))
+    return replace(
+        p,
+        sections=np.concatenate([p.sections, none], axis=1),
+        signal_sections=np.concatenate([p.signal_sections, none], axis=1),
+    )
+
+
+def _one_section_fewer(p: Ports) -> Ports:
+    return replace(p, sections=p.sections[:, :-1], signal_sections=p.signal_sections[:, :-1])

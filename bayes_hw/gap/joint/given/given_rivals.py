@@ -1,0 +1,81 @@
+"""Explanations in place of the one found around a given model: which is better shows at their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_moves import (
+    as_given,
+    best_of,
+    every_law,
+    further_modes,
+    later,
+    with_signals,
+)
+from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE
+
+SLOW = (WIND, WALK)
+SHAPE_LEAD = 50.0
+"""Nats by which a function of position must lead to end a search."""
+
+
+def instead_of(
+    fit: GivenFit,
+    base: GivenFit,
+    nats: Mapping[str, float],
+    rivals: Mapping[str, float],
+    alone: Mapping[str, GivenFit],
+) -> dict[str, GivenFit]:
+    """The explanation and those that have another label in place of its strongest: what has no name, an
+    error of the reading over position included, and labels that alone did nearly as well. Empty where no
+    effect was found, or only noise of a cause."""
+    effects = [label for label in nats if label not in SLOW]
+    if not effects:
+        return {}
+    strongest = max(effects, key=lambda label: nats[label])
+    most = max(rivals.values(), default=0.0)
+    near = {label for label, own in rivals.items() if own > FOLLOWED_SHARE * most}
+    found = {strongest: fit}
+    rest = as_given(fit.without(strongest).descended())
+    for label in sorted((near | {OTHER}) - set(fit.labels) - set(SLOW)):
+        end = alone.get(label)
+        if rest.labels or end is None or not _seen_alike(end, fit):
+            trials = _of_label(rest, label)
+            if not trials:
+                continue
+            end = best_of(trials)
+        found[label] = end
+    shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
+    if OTHER not in found or shape.score > found[OTHER].score:
+        found[OTHER] = shape
+    return found if len(found) > 1 else {}
+
+
+def is_shape(base: GivenFit, best: GivenFit) -> bool:
+    """Whether an error of the reading over position explains everything, and far more than the best label
+    does: then nothing more is to be sought."""
+    shape = free_shape(base)
+    return shape.point.whitener.order <= 1 and shape.score > best.score + SHAPE_LEAD
+
+
+def _seen_alike(one: GivenFit, other: GivenFit) -> bool:
+    """Whether both explain the same samples under the same weights."""
+    return one.response.records is other.response.records and one.response.weights is other.response.weights
+
+
+def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
+    """The best explanations with this label more."""
+    forms = [form for form in GIVEN_FORMS if form.label == label]
+    found = [as_given(t) for t in effect_candidates(fit, forms)]
+    found += with_signals(found) + every_law(fit, forms)
+    if label == DELAY:
+        found += later(fit)
+    if label == MODE:
+        found += further_modes(fit)
+    return found

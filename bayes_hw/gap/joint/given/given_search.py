@@ -1,0 +1,389 @@
+"""The search for effects around a given model: its base parameters are free, its structure is kept."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.fit.base_cascade import natural_scale
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
+from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.given_model import GivenModel
+from bayes_hw.gap.joint.given.given_moves import (
+    as_given,
+    begun_under_white_noise,
+    best_of,
+    every_law,
+    explained_slowly,
+    further_modes,
+    later,
+    other_laws,
+    pruned,
+    something_is_left,
+    with_signals,
+)
+from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
+from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.given.rounded_readings import without_rounding
+from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
+from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
+from bayes_hw.gap.joint.residuals.remainder import remainder_of
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
+from bayes_hw.gap.joint.search.joint_search import (
+    CONTEST_SHARE,
+    MOST_EFFECTS,
+    STEPS_OF_A_PERIOD,
+    VERIFIED_BESIDE_NATS,
+    VERIFIED_NATS,
+    JointAnswer,
+    finer,
+    silent,
+)
+from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.record import Record
+
+LIMIT_STARTS = (1.0, 0.8, 0.9, 1.1, 1.25)
+"""Multiples of the nominal limits from which the base is tried: a descent does not leave a limit's kinks."""
+
+BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
+LARGEST = 1e9
+"""Of a residual, output units: a runaway trial stays finite."""
+
+MOST_STEPS = 5
+RIVALS, EXCHANGES = 4, 2
+LEADING = 3
+"""Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
+
+CLEAR, LEAST_CLEAR = 2.5, 0.5
+"""Root mean squares of a slow error that may shift the axis, and the least share of the samples to go on."""
+
+LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
+"""Standard deviation of a slow error over that of the readings' noise to be named alone, beside a label."""
+
+
+def search_given(
+    records: Sequence[Record], model: HammersteinWiener, say: Callable[[str], None] | None = None
+) -> JointAnswer:
+    """Base, effects one after the other, pruned and verified, then other labels in place of the strongest;
+    raises InputError where G has no ports."""
+    told = say or silent
+    base, readings = base_and_readings(records, model)
+    told(f"without effects: {described(base)}")
+    trail = _extended(base, readings, told)
+    base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
+    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
+    fit, nats = _verified(fit, base, asked, told)
+    ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
+    rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
+    best = max(ends, key=lambda label: ends[label].score, default=None)
+    if best is not None and ends[best].score > fit.score:
+        fit = ends[best]
+        told(f"in its place: {described(fit)}")
+        if fit.response.records is base.response.records:
+            fit, nats = _verified(fit, base, asked, told)
+        else:
+            nats = {**{label: n for label, n in nats.items() if label in fit.labels}, OTHER: rivals[OTHER]}
+    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
+
+
+def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
+    """The model without effects under the weights that the readings' faults ask for."""
+    base = best_base(records, model)
+    readings = read_faults(base)
+    if readings.rounded_first:
+        return without_rounding(reweighted(base, readings), readings)
+    if readings.nats:
+        base = reweighted(base, readings)
+        again = read_faults(base)
+        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
+            readings = again
+            base = reweighted(base, readings)
+    return base, readings
+
+
+def described(fit: GivenFit) -> str:
+    """One line on a fit."""
+    names = " + ".join(fit.names) or "no effect"
+    return f"{names}; noise of order {fit.point.whitener.order}, residual {fit.point.rms:.3g}"
+
+
+def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
+    """The model without effects at the base parameters that explain the records best."""
+    level = white_noise_level([record.y_or_nan for record in records])
+    given = GivenModel.of(model, 0.1 * level)
+    structure = given.structure(part=False, further=False)
+    nominal = given.cascade(np.zeros(given.size), part=False, further=False)
+    speed_gain = (
+        abs(nominal.integrator_residue) or abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
+    )
+    scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
+    response = GivenResponse(structure, (), records, scale, given=given)
+    low, high = given.bounds(part=False, further=False)
+
+    def start(theta: FloatArray) -> GivenFit:
+        return GivenFit(response, evaluate(response, np.clip(theta, low, high)))
+
+    starts = []
+    for one, other in itertools.product(LIMIT_STARTS, repeat=2):
+        theta = np.zeros(given.size)
+        theta[:2] = np.log([one, other])
+        starts.append(start(theta))
+    starts.sort(key=lambda fit: fit.point.rms)
+    tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
+    return best_of([fit.descended() for fit in tried[:2]])
+
+
+def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
+    """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
+    response, n = fit.response, len(fit.theta)
+    low, high = response.given.bounds(response.part, response.further)
+    rest = fit.point.coordinates[n:]
+
+    measured = [record.measured for record in response.records]
+    root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
+
+    def residual(theta: FloatArray) -> FloatArray:
+        found = response.residuals(np.concatenate([theta, rest]))
+        errors = np.concatenate([e if m is None else e[m] for e, m in zip(found, measured, strict=True)])
+        bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
+        return np.concatenate([bounded, root * theta])
+
+    def slope(theta: FloatArray) -> FloatArray:
+        blocks = response.linearise(np.concatenate([theta, rest]), 0)
+        rows = [r[:n] if m is None else r[:n, m] for r, _, m in blocks]
+        whole = np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
+        return np.concatenate([-whole, np.diag(root)])
+
+    inside = 1e-6 * (high - low)
+    start = np.clip(fit.theta, low + inside, high - inside)
+    found = least_squares(residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=evaluations)
+    return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
+
+
+def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
+    """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
+    repeats with its step: no shorter period is looked for."""
+    scale = fit.response.scale
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+    response = replace(fit.response, weights=readings.weights, scale=scale)
+    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+
+
+@dataclass(frozen=True, eq=False)
+class _Trail:
+    """Where a search ended: its fit, the base and the readings under the last weights, what every label alone
+    reached and by which fit; `whole` is the base of all samples."""
+
+    fit: GivenFit
+    base: GivenFit
+    whole: GivenFit
+    readings: Readings
+    rivals: dict[str, float]
+    alone: dict[str, GivenFit]
+
+
+def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) -> _Trail:
+    """Where the search ended: its fit pruned, labels exchanged.
+
+    Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
+    effects are sought without it first, and beside it only where they leave noise of higher order or such
+    noise alone explains as much. Where it alone explains little of what they do, it is only added to them.
+    """
+    slow = slow_causes(base)
+    trail = _followed(base, readings, say, causes=False)
+    trail = replace(trail, fit=pruned(trail.fit))
+    alone = max((one.score for one in slow), default=-np.inf)
+    if slow and (trail.fit.noise_order > 1 or trail.fit.score < alone):
+        found = trail.fit.score - base.score
+        if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
+            beside = best_of([trail.fit, *slow_causes(trail.fit)])
+            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+                trail = replace(trail, fit=beside)
+        else:
+            say("with wind or a walk:")
+            caused = _followed(base, readings, say)
+            caused = replace(caused, fit=pruned(caused.fit))
+            if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
+                trail = caused
+    rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
+    fit, base = exchanged(trail.fit, rivals, say), trail.base
+    if fit.response.cause is None and base.response.records is not trail.whole.response.records:
+        base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
+    return replace(trail, fit=fit, base=base, rivals=rivals)
+
+
+def _trials(begun: GivenFit) -> list[GivenFit]:
+    """The best explanations with one label more, or with other ports and forms of those present.
+
+    Where one of them leaves noise that is white or of the first order, no law is begun that looks at the
+    states of G: there is nothing more to be found.
+    """
+    trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
+    if len(set(begun.labels)) < MOST_EFFECTS:
+        found = [as_given(t) for t in effect_candidates(begun, FORMS)]
+        found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
+        found += with_signals(found) + further_modes(begun) + later(begun) + begun_under_white_noise(begun)
+        if something_is_left(begun, found):
+            found += every_law(begun)
+        found += other_laws(best_of(found)) if found else []
+        trials += found
+    if begun.response.cause is not None and trials:
+        trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
+    return trials
+
+
+def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
+    """One label after the other while the score improves; without `causes` the noise has none."""
+    whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
+    carried: list[GivenFit] = []
+    steps = 0
+    while steps < MOST_STEPS:
+        steps += 1
+        slow = slow_causes(fit) if causes else []
+        begun = best_of([fit, *slow])
+        trials = [*_trials(begun), *slow, *carried]
+        carried = []
+        if not trials:
+            break
+        if fit is base:
+            for t in (t for t in trials if len(set(t.labels)) == 1):
+                label = t.labels[0]
+                if t.score - base.score > rivals.get(label, -np.inf):
+                    rivals[label], alone[label] = t.score - base.score, t
+        best = explained_slowly(as_given(finer(best_of(trials))))
+        if best.score <= fit.score or _is_doubtful(best, fit):
+            break
+        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        if fit is base and is_shape(base, best):
+            fit = best
+            break
+        if best.response.cause is not None and base is whole and not _is_too_small(best):
+            clear = away_from_zero(best, base)
+            if clear is not None:
+                say("what a slow error may shift into the dead zone is left out")
+                carried = [on_records(best, clear.response.records)]
+                fit = base = clear
+                steps = 0
+                continue
+        finished = best is begun
+        fit = best
+        if not readings.nats:
+            faults = read_faults(fit)
+            if faults.nats:
+                base, fit, whole, readings = _under(faults, base, fit, whole)
+                finished = False
+        if finished:
+            break
+    return _Trail(fit, base, whole, readings, rivals, alone)
+
+
+def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
+    """Whether one more label beside others leaves noise of higher order and is worth too little there."""
+    more = bool(fit.labels) and len(best.labels) > len(fit.labels)
+    return more and best.noise_order > 1 and best.score < fit.score + VERIFIED_BESIDE_NATS
+
+
+def _under(
+    faults: Readings, base: GivenFit, fit: GivenFit, whole: GivenFit
+) -> tuple[GivenFit, GivenFit, GivenFit, Readings]:
+    """The fits under what the readings' faults ask for, and the faults as they are then."""
+    all_samples = base.response.records is whole.response.records
+    base, fit = reweighted(base, faults), reweighted(fit, faults)
+    if faults.rounded_first and all_samples:
+        fit, faults = without_rounding(fit, faults)
+        base = on_records(base, fit.response.records)
+    return base, fit, base if all_samples else reweighted(whole, faults), faults
+
+
+def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
+    """The same explanation of other records of the same samples, descended."""
+    response = replace(fit.response, records=records)
+    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+
+
+def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
+    """One label of several taken for another while the score improves: the one taken first may have stood in
+    for it. Others are what G itself and the noise may have and the labels that did best alone."""
+    near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
+    for _ in range(EXCHANGES):
+        if len(set(fit.labels)) < 2:
+            return fit
+        trials: list[GivenFit] = []
+        for label in dict.fromkeys(fit.labels):
+            rest = as_given(fit.without(label).descended())
+            forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
+            found = [as_given(t) for t in effect_candidates(rest, forms)]
+            found += with_signals(found) + later(rest) + further_modes(rest) + slow_causes(rest)
+            trials += [t for t in found if label not in t.labels]
+        best = pruned(best_of([fit, *trials]))
+        if best.score <= fit.score:
+            return fit
+        say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
+        fit = best
+    return fit
+
+
+def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
+    """The base on what lies clear of the dead zone, however the slow error that `fit` leaves shifts the axis:
+    there a shift shows whole. None where that is all or little of the records."""
+    response, values = fit.response, fit.values
+    reach = values.cascade.half_width + CLEAR * fit.point.rms
+    records, kept = [], 0
+    for record in response.records:
+        w = response.simulate(values, record.u, record.known).w
+        measured = record.measured_samples & (np.abs(w) > reach)
+        records.append(replace(record, measured=measured))
+        kept += int(measured.sum())
+    if kept == fit.point.samples or kept < LEAST_CLEAR * fit.point.samples:
+        return None
+    return on_records(base, tuple(records))
+
+
+def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """The best few, each of other labels."""
+    found: dict[tuple[str, ...], GivenFit] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.score):
+        found.setdefault(fit.labels, fit)
+    return list(found.values())[:LEADING]
+
+
+def _verified(
+    fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
+) -> tuple[GivenFit, dict[str, float]]:
+    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again; as many as
+    beside faulty readings where the noise that is left is of higher order."""
+    while fit.labels:
+        nats, rest = {}, {}
+        for label in fit.labels:
+            without = as_given(fit.without(label).descended())
+            if len(fit.labels) == 1:
+                without = best_of([without, base])
+            nats[label], rest[label] = fit.score - without.score, without
+        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        if _is_too_small(fit):
+            weakest = fit.added[-1]
+        else:
+            weakest = min(nats, key=lambda label: nats[label])
+            if nats[weakest] >= (VERIFIED_BESIDE_NATS if fit.noise_order > 1 else asked):
+                return fit, nats
+        fit = rest[weakest]
+    return fit, {}
+
+
+def _is_too_small(fit: GivenFit) -> bool:
+    """Whether the noise has a cause too small to be told from what forms of the other labels leave."""
+    whitener = fit.point.whitener
+    if not isinstance(whitener, SlowWhitener):
+        return False
+    innovation = float(np.sqrt(fit.point.sum_of_squares / fit.point.samples))
+    least = LEAST_BESIDE if len(fit.labels) > 1 else LEAST_SLOW
+    return whitener.slow_share(fit.point.rms, innovation) < least

@@ -1,0 +1,1 @@
+"""Draws about a fit, and how much of the gap they close."""

@@ -1,0 +1,62 @@
+"""What the final fit of the joint search leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.noise.noise_rhythm import rhythm_nats
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.descent import innovations
+
+COLOURED_NATS = 60.0
+"""By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
+
+LONGEST_LAG = 200
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What the final fit leaves: order of its noise, by how many nats that explains it better than noise of
+    the first order, nats of a variance that changes in a rhythm."""
+
+    order: int
+    coloured: float
+    rhythm: float = 0.0
+
+
+def remainder_of(fit: JointFit) -> Remainder:
+    """Of a fit's weighted residuals."""
+    return Remainder(fit.noise_order, coloured_nats(fit), rhythm_nats(innovations(fit.point)))
+
+
+def coloured_nats(fit: JointFit) -> float:
+    """By which noise of the fit's order is likelier than noise of the first, less half a logarithm of the
+    samples for every number more; zero for noise of a cause."""
+    point = fit.point
+    if fit.noise_order <= 1:
+        return 0.0
+    first = Whitener.of_residuals(point.residuals, point.most_noise, 1)
+    gained = point.whitener.log_likelihood(point.residuals, point.masks)
+    gained -= first.log_likelihood(point.residuals, point.masks)
+    return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))
+
+
+def leaves_a_cause(fit: JointFit) -> bool:
+    """Whether its noise counts as a cause without a name."""
+    return coloured_nats(fit) > COLOURED_NATS
+
+
+def samples_of_variance(residuals: Sequence[FloatArray]) -> float:
+    """Independent samples that would tell the residuals' variance as well: n / (1 + 2 sum of the squared
+    autocorrelations) (Bartlett 1946)."""
+    samples = sum(len(e) for e in residuals)
+    power = sum(float(e @ e) for e in residuals)
+    lags = min(LONGEST_LAG, min(len(e) for e in residuals) - 1)
+    products = [sum(float(e[k:] @ e[:-k]) for e in residuals) for k in range(1, lags + 1)]
+    squared = np.sum((np.array(products) / power) ** 2) - lags / samples if power > 0 else 0.0
+    return float(samples / (1 + 2 * max(float(squared), 0.0)))

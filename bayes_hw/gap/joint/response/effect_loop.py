@@ -1,0 +1,105 @@
+"""A corrected axis inside a position loop: every draw with its effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.response.loop_kernel import loop_jointly
+from bayes_hw.gap.joint.response.within_sample import Paths, Stepped
+
+
+@dataclass(frozen=True, eq=False)
+class EffectLoop:
+    """Draws of a cascade with effects, as `loop_kernel.loop_jointly` takes them; known inputs are at rest."""
+
+    response: JointResponse
+    draws: tuple[JointValues, ...]
+
+    @classmethod
+    def of(cls, response: JointResponse, coordinates: FloatArray) -> EffectLoop:
+        """Of coordinates (draws, size)."""
+        return cls(response, tuple(response.values(x) for x in coordinates))
+
+    def take(self, index: IntArray) -> EffectLoop:
+        """The draws of the given indices."""
+        return EffectLoop(self.response, tuple(self.draws[i] for i in index))
+
+    def simulate(
+        self,
+        numbers: FloatArray,
+        sections: FloatArray,
+        ratio: int,
+        delay: int,
+        reference: FloatArray,
+        noise: FloatArray,
+        start: FloatArray,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Command, w and output without noise, (draws, samples), of a controller given by its numbers and
+        filter sections, acting on every `ratio`-th sample, its command `delay` samples late (less G's own).
+        """
+        shape = (len(self.draws), len(reference))
+        found = np.empty(shape), np.empty(shape), np.empty(shape)
+        loop_jointly(
+            numbers, sections, ratio, delay + self.response.structure.delay_samples, reference, noise, start,
+            *self._packed(), self.response.steps, *found,
+        )  # fmt: skip
+        return found
+
+    def _packed(self) -> list[FloatArray]:
+        scale, structure, steps = self.response.scale, self.response.structure, self.response.steps
+        laws = [e.form for e in self.response.template if e.is_own_law]
+        d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
+        static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
+        inputs[:, K.WARMING] = outputs[:, K.SETTLING_TIME] = 1.0
+        thetas = np.zeros((d, j, K.THETAS))
+        thetas[:, :, 0] = 1.0
+        ports = [
+            np.zeros((d, j, n)), np.zeros((d, j, 2, m)), np.zeros((d, j, 2)), np.zeros((d, j, n)),
+            np.zeros((d, j, 2, m)),
+        ]  # fmt: skip
+        for i, values in enumerate(self.draws):
+            static[i] = values.cascade.lower, values.cascade.upper, values.cascade.half_width
+            law = 0
+            for effect in values.effects:
+                if effect.form.column:
+                    continue
+                rows = {"input": inputs[i], "output": outputs[i]}.get(effect.form.place)
+                target = thetas[i, law] if rows is None else rows
+                if effect.ports is not None:
+                    target[0] = effect.form.unit_of_signal(scale)
+                for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
+                    target[slot.row] = value
+                if (p := effect.ports) is None:
+                    continue
+                given = (p.real, p.sections, p.direct, p.signal_real, p.signal_sections)
+                for array, part in zip(ports, given, strict=True):
+                    array[i, law] = part
+                law += 1
+        of_steps = [
+            Stepped(
+                Paths(v.cascade.integrator_residue, v.cascade.real, v.cascade.sections, *parts), steps
+            ).fast
+            for v, parts in zip(self.draws, zip(*ports, strict=True), strict=True)
+        ]
+        return [
+            static, inputs, outputs, np.array([p.residue for p in of_steps]),
+            _stacked([p.real for p in of_steps], (2, n)), _stacked([p.sections for p in of_steps], (4, m)),
+            np.array([form.law for form in laws], dtype=np.int64),
+            np.array([form.base for form in laws], dtype=np.int64), thetas,
+            _stacked([p.port_real for p in of_steps], (j, n)),
+            _stacked([p.port_sections for p in of_steps], (j, 2, m)),
+            _stacked([p.direct for p in of_steps], (j, 2)),
+            _stacked([p.signal_real for p in of_steps], (j, n)),
+            _stacked([p.signal_sections for p in of_steps], (j, 2, m)),
+        ]  # fmt: skip
+
+
+def _stacked(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArray:
+    return np.ascontiguousarray(np.array(parts, dtype=np.float64).reshape(len(parts), *shape))

@@ -1,0 +1,517 @@
+"""Compiled response of a cascade with effects inside, and its tangents with respect to every parameter.
+
+Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
+sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
+port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
+behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
+third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
+spring passes on depends on its twist and not on the acceleration, to which every torque adds. Friction of
+the load meets the speed over the coming step, its own part in it included: it is solved for the torque, in
+proportion up to the smoothing speed and constant beyond, and so holds the load still without a stiff law. No
+drive train need be known.
+
+Tangents are carried along sample by sample (forward differentiation), one column for each parameter: w, every
+signal and every state are linear in the states before (`state_kernel`), a column follows them in one pass
+over every section, and what feeds it or moves v is added where it is not zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.gap.joint.forms.effect_codes import (
+    BASE_SPEED,
+    BIAS,
+    BRISTLE,
+    CHANGE,
+    COSINE,
+    COSINE2,
+    COULOMB,
+    EARLY_RATE,
+    EVEN_CURVE,
+    INNOVATION,
+    KNOWN,
+    LATE_RATE,
+    LIMIT_COSINE,
+    LIMIT_SINE,
+    LIMIT_SLOPE,
+    LIMIT_WAVENUMBER,
+    LOG_RATIO,
+    ODD_CURVE,
+    PLAY,
+    RATE,
+    SETTLING,
+    SETTLING_TIME,
+    SINE,
+    SINE2,
+    SLIP,
+    STRIBECK,
+    WARMING,
+    WAVENUMBER,
+)
+from bayes_hw.gap.joint.response.law_kernel import held_back, law_of, torque_of_memory
+from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
+from bayes_hw.gap.joint.response.state_kernel import entering, seen, signal_sources, state_sources
+
+WRITTEN_AT_ONCE = 32
+"""Samples of tangents that are collected before they are written row by row."""
+
+VECTOR = 8
+"""Columns are carried by multiples of as many."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond_jointly(  # type: ignore[no-untyped-def]
+    u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
+    direct, signal_real, signal_sections, forced, forced_by_lag, steps, columns, c_static, c_inputs,
+    c_outputs, c_residue, c_real, c_sections, c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real,
+    c_signal_sections, c_read, v_out, w_out, y_out, slope_out, tau_out, q_out, rows,
+):  # fmt: skip
+    """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
+    are held; poles, weights and ports are those of a step, all else is stated in samples.
+
+    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (11,) and `outputs`
+    (10,) as `effect_codes` numbers them, rates as samples per unit, times in samples; `real` (2, n): poles
+    and residues; `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections`
+    (j, 2, n), `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the
+    torque `forced` and its derivative by the lag `forced_by_lag` (j, samples). An INNOVATION is a torque of
+    what was measured, `forced`, less y, times `forced_by_lag`: zero in the dead zone, where y tells nothing
+    of w, and growing over `edge` beyond it. The arrays c_... hold the column of each parameter or -1,
+    `c_read` (n,) those of what is added to the readings.
+    Written: v, w, dy/dw (samples,), every law's torque and signal (j, samples); added to what known inputs
+    do to the readings: y (samples,) and `rows` (columns, samples), the tangents of y, given in rows `c_read`.
+    """
+    n_real, n_sections, n_laws = real.shape[1], sections.shape[1], len(laws)
+    lower, upper, half_width, edge = static
+    enters = entering(residue, real, sections, port_real, port_sections, direct)
+    looks = seen(residue, real, sections, laws, bases, direct, signal_real, signal_sections, steps)
+    states = enters.shape[1]
+    at_sections, at_direct, at_integral, at_before = n_real, states - 2 - n_laws, states - 2, states - 1
+    # States, v and torques; then tangents of these, of w, of signals and of memories.
+    carried = np.zeros(states + 1 + n_laws)
+    taus, memory = carried[states + 1 :], np.zeros(n_laws)
+    signals, entered = np.zeros(n_laws), np.zeros(states)
+    padded = (columns + VECTOR - 1) // VECTOR * VECTOR
+    tangents = columns > 0
+    d_state = np.zeros((states, padded))
+    d_taus, d_signals = np.zeros((n_laws, padded)), np.zeros((n_laws, padded))
+    d_memory, collected = np.zeros((n_laws, padded)), np.zeros((WRITTEN_AT_ONCE, padded))
+    d_w, d_v, d_early, d_late = np.zeros(padded), np.zeros(padded), np.zeros(padded), np.zeros(padded)
+    d_out = np.zeros(padded)
+    fed, signs = state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct)
+    turned_by, turns = signal_sources(
+        real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
+        c_signal_sections,
+    )  # fmt: skip
+    remembers = False
+    for j in range(n_laws):
+        remembers = remembers or looks[1 + j, at_before] != 0.0
+    early = late = out = 0.0
+    gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
+    wave, limit_wave = outputs[WAVENUMBER], inputs[LIMIT_WAVENUMBER]
+    has_limit_wave = c_inputs[LIMIT_SINE] >= 0 or inputs[LIMIT_SINE] != 0.0 or inputs[LIMIT_COSINE] != 0.0
+    has_limit_slope = c_inputs[LIMIT_SLOPE] >= 0 or inputs[LIMIT_SLOPE] != 0.0
+    has_wave = c_outputs[SINE] >= 0 or outputs[SINE] != 0.0 or outputs[COSINE] != 0.0
+    has_early = c_inputs[EARLY_RATE] >= 0 or inputs[EARLY_RATE] > 0.0
+    has_late = c_inputs[LATE_RATE] >= 0 or inputs[LATE_RATE] > 0.0
+    even, odd = inputs[EVEN_CURVE], inputs[ODD_CURVE]
+    has_curve = c_inputs[EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
+    has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
+    has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
+    has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
+    if has_limit_wave or has_limit_slope:
+        moving = np.arange(columns)
+    else:
+        moving = np.concatenate((c_static[:2], c_inputs))
+        moving = moving[moving >= 0] if tangents else moving[:0]
+    d_seen = d_out if has_play else d_w
+    share = 1.0 / steps
+    sample, within = 0, 0
+    for _ in range(len(u) * steps):
+        k = sample + within * share
+        at_sample = within == 0
+        w = 0.0
+        for i in range(at_before):
+            w += looks[0, i] * carried[i]
+        # The command behind the input's effects.
+        asked = u[sample]
+        for c in moving:
+            d_v[c] = 0.0
+        factor, factor_by_w = 1.0, 0.0
+        if has_limit_wave:
+            s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
+            factor += inputs[LIMIT_SINE] * s + inputs[LIMIT_COSINE] * co
+            turned = inputs[LIMIT_SINE] * co - inputs[LIMIT_COSINE] * s
+            factor_by_w += limit_wave * turned
+        if has_limit_slope:
+            factor += inputs[LIMIT_SLOPE] * w
+            factor_by_w += inputs[LIMIT_SLOPE]
+        lowest, highest = lower * factor, upper * factor
+        if has_early:
+            limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
+                ramped_within(asked, early, inputs[EARLY_RATE] * steps, lowest, highest)
+            )
+            by_rate *= steps
+            end_by_rate *= steps
+            early = end
+            for c in moving:
+                d_v[c] = by_before * d_early[c]
+                d_early[c] *= end_by_before
+            if c_inputs[EARLY_RATE] >= 0:
+                d_v[c_inputs[EARLY_RATE]] += by_rate
+                d_early[c_inputs[EARLY_RATE]] += end_by_rate
+        else:
+            limited, by_lowest, by_highest = asked, 0.0, 0.0
+            if asked < lowest:
+                limited, by_lowest = lowest, 1.0
+            elif asked > highest:
+                limited, by_highest = highest, 1.0
+        if by_lowest != 0.0 or by_highest != 0.0:
+            by_factor = 0.0
+            if by_lowest != 0.0:
+                by_factor += by_lowest * lower
+                if c_static[0] >= 0:
+                    d_v[c_static[0]] += by_lowest * factor
+            if by_highest != 0.0:
+                by_factor += by_highest * upper
+                if c_static[1] >= 0:
+                    d_v[c_static[1]] += by_highest * factor
+            for c in moving:
+                d_v[c] += by_factor * factor_by_w * d_w[c]
+            if has_limit_wave:
+                if c_inputs[LIMIT_SINE] >= 0:
+                    d_v[c_inputs[LIMIT_SINE]] += by_factor * s
+                    d_v[c_inputs[LIMIT_COSINE]] += by_factor * co
+                if c_inputs[LIMIT_WAVENUMBER] >= 0:
+                    d_v[c_inputs[LIMIT_WAVENUMBER]] += by_factor * w * turned
+            if c_inputs[LIMIT_SLOPE] >= 0:
+                d_v[c_inputs[LIMIT_SLOPE]] += by_factor * w
+        v = limited
+        if has_late:
+            v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(
+                limited, late, inputs[LATE_RATE] * steps
+            )
+            by_rate *= steps
+            end_by_rate *= steps
+            for c in moving:
+                to_target = d_v[c]
+                d_v[c] = (1.0 - by_before) * to_target + by_before * d_late[c]
+                d_late[c] = (1.0 - end_by_before) * to_target + end_by_before * d_late[c]
+            if c_inputs[LATE_RATE] >= 0:
+                d_v[c_inputs[LATE_RATE]] += by_rate
+                d_late[c_inputs[LATE_RATE]] += end_by_rate
+            late = late_end
+        if has_curve:
+            size = abs(v)
+            bent = 1.0 + 2 * odd * size + (even if v > 0 else -even)
+            for c in moving:
+                d_v[c] *= bent
+            if c_inputs[EVEN_CURVE] >= 0:
+                d_v[c_inputs[EVEN_CURVE]] += size
+                d_v[c_inputs[ODD_CURVE]] += size * v
+            v += even * size + odd * size * v
+        if has_change:
+            decay = math.exp(-k / inputs[WARMING])
+            warmed = 1.0 + gain * (1.0 - decay)
+            for c in moving:
+                d_v[c] *= warmed
+            if c_inputs[CHANGE] >= 0:
+                d_v[c_inputs[CHANGE]] += v * (1.0 - decay)
+            if c_inputs[WARMING] >= 0:
+                d_v[c_inputs[WARMING]] -= v * gain * decay * k / inputs[WARMING] ** 2
+            v *= warmed
+        v += inputs[BIAS]
+        if c_inputs[BIAS] >= 0:
+            d_v[c_inputs[BIAS]] += 1.0
+        carried[states] = v
+        # Torques.
+        for j in range(n_laws):
+            if laws[j] == INNOVATION:
+                continue
+            q = looks[1 + j, states] * v
+            for i in range(states):
+                q += looks[1 + j, i] * carried[i]
+            signals[j] = q
+            if tangents and looks[1 + j, states] != 0.0:
+                for c in moving:
+                    d_signals[j, c] += looks[1 + j, states] * d_v[c]
+        for i in range(len(turns)):
+            d_signals[turned_by[0, i], turned_by[1, i]] += turns[i] * carried[turned_by[2, i]]
+        for j in range(n_laws):
+            if laws[j] == INNOVATION:
+                continue
+            q = signals[j]
+            t0, t1, t2 = thetas[j, 0], thetas[j, 1], thetas[j, 2]
+            law, friction = laws[j], laws[j] in (COULOMB, STRIBECK) and bases[j] == BASE_SPEED
+            by_w = by_z = by_own = 0.0
+            if law == KNOWN:
+                tau, by_q, g0, g1, g2 = forced[j, sample], 0.0, forced_by_lag[j, sample], 0.0, 0.0
+            elif friction:
+                own = direct[j, 0]
+                for i in range(n_real):
+                    own += port_real[j, i]
+                for i in range(n_sections):
+                    own += port_sections[j, 0, i]
+                tau, by_q, by_own, g0, g1, g2 = held_back(q, own * steps, t0, t1, t2, law == STRIBECK)
+                by_own *= steps
+            else:
+                tau, memory[j], by_q, by_w, g0, g1, g2, by_z = law_of(law, q, w, t0, t1, t2, memory[j], share)
+            taus[j] = tau
+            if at_sample:
+                tau_out[j, sample], q_out[j, sample] = tau, q
+            if not tangents:
+                continue
+            if law in (BRISTLE, SLIP):
+                for c in range(padded):
+                    d_memory[j, c] = by_z * d_memory[j, c] + by_q * d_signals[j, c]
+                if c_thetas[j, 0] >= 0:
+                    d_memory[j, c_thetas[j, 0]] += g0
+                by_z, g0 = torque_of_memory(law, memory[j], t0)
+                for c in range(padded):
+                    d_taus[j, c] = by_z * d_memory[j, c]
+            else:
+                for c in range(padded):
+                    d_taus[j, c] = by_q * d_signals[j, c] + by_w * d_w[c]
+            for i, g in enumerate((g0, g1, g2)):
+                if c_thetas[j, i] >= 0:
+                    d_taus[j, c_thetas[j, i]] += g
+            if by_own != 0.0 and c_direct[j, 0] >= 0:
+                d_taus[j, c_direct[j, 0]] += by_own
+                for i in range(n_real):
+                    d_taus[j, c_port_real[j, i]] += by_own
+                for i in range(n_sections):
+                    d_taus[j, c_port_sections[j, 0, i]] += by_own
+        # The output.
+        if has_play:
+            play = outputs[PLAY]
+            if out < w - play:
+                out = w - play
+                for c in range(padded):
+                    d_seen[c] = d_w[c]
+                if c_outputs[PLAY] >= 0:
+                    d_seen[c_outputs[PLAY]] -= 1.0
+            elif out > w + play:
+                out = w + play
+                for c in range(padded):
+                    d_seen[c] = d_w[c]
+                if c_outputs[PLAY] >= 0:
+                    d_seen[c_outputs[PLAY]] += 1.0
+        else:
+            out = w
+        if at_sample:
+            y, slope_y, by_half, by_ratio = y_out[sample], 0.0, 0.0, 0.0
+            if out > half_width:
+                slope_y, by_half, by_ratio = ratio, -ratio, ratio * (out - half_width)
+                y += by_ratio
+            elif out < -half_width:
+                y += out + half_width
+                slope_y, by_half = 1.0, 1.0
+            if has_wave:
+                s, co = math.sin(wave * out), math.cos(wave * out)
+                s2, co2 = 2 * s * co, 2 * co * co - 1
+                y += (
+                    outputs[SINE] * s
+                    + outputs[COSINE] * (co - 1)
+                    + outputs[SINE2] * s2
+                    + outputs[COSINE2] * (co2 - 1)
+                )
+                turned = (
+                    outputs[SINE] * co
+                    - outputs[COSINE] * s
+                    + 2 * outputs[SINE2] * co2
+                    - 2 * outputs[COSINE2] * s2
+                )
+                slope_y += wave * turned
+            y += outputs[RATE] * k
+            if has_settling:
+                decay = math.exp(-k / outputs[SETTLING_TIME])
+                y += outputs[SETTLING] * (1 - decay)
+            row = sample % WRITTEN_AT_ONCE
+            for c in range(padded):
+                collected[row, c] = slope_y * d_seen[c]
+            if tangents:
+                for c in c_read:
+                    collected[row, c] += rows[c, sample]
+                if c_static[2] >= 0:
+                    collected[row, c_static[2]] += by_half
+                if c_outputs[LOG_RATIO] >= 0:
+                    collected[row, c_outputs[LOG_RATIO]] += by_ratio
+                if has_wave:
+                    if c_outputs[SINE] >= 0:
+                        collected[row, c_outputs[SINE]] += s
+                        collected[row, c_outputs[COSINE]] += co - 1
+                    if c_outputs[WAVENUMBER] >= 0:
+                        collected[row, c_outputs[WAVENUMBER]] += out * turned
+                    if c_outputs[SINE2] >= 0:
+                        collected[row, c_outputs[SINE2]] += s2
+                        collected[row, c_outputs[COSINE2]] += co2 - 1
+                if c_outputs[RATE] >= 0:
+                    collected[row, c_outputs[RATE]] += k
+                if c_outputs[SETTLING] >= 0:
+                    collected[row, c_outputs[SETTLING]] += 1 - decay
+                if c_outputs[SETTLING_TIME] >= 0:
+                    collected[row, c_outputs[SETTLING_TIME]] -= (
+                        outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
+                    )
+            # What the encoder shows beyond that.
+            for j in range(n_laws):
+                if laws[j] != INNOVATION:
+                    continue
+                e = forced[j, sample] - y
+                outside, direction = 1.0, 0.0
+                if half_width > 0.0:
+                    outside = min(max((abs(out) - half_width) / edge, 0.0), 1.0)
+                    if 0.0 < outside < 1.0:
+                        direction = 1.0 if out > 0.0 else -1.0
+                trust = forced_by_lag[j, sample]
+                taus[j] = trust * outside * e
+                by_out = trust * direction * e / edge
+                for c in range(padded):
+                    d_taus[j, c] = by_out * d_seen[c] - trust * outside * collected[row, c]
+                if c_static[2] >= 0:
+                    d_taus[j, c_static[2]] -= trust * abs(direction) * e / edge
+                tau_out[j, sample] = q_out[j, sample] = taus[j]
+            w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
+            if tangents and (sample % WRITTEN_AT_ONCE == WRITTEN_AT_ONCE - 1 or sample == len(u) - 1):
+                begin = sample // WRITTEN_AT_ONCE * WRITTEN_AT_ONCE
+                for c in range(columns):
+                    for i in range(sample - begin + 1):
+                        rows[c, begin + i] = collected[i, c]
+            v_out[sample] = 0.0
+        v_out[sample] += v * share
+        # States and their tangents a step on, with those of w and of every signal.
+        if tangents:
+            if remembers:
+                for c in range(padded):
+                    d_state[at_before, c] = d_w[c]
+            advance_tangents(
+                real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
+            )
+            for i in range(len(signs)):
+                at, c = fed[0, i], fed[1, i]
+                change = signs[i] * carried[fed[2, i]]
+                d_state[at, c] += change
+                d_w[c] += looks[0, at] * change
+                for j in range(n_laws):
+                    d_signals[j, c] += looks[1 + j, at] * change
+            for c in moving:
+                if d_v[c] != 0.0:
+                    for at in range(at_before):
+                        change = enters[0, at] * d_v[c]
+                        d_state[at, c] += change
+                        d_w[c] += looks[0, at] * change
+                        for j in range(n_laws):
+                            d_signals[j, c] += looks[1 + j, at] * change
+        for i in range(states):
+            entered[i] = enters[0, i] * v
+        for j in range(n_laws):
+            for i in range(states):
+                entered[i] += enters[1 + j, i] * taus[j]
+        for i in range(n_real):
+            carried[i] = real[0, i] * carried[i] + entered[i]
+        for i in range(n_sections):
+            at = at_sections + 2 * i
+            one = carried[at]
+            carried[at] = sections[0, i] * one + carried[at + 1] + entered[at]
+            carried[at + 1] = entered[at + 1] - sections[1, i] * one
+        for j in range(n_laws):
+            carried[at_direct + j] = direct[j, 1] * carried[at_direct + j] + entered[at_direct + j]
+        carried[at_integral] += entered[at_integral]
+        carried[at_before] = w
+        within += 1
+        if within == steps:
+            within = 0
+            sample += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance_tangents(  # type: ignore[no-untyped-def]
+    real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
+):
+    """Tangents of the states a step on, without what feeds them and what v does; of w and of the signals of
+    the laws (all but an INNOVATION have one) from the states after it."""
+    n_laws, padded, n_real = len(laws), d_state.shape[1], real.shape[1]
+    at_integral, at_before = at_direct + n_laws, at_direct + n_laws + 1
+    for c in range(padded):
+        d_w[c] = d_state[at_integral, c]
+    for j in range(n_laws):
+        at, pole, weight = at_direct + j, direct[j, 1], direct[j, 0]
+        for c in range(padded):
+            x = pole * d_state[at, c] + weight * d_taus[j, c]
+            d_state[at, c] = x
+            d_w[c] += x
+    # The first law that looks at anything; an INNOVATION alone has a row of zeros.
+    first, last = 0, n_laws - 1
+    for j in range(n_laws - 1, -1, -1):
+        if laws[j] != INNOVATION:
+            first = j
+    for j in range(n_laws):
+        if laws[j] == INNOVATION:
+            continue
+        of_integral, of_before = looks[1 + j, at_integral], looks[1 + j, at_before]
+        for c in range(padded):
+            d_signals[j, c] = of_integral * d_state[at_integral, c] + of_before * d_state[at_before, c]
+        for i in range(n_laws):
+            at, weight = at_direct + i, looks[1 + j, at_direct + i]
+            if weight != 0.0:
+                for c in range(padded):
+                    d_signals[j, c] += weight * d_state[at, c]
+    for i in range(n_real):
+        pole = real[0, i]
+        for c in range(padded):
+            d_state[i, c] *= pole
+        for j in range(n_laws):
+            weight = enters[1 + j, i]
+            for c in range(padded):
+                d_state[i, c] += weight * d_taus[j, c]
+        for c in range(padded):
+            d_w[c] += d_state[i, c]
+        for j in range(n_laws):
+            weight = looks[1 + j, i]
+            if weight != 0.0:
+                for c in range(padded):
+                    d_signals[j, c] += weight * d_state[i, c]
+    for i in range(sections.shape[1]):
+        at, after = n_real + 2 * i, n_real + 2 * i + 1
+        a1, a2 = sections[0, i], sections[1, i]
+        if n_laws == 0:
+            for c in range(padded):
+                one = d_state[at, c]
+                x = a1 * one + d_state[after, c]
+                d_state[at, c], d_state[after, c] = x, -a2 * one
+                d_w[c] += x
+            continue
+        e_1, e_2 = looks[1 + first, at], looks[1 + first, after]
+        if n_laws <= 2:
+            w_1, w_2, more_1, more_2 = enters[1, at], enters[1, after], 0.0, 0.0
+            if n_laws == 2:
+                more_1, more_2 = enters[2, at], enters[2, after]
+            for c in range(padded):
+                one, tau, more = d_state[at, c], d_taus[0, c], d_taus[last, c]
+                x = a1 * one + d_state[after, c] + w_1 * tau + more_1 * more
+                z = w_2 * tau + more_2 * more - a2 * one
+                d_state[at, c], d_state[after, c] = x, z
+                d_w[c] += x
+                d_signals[first, c] += e_1 * x + e_2 * z
+        else:
+            for c in range(padded):
+                one = d_state[at, c]
+                d_state[at, c] = a1 * one + d_state[after, c]
+                d_state[after, c] = -a2 * one
+            for j in range(n_laws):
+                w_1, w_2 = enters[1 + j, at], enters[1 + j, after]
+                for c in range(padded):
+                    tau = d_taus[j, c]
+                    d_state[at, c] += w_1 * tau
+                    d_state[after, c] += w_2 * tau
+            for c in range(padded):
+                d_w[c] += d_state[at, c]
+                d_signals[first, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
+        for j in range(first + 1, n_laws):
+            e_1, e_2 = looks[1 + j, at], looks[1 + j, after]
+            if laws[j] != INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
+                for c in range(padded):
+                    d_signals[j, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]

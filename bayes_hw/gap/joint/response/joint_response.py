@@ -1,0 +1,417 @@
+"""Residuals of a cascade with effects and their derivatives, in the coordinates of a descent.
+
+Coordinates: those of `CascadeResponse` (limits, half width, integrator, real poles, sections), then for every
+effect its parameters and, where it is a torque, its ports: weights into real poles and sections, weight and
+pole of the direct path, and with a signal port the weights of the states in the law's signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, JointScale
+from bayes_hw.gap.joint.noise.slow_noise import SlowNoise
+from bayes_hw.gap.joint.response.joint_kernel import respond_jointly
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.response.within_sample import Columns, Paths, Stepped
+from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.levels import level_shapes
+from bayes_hw.identify.holes import masks_of, with_holes
+from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
+from bayes_hw.record import Record
+
+LARGEST = float(np.arctanh(MAX_REFLECTION))
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw. `torques` and `signals`
+    (laws, samples) are what the laws of its torques give and look at."""
+
+    v: FloatArray
+    w: FloatArray
+    y: FloatArray
+    slope: FloatArray
+    torques: FloatArray
+    signals: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class JointResponse:
+    """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
+    effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
+    `steps` steps a sample; coordinates are those of samples, however many. The noise is that of the `cause`
+    where there is one, else a free autoregression."""
+
+    structure: Structure
+    template: tuple[Effect, ...]
+    records: Sequence[Record]
+    scale: JointScale
+    weights: tuple[FloatArray, ...] | None = None
+    steps: int = 1
+    cause: SlowNoise | None = None
+
+    @cached_property
+    def _cascade(self) -> CascadeResponse:
+        return CascadeResponse(self.structure, self.records)
+
+    @cached_property
+    def masks(self) -> tuple[BoolArray, ...] | None:
+        """Which samples of every record were measured; None where all were."""
+        return masks_of(self.records)
+
+    @cached_property
+    def level_shapes(self) -> tuple[FloatArray, ...]:
+        """What a level of one adds to the weighted residuals of every record; zeros where it is known."""
+        return level_shapes(self.records, self.weights)
+
+    @cached_property
+    def column_cycles(self) -> dict[str, float]:
+        """Typical frequency, in cycles per sample, of every known input."""
+        return {
+            effect.form.column: typical_cycles([record.known[effect.form.column] for record in self.records])
+            for effect in self.template
+            if effect.form.is_known_input
+        }
+
+    @cached_property
+    def _shown(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """What the encoder shows of every record, and how far an observer trusts it: in proportion to the
+        inverse of its noise's variance, not at all in a hole."""
+        found = []
+        for number, record in enumerate(self.records):
+            trust = np.ones(len(record)) if self.weights is None else self.weights[number] ** -2.0
+            seen = ~np.isnan(record.y_or_nan)
+            found.append((np.where(seen, record.y, 0.0), np.where(seen, trust, 0.0)))
+        return tuple(found)
+
+    @cached_property
+    def _n_base(self) -> int:
+        return self.structure.n_static + self.structure.n_linear
+
+    @cached_property
+    def _sizes(self) -> list[int]:
+        s, found = self.structure, []
+        for effect in self.template:
+            size = len(effect.values)
+            if effect.ports is not None:
+                size += s.real_poles + 2 * s.sections + 2
+                if effect.ports.signal:
+                    size += s.real_poles + 2 * s.sections
+            found.append(size)
+        return found
+
+    @property
+    def _n_natural(self) -> int:
+        return self._n_base
+
+    @property
+    def effect_sizes(self) -> tuple[int, ...]:
+        """How many coordinates every effect has."""
+        return tuple(self._sizes)
+
+    @property
+    def size(self) -> int:
+        return self._n_base + sum(self._sizes)
+
+    def coordinates(self, values: JointValues) -> FloatArray:
+        """Coordinates (size,) of natural parameters."""
+        return np.concatenate([self._cascade.coordinates(values.cascade), self._effect_coordinates(values)])
+
+    def _effect_coordinates(self, values: JointValues) -> FloatArray:
+        parts = [np.empty(0)]
+        for effect in values.effects:
+            slots = effect.form.slots(self.scale)
+            parts.append(
+                np.array(
+                    [np.log(x) if t.logarithmic else x for t, x in zip(slots, effect.values, strict=True)]
+                )
+            )
+            if (p := effect.ports) is not None:
+                direct = np.array([p.direct[0], np.arctanh(p.direct[1])])
+                parts += [p.real, p.sections.ravel(), direct]
+                if p.signal:
+                    parts += [p.signal_real, p.signal_sections.ravel()]
+        return np.concatenate(parts)
+
+    def values(self, coordinates: FloatArray) -> JointValues:
+        """Natural parameters at `coordinates` (size,)."""
+        cascade = self._cascade.values(coordinates[: self._n_base])
+        return JointValues(cascade, self._effect_values(coordinates[self._n_base :]))
+
+    def _effect_values(self, coordinates: FloatArray) -> tuple[Effect, ...]:
+        s, at = self.structure, 0
+        effects = []
+        for old, size in zip(self.template, self._sizes, strict=True):
+            part = coordinates[at : at + size]
+            at += size
+            slots = old.form.slots(self.scale)
+            own = np.array([np.exp(x) if t.logarithmic else x for t, x in zip(slots, part, strict=False)])
+            ports = None
+            if old.ports is not None:
+                rest = part[len(slots) :]
+                n, m = s.real_poles, 2 * s.sections
+                direct = np.array([rest[n + m], np.tanh(rest[n + m + 1])])
+                ports = replace(
+                    old.ports, real=rest[:n], sections=rest[n : n + m].reshape(2, -1), direct=direct
+                )
+                if old.ports.signal:
+                    more = rest[n + m + 2 :]
+                    ports = replace(ports, signal_real=more[:n], signal_sections=more[n:].reshape(2, -1))
+            effects.append(Effect(old.form, own, ports))
+        return tuple(effects)
+
+    def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
+        """The nearest coordinates that mean something (see `CascadeResponse`), effects within bounds."""
+        found = coordinates.copy()
+        n = self._n_base
+        found[:n] = self._admissible_base(found[:n], previous[:n])
+        at = self._n_base
+        for effect, size in zip(self.template, self._sizes, strict=True):
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                low, high = slot.lower, slot.upper
+                if slot.logarithmic:
+                    low, high = np.log(low), np.log(high)
+                    step = found[at + i] - previous[at + i]
+                    found[at + i] = previous[at + i] + np.clip(step, -1.0, 1.0)
+                found[at + i] = np.clip(found[at + i], low, high)
+            if effect.ports is not None:
+                pole = at + len(effect.values) + self.structure.real_poles + 2 * self.structure.sections + 1
+                found[pole] = np.clip(found[pole], -1.5, 1.5)
+            at += size
+        return found
+
+    def _admissible_base(self, base: FloatArray, previous: FloatArray) -> FloatArray:
+        return self._cascade.admissible(base, previous)
+
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Measured less simulated output of every record, over its weights, NaN where nothing was
+        measured."""
+        values = self.values(coordinates)
+        found = []
+        for number, record in enumerate(self.records):
+            e = with_holes(record.y - self.along(values, number).y, record.measured)
+            found.append(e if self.weights is None else e / self.weights[number])
+        return found
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """Of the cause, or an autoregression of order up to `most`."""
+        if self.cause is None:
+            return Whitener.of_residuals(residuals, most)
+        return self.cause.of(residuals, previous)
+
+    def along(self, values: JointValues, number: int) -> Simulated:
+        """The response to a record's command that residuals are of: corrected by its readings where an
+        observer is part of the effects, else the same as `simulate` gives."""
+        record = self.records[number]
+        return self._run(values, record.u, record.known, False, number=number)[0]
+
+    def simulate(
+        self, values: JointValues, u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+    ) -> Simulated:
+        """The response to a command (samples,) and known inputs (samples,) by name from rest, which no
+        reading corrects."""
+        simulated, _ = self._run(values, u, known, False)
+        return simulated
+
+    def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """For every record the drive's command and dy/dw over the weight."""
+        values, found = self.values(coordinates), []
+        for number in range(len(self.records)):
+            run = self.along(values, number)
+            slope = run.slope if self.weights is None else run.slope / self.weights[number]
+            found.append((run.v, slope))
+        return found
+
+    def linearise(
+        self,
+        coordinates: FloatArray,
+        overlap: int,  # noqa: ARG002
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
+        the samples that were measured, None where all were."""
+        values = self.values(coordinates)
+        for number, record in enumerate(self.records):
+            run, tangents = self._run(values, record.u, record.known, True, number=number)
+            rows = np.empty((self.size + 1, len(record)))
+            self._chain(values, tangents, rows)
+            rows[-1] = record.y - run.y
+            if self.weights is not None:
+                rows /= self.weights[number]
+            yield rows, 0, record.measured
+
+    def effect_tangents(self, values: JointValues) -> list[FloatArray]:
+        """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,
+        over the weights; exact where that effect changes nothing yet."""
+        found = []
+        effect = values.effects[-1]
+        for number, record in enumerate(self.records):
+            first = self._n_natural + sum(self._sizes[:-1])
+            _, rows = self._run(values, record.u, record.known, True, first, number)
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                if slot.logarithmic:
+                    rows[i] *= effect.values[i]
+            found.append(rows if self.weights is None else rows / self.weights[number])
+        return found
+
+    def _chain(self, values: JointValues, tangents: FloatArray, rows: FloatArray) -> None:
+        """From tangents by natural parameters to derivatives by coordinates, in place."""
+        s = self.structure
+        rows[:-1] = tangents
+        at = s.n_static + int(s.integrator)
+        for i in range(s.real_poles):
+            rows[at] *= 1 - values.cascade.real[0, i] ** 2
+            at += 2
+        for i in range(s.sections):
+            a1, a2 = values.cascade.sections[:2, i]
+            k1 = a1 / (1 + a2)
+            first, second = tangents[at], tangents[at + 1]
+            rows[at] = (1 - k1**2) * (1 + a2) * first
+            rows[at + 1] = (1 - a2**2) * (k1 * first + second)
+            at += 4
+        self._chain_effects(values, rows, at)
+
+    def _chain_effects(self, values: JointValues, rows: FloatArray, at: int) -> None:
+        s = self.structure
+        for effect, size in zip(values.effects, self._sizes, strict=True):
+            for i, slot in enumerate(effect.form.slots(self.scale)):
+                if slot.logarithmic:
+                    rows[at + i] *= effect.values[i]
+            if effect.ports is not None:
+                pole = at + len(effect.values) + s.real_poles + 2 * s.sections + 1
+                rows[pole] *= 1 - effect.ports.direct[1] ** 2
+            at += size
+
+    def _run(
+        self,
+        values: JointValues,
+        u: FloatArray,
+        known: Mapping[str, FloatArray],
+        tangents: bool,
+        first: int = 0,
+        number: int | None = None,
+    ) -> tuple[Simulated, FloatArray]:
+        """Simulate, with tangents by the coordinates from `first` on; an observer corrects by the record of
+        that `number`, and without one does nothing."""
+        s, cascade = self.structure, values.cascade
+        n, m = s.real_poles, s.sections
+        laws = [effect for effect in values.effects if effect.ports is not None]
+        count = len(laws)
+        inputs, outputs = np.zeros(K.INPUTS), np.zeros(K.OUTPUTS)
+        inputs[K.WARMING] = outputs[K.SETTLING_TIME] = 1.0
+        c_static, c_inputs, c_outputs = (np.full(k, -1) for k in (3, K.INPUTS, K.OUTPUTS))
+        c_residue, c_real, c_sections = -1, np.full((2, n), -1), np.full((4, m), -1)
+        thetas, c_thetas = np.ones((count, K.THETAS)), np.full((count, K.THETAS), -1)
+        thetas[:, 1:] = 0.0
+        port_real, c_port_real = np.zeros((count, n)), np.full((count, n), -1)
+        port_sections, c_port_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
+        direct, c_direct = np.zeros((count, 2)), np.full((count, 2), -1)
+        signal_real, c_signal_real = np.zeros((count, n)), np.full((count, n), -1)
+        signal_sections, c_signal_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
+        at = 0
+        for i, present in enumerate((s.lower, s.upper, s.dead_zone)):
+            if present:
+                c_static[i] = at
+                at += 1
+        if s.integrator:
+            c_residue = at
+            at += 1
+        for i in range(n):
+            c_real[:, i] = at, at + 1
+            at += 2
+        for i in range(m):
+            c_sections[:, i] = range(at, at + 4)
+            at += 4
+        law, length = 0, len(u)
+        forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
+        readings: list[tuple[int, float, FloatArray, FloatArray]] = []
+        for effect in values.effects:
+            if effect.form.column == INNOVATION_COLUMN:
+                if number is not None:
+                    forced[law], forced_by_lag[law] = self._shown[number]
+            elif effect.form.column:
+                shown, by_lag = delayed_column(known, effect.form.column, float(effect.values[-1]), length)
+                if effect.ports is None:
+                    readings.append((at, float(effect.values[0]), shown, by_lag))
+                    at += 2
+                    continue
+                forced[law], forced_by_lag[law] = shown, by_lag
+            if effect.ports is not None:
+                thetas[law, 0] = effect.form.unit_of_signal(self.scale)
+            for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
+                if effect.form.place == "input":
+                    inputs[slot.row], c_inputs[slot.row] = value, at
+                elif effect.form.place == "output":
+                    outputs[slot.row], c_outputs[slot.row] = value, at
+                else:
+                    thetas[law, slot.row], c_thetas[law, slot.row] = value, at
+                at += 1
+            if (own := effect.ports) is None:
+                continue
+            port_real[law], port_sections[law] = own.real, own.sections
+            direct[law] = own.direct
+            c_port_real[law] = np.arange(at, at + n)
+            at += n
+            c_port_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
+            at += 2 * m
+            c_direct[law] = at, at + 1
+            at += 2
+            signal_real[law], signal_sections[law] = own.signal_real, own.signal_sections
+            if own.signal:
+                c_signal_real[law] = np.arange(at, at + n)
+                at += n
+                c_signal_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
+                at += 2 * m
+            law += 1
+        if not tangents:
+            first = at
+        columns = at - first
+        if first:
+            for c in (c_static, c_inputs, c_outputs, c_real, c_sections, c_thetas, c_port_real,
+                      c_port_sections, c_direct, c_signal_real, c_signal_sections):  # fmt: skip
+                c[...] = np.maximum(c - first, -1)
+            c_residue = max(c_residue - first, -1)
+        delayed = np.zeros(length)
+        delay = s.delay_samples
+        delayed[delay:] = u[: length - delay]
+        rows, read = np.empty((columns, length) if tangents else (0, 0)), []
+        run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
+        run.y[:] = 0.0
+        for row, gain, shown, by_lag in readings:
+            run.y[:] += gain * shown
+            for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
+                if tangents and column >= 0:
+                    rows[column] = slope
+                    read.append(column)
+        paths = Paths(
+            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
+            np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
+            signal_sections,
+        )  # fmt: skip
+        stepped = Stepped(paths, self.steps)
+        static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
+        p = stepped.fast
+        respond_jointly(
+            delayed, static, inputs, outputs,
+            p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
+            np.array([e.form.base for e in laws], dtype=np.int64),
+            thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
+            forced_by_lag, self.steps, columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections,
+            c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections,
+            np.array(read, dtype=np.int64), run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
+        )  # fmt: skip
+        if tangents:
+            where = Columns(
+                c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct, c_signal_real,
+                c_signal_sections,
+            )  # fmt: skip
+            stepped.chain(rows, where)
+        return run, rows

@@ -1,0 +1,203 @@
+"""Compiled position loop around a cascade with effects inside: one draw after another, sample by sample.
+
+The axis is that of `joint_kernel.respond_jointly` without tangents; the controller that of
+`bayes_hw.control.controller`, given as plain numbers.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from bayes_hw.gap.joint.forms.effect_codes import (
+    BASE_COMMAND,
+    BASE_SPEED,
+    BASE_TWIST,
+    BASE_TWIST_RATE,
+    BIAS,
+    CHANGE,
+    COSINE,
+    COSINE2,
+    COULOMB,
+    EARLY_RATE,
+    EVEN_CURVE,
+    LATE_RATE,
+    LIMIT_COSINE,
+    LIMIT_SINE,
+    LIMIT_SLOPE,
+    LIMIT_WAVENUMBER,
+    LOG_RATIO,
+    ODD_CURVE,
+    PLAY,
+    RATE,
+    SETTLING,
+    SETTLING_TIME,
+    SINE,
+    SINE2,
+    STRIBECK,
+    WARMING,
+    WAVENUMBER,
+)
+from bayes_hw.gap.joint.response.law_kernel import held_back, law_of
+from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
+from bayes_hw.gap.joint.response.state_kernel import own_difference
+from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
+    """The command behind limits of rate and size, `ins` (11,), at position w, and both ramps after it."""
+    a = ins[LIMIT_WAVENUMBER] * w
+    factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * w
+    lowest, highest = lower * factor, upper * factor
+    v = asked
+    if ins[EARLY_RATE] > 0.0:
+        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
+    elif asked < lowest:
+        v = lowest
+    elif asked > highest:
+        v = highest
+    if ins[LATE_RATE] > 0.0:
+        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE])
+    return v, early, late
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
+    """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
+    found = np.empty(len(u))
+    early = late = 0.0
+    for k in range(len(u)):
+        found[k], early, late = limited_command(u[k], w[k], lower, upper, ins, early, late)
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def loop_jointly(  # type: ignore[no-untyped-def]
+    numbers, controller_sections, ratio, delay, reference, noise, start, static, inputs, outputs, residue,
+    real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
+    steps, u_out, w_out, y_out,
+):  # fmt: skip
+    """Every draw d: `static` (d, 3), `inputs` (d, 11), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
+    `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
+    (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m), poles, weights
+    and ports of one of `steps` steps a sample; `numbers` and `controller_sections` (k, 5) are the
+    controller's; `reference` (samples,), `noise` (d, samples) or empty, `start` (d,) the position of w.
+    Written: command, w and output without noise (d, samples)."""
+    n_laws, samples = len(laws), len(reference)
+    share = 1.0 / steps
+    n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
+    for d in range(len(residue)):
+        lower, upper, half_width = static[d]
+        ins, outs, a_step = inputs[d], outputs[d], inputs[d].copy()
+        a_step[EARLY_RATE] *= steps
+        a_step[LATE_RATE] *= steps
+        x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
+        memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
+        integral, early, late = start[d], 0.0, 0.0
+        out = w1 = start[d]
+        line = np.zeros(max(delay, 1))
+        filters, state = np.zeros((n_filters, 2)), np.zeros(STATES)
+        command = 0.0
+        for k in range(samples):
+            w = integral
+            for i in range(n_real):
+                w += x_real[i]
+            for i in range(n_sections):
+                w += x1[i]
+            for j in range(n_laws):
+                w += x_direct[j]
+            # The output.
+            out = min(max(out, w - outs[PLAY]), w + outs[PLAY])
+            y = 0.0
+            if out > half_width:
+                y = math.exp(outs[LOG_RATIO]) * (out - half_width)
+            elif out < -half_width:
+                y = out + half_width
+            if outs[SINE] != 0.0 or outs[COSINE] != 0.0:
+                a = outs[WAVENUMBER] * out
+                y += outs[SINE] * math.sin(a) + outs[COSINE] * (math.cos(a) - 1)
+                y += outs[SINE2] * math.sin(2 * a) + outs[COSINE2] * (math.cos(2 * a) - 1)
+            y += outs[RATE] * k + outs[SETTLING] * (1 - math.exp(-k / outs[SETTLING_TIME]))
+            # The controller.
+            if k % ratio == 0:
+                error = reference[k] - y
+                if noise.size > 0:
+                    error -= noise[d, k]
+                if k == 0:
+                    start_at_rest(controller_sections, reference[0] - y, filters, state)
+                command = next_command(numbers, controller_sections, error, filters, state)
+            asked = command
+            if delay > 0:
+                asked = line[k % delay]
+                line[k % delay] = command
+            u_out[d, k], w_out[d, k], y_out[d, k] = command, w, y
+            for step in range(steps):
+                w = integral
+                for i in range(n_real):
+                    w += x_real[i]
+                for i in range(n_sections):
+                    w += x1[i]
+                for j in range(n_laws):
+                    w += x_direct[j]
+                # The command behind the input's effects.
+                v, early, late = limited_command(asked, w, lower, upper, a_step, early, late)
+                v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
+                v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
+                v += ins[BIAS]
+                # Torques.
+                for j in range(n_laws):
+                    q = w
+                    if bases[j] == BASE_COMMAND:
+                        q = v
+                    elif bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                        q = residue[d] * v
+                        for i in range(n_real):
+                            q += (real[d, 0, i] - 1) * x_real[i] + real[d, 1, i] * v
+                        for i in range(n_sections):
+                            q += (sections[d, 0, i] - 1) * x1[i] + x2[i] + sections[d, 2, i] * v
+                        for i in range(n_laws):
+                            q += (direct[d, i, 1] - 1) * x_direct[i]
+                        q *= steps
+                    elif bases[j] == BASE_SPEED:
+                        q = (w - w1) * steps
+                    elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
+                        power = 2 if bases[j] == BASE_TWIST else 3
+                        scaled = float(steps) ** power
+                        q = 0.0
+                        for i in range(n_real):
+                            q += scaled * (real[d, 0, i] - 1.0) ** power * x_real[i]
+                        for i in range(n_sections):
+                            e1, e2, _, _, _, _ = own_difference(sections[d, 0, i], sections[d, 1, i], power)
+                            q += scaled * (e1 * x1[i] + e2 * x2[i])
+                    for i in range(n_real):
+                        q += signal_real[d, j, i] * x_real[i]
+                    for i in range(n_sections):
+                        q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
+                    t0, t1, t2 = thetas[d, j]
+                    if bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                        own = direct[d, j, 0] + port_real[d, j].sum() + port_sections[d, j, 0].sum()
+                        taus[j], _, _, _, _, _ = held_back(q, own * steps, t0, t1, t2, laws[j] == STRIBECK)
+                    else:
+                        taus[j], memory[j], _, _, _, _, _, _ = law_of(
+                            laws[j], q, w, t0, t1, t2, memory[j], share
+                        )
+                # A step on.
+                w1 = w
+                integral += residue[d] * v
+                for i in range(n_real):
+                    x = real[d, 0, i] * x_real[i] + real[d, 1, i] * v
+                    for j in range(n_laws):
+                        x += port_real[d, j, i] * taus[j]
+                    x_real[i] = x
+                for i in range(n_sections):
+                    one = x1[i]
+                    x1[i] = sections[d, 0, i] * one + x2[i] + sections[d, 2, i] * v
+                    x2[i] = sections[d, 3, i] * v - sections[d, 1, i] * one
+                    for j in range(n_laws):
+                        x1[i] += port_sections[d, j, 0, i] * taus[j]
+                        x2[i] += port_sections[d, j, 1, i] * taus[j]
+                for j in range(n_laws):
+                    x_direct[j] = direct[d, j, 1] * x_direct[j] + direct[d, j, 0] * taus[j]

@@ -1,0 +1,1 @@
+"""Effects proposed and descended, and the search that keeps what the records pay for."""

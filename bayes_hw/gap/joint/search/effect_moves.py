@@ -1,0 +1,144 @@
+"""Moves of the joint search that add an effect, a cause of the noise or a port, or change their form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, descended_each, raced
+from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
+
+STARTS_OF_A_LABEL = 3
+FIRST_STEPS, SECOND_STEPS = 4, 8
+KEPT_STARTS, KEPT_LABELS, KEPT_AFTER = 16, 5, 2
+"""Successive halving over starts and labels: steps given, and how many go on."""
+
+LEAST_PROMISE = 2.0
+"""Nats that a start must promise to be tried, where the noise is white or of the first order: there a score
+test hides nothing."""
+
+LIGHT = 0.25
+"""Damping ratio of the pairs of G that a slow torque is seen to shake."""
+
+NEARLY_INTEGRAL = 1e-3
+
+
+def free_forms(fit: JointFit, forms: Sequence[Form]) -> list[Form]:
+    """Those of labels that the fit lacks, whose parameters no present effect uses, further ones left out."""
+    present, scale = set(fit.labels), fit.response.scale
+    taken = {
+        (e.form.place, t.row) for e in fit.response.template if not e.form.is_law for t in e.form.slots(scale)
+    }
+    return [
+        f
+        for f in forms
+        if f.label not in present
+        and not f.further
+        and not taken & {(f.place, slot.row) for slot in f.slots(scale)}
+    ]
+
+
+def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
+    """The best explanations with one more label, descended.
+
+    Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
+    explaining what is fast: from every start another begins under noise of the first order.
+    """
+    free = free_forms(fit, forms)
+    starts = screened(fit, free)
+    if fit.noise_order <= 1:
+        starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
+    trials: list[JointFit] = []
+    for label in dict.fromkeys(s.form.label for s in starts):
+        own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
+        begun = [fit.with_effect(s.form, s.values) for s in own]
+        trials += begun
+    first = descended_each(trials, FIRST_STEPS // 2)
+    if fit.noise_order > 1:
+        first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
+    ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
+    ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
+    kept: list[JointFit] = []
+    for t in ranked:
+        if (
+            sum(k.labels[-1] == t.labels[-1] for k in kept) < 2
+            and len({k.labels[-1] for k in kept} | {t.labels[-1]}) <= KEPT_LABELS
+        ):
+            kept.append(t)
+    further = sorted(descended_each(kept, SECOND_STEPS), key=lambda t: -t.score)
+    found: dict[str, JointFit] = {}
+    for t in further:
+        found.setdefault(t.labels[-1], t)
+    best = list(found.values())
+    if fit.labels:
+        return raced(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+    return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+
+
+def slow_causes(fit: AnyFit) -> list[AnyFit]:
+    """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
+    white or of the first order."""
+    if fit.noise_order <= 1:
+        return []
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.labels]
+    return each(lambda cause: with_slow_noise(fit, cause).descended().with_noise_kept(), causes)
+
+
+def each_cause(fit: AnyFit) -> list[AnyFit]:
+    """With either cause of the noise, all else free, through the poles that G now has, exact."""
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.effect_labels]
+    return each(lambda cause: with_slow_noise(fit, cause, exact=True).descended().with_noise_kept(), causes)
+
+
+def with_slow_noise(fit: AnyFit, cause: str, exact: bool = False) -> AnyFit:
+    """With noise of this cause, fitted to what the fit leaves; a torque may shake G's light pairs of poles or
+    all of its poles."""
+    sections, real = fit.values.cascade.sections, fit.values.cascade.real[0]
+    pairs = np.array([np.roots([1.0, -a1, a2]) for a1, a2 in sections[:2].T], dtype=np.complex128).ravel()
+    slow = real[np.abs(real - 1) > NEARLY_INTEGRAL].astype(np.complex128)
+    damping = -np.log(pairs).real / np.abs(np.log(pairs))
+    sets = (pairs[damping < LIGHT], np.concatenate([pairs, slow]))
+    return fit.with_cause(SlowNoise(cause, fit.response.scale.rate_hz, sets, exact=exact))
+
+
+def port_candidates(fit: JointFit) -> list[JointFit]:
+    """Signal ports of the torques present, and other forms of the effects present."""
+    found = []
+    for i, effect in enumerate(fit.values.effects):
+        if effect.form.column:
+            continue
+        ports = effect.ports
+        if ports is not None and not ports.signal and fit.structure.sections + fit.structure.real_poles > 0:
+            found.append(fit.with_signal(i))
+        found += [fit.with_form(i, form, start) for form, start in other_forms(effect, fit.response.scale)]
+    return found
+
+
+def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[float, ...]]]:
+    """Forms of the same label that act at the same place and look at the same signal, with a start:
+    parameters of one name keep their values."""
+    own = {slot.name: float(x) for slot, x in zip(effect.form.slots(scale), effect.values, strict=True)}
+    found = []
+    for form in FORMS:
+        present = effect.form
+        if form is present or (form.label, form.place, form.base) != (
+            present.label,
+            present.place,
+            present.base,
+        ):
+            continue
+        slots, start = form.slots(scale), form.starts(scale)[0]
+        names = [slot.name for slot in slots]
+        extends = form.law == present.law and names[: len(own)] == list(own)
+        if extends or form.is_law:
+            kept = [
+                float(np.clip(own.get(slot.name, x), slot.lower, slot.upper))
+                for slot, x in zip(slots, start, strict=True)
+            ]
+            found.append((form, tuple(kept)))
+    return found

@@ -1,0 +1,390 @@
+"""The search for structure and effects together: grow, prune, advance the delay, verify."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bayes_hw.crew import each
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.fit.base_cascade import grown_base
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
+from bayes_hw.gap.joint.fit.structure_moves import (
+    SLACK_NATS,
+    delayed,
+    larger_cascades,
+    pruned,
+    regrown,
+)
+from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.residuals.jumps import jumps
+from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults, weighted
+from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
+from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
+from bayes_hw.gap.joint.search.effect_moves import (
+    FIRST_STEPS,
+    each_cause,
+    effect_candidates,
+    port_candidates,
+    slow_causes,
+)
+from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.record import Record
+
+VERIFIED_NATS = 25.0
+"""That a label must be worth when it is dropped and G grown again."""
+
+VERIFIED_BESIDE_NATS = 80.0
+"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
+which is something that no label explains. Also of every label where the noise has a cause and an effect
+stands beside it: forms follow slow noise a little."""
+
+STRUCTURAL_NATS = 5.0
+"""A port or a section that gains as much is taken before another effect is looked for."""
+
+MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
+"""Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
+and the order of G above which it is pruned first."""
+
+MOST_RACED = 3
+"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
+
+HALFWAY = 0.5
+"""Share of what verification asks of a label that it must gain at first where others stand: ports and forms
+may make up the rest."""
+
+FOLLOWED_SHARE = 0.7
+"""Of the best label's nats, from which another is followed to the end beside it."""
+
+STEPS_OF_A_PERIOD = 3.0
+"""Of rounding: a shorter period in position is that of the rounding itself."""
+
+MOST_EFFECTS, MOST_STEPS = 3, 10
+
+
+@dataclass(frozen=True, eq=False)
+class JointAnswer:
+    """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
+    label, the best score over the base's that every label reached alone (those that were followed to the end
+    in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
+    says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
+    frequency in time that was taken out of the records of both."""
+
+    fit: JointFit
+    base: JointFit
+    nats: Mapping[str, float]
+    rivals: Mapping[str, float]
+    readings: Readings
+    remainder: Remainder
+    known: tuple[KnownInput, ...] = ()
+    tone: Tone | None = None
+    ends: Mapping[str, JointFit] = field(default_factory=dict)
+
+    @property
+    def followed(self) -> tuple[str, ...]:
+        """Labels that were followed to the end."""
+        return tuple(self.ends)
+
+    @property
+    def bare(self) -> JointFit:
+        """The best cascade without effects and without known inputs."""
+        return next((one.without for one in self.known if one.without is not None), self.base)
+
+
+def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
+    """Grow, prune, verify; `say` is told of every step."""
+    told = say or silent
+    base, readings = _begun(records, told)
+    base, known = with_known_inputs(base)
+    for one in known:
+        told(f"known input {one.column} as a {one.way}: {one.nats:.0f} nats")
+    if any(one.accepted for one in known) and not readings.nats:
+        readings = read_faults(base)
+        if readings.nats:
+            base = weighted(base, readings.weights)
+    found = _explained(base, readings, told)
+    tone = tone_in(base)
+    if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
+        told(f"a line at {tone.frequency_hz:.3g} Hz: {tone.without.score - base.score:.0f} nats")
+        without, found = found, _explained(tone.without, readings, told)
+        nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
+        found = replace(found, nats=nats, tone=tone)
+    return replace(found, known=known)
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """An explanation on its way, and the cascade without effects under the same weights of the readings;
+    where it is `settled`, no port, form, pole, finer step nor observer helps it."""
+
+    fit: JointFit
+    base: JointFit
+    readings: Readings
+    settled: bool = False
+
+    @property
+    def gained(self) -> float:
+        """Nats over the cascade without effects."""
+        return self.fit.score - self.base.score
+
+    @property
+    def begun_with(self) -> str:
+        """The label that it explains first: of an effect, else the cause of the noise."""
+        return (self.fit.effect_labels or self.fit.labels)[0]
+
+    def is_without(self, best: _Path) -> bool:
+        """Whether it explains by other labels than `best`, in their place and not beside them."""
+        return not set(self.fit.labels) & set(best.fit.labels)
+
+    def reread(self) -> _Path:
+        """With the readings' faults looked for again, if there were none."""
+        if not self.fit.labels or self.readings.nats:
+            return self
+        later = read_faults(self.fit)
+        if not later.nats:
+            return self
+        return _Path(weighted(self.fit, later.weights), weighted(self.base, later.weights), later)
+
+
+def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
+    """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
+    the best one is followed to its end as well: which of them is better may show only there."""
+    begun = _Path(base, base, readings)
+    contenders, alone = _contenders(begun, told)
+    rivals = {label: one.score - base.score for label, one in alone.items()}
+    for path in contenders:
+        told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
+    ended = each(lambda path: _followed(path, told), contenders)
+    if any(path.fit.observer is not None for path in ended):
+        # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
+        ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
+    best = max(ended, key=lambda path: path.gained, default=begun)
+    instead = [path for path in ended if path is best or path.is_without(best)]
+    ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
+    fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
+    best = replace(best, fit=fit)
+    if fit.response.cause is not None:
+        caused = sorted((replace(best, fit=one) for one in each_cause(fit)), key=lambda p: p.gained)
+        best = caused[-1]
+        for one in caused:
+            label = one.fit.added[-1]
+            ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
+        more = best.fit.score - fit.score
+        named = dict(zip(fit.labels, best.fit.labels, strict=True))
+        nats = {named[label]: value + more for label, value in nats.items()}
+    rivals |= {label: end.gained for label, end in ends.items()}
+    fits = {label: end.fit for label, end in ends.items()}
+    left = remainder_of(best.fit)
+    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
+
+
+def described(fit: JointFit) -> str:
+    """One line on a fit."""
+    names = " + ".join(fit.names) or "no effect"
+    if fit.response.steps > 1:
+        names += f" in {fit.response.steps} steps a sample"
+    order, noise = fit.structure.order, fit.noise_order
+    return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
+
+
+def silent(message: str) -> None:
+    del message
+
+
+def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
+    """The best cascade without effects under the weights that the readings' faults ask for."""
+    base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
+    readings = read_faults(base)
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+        base = replace(base, response=replace(base.response, scale=scale))
+    if any(np.any(w != 1) for w in readings.weights):
+        base = weighted(base, readings.weights)
+        again = read_faults(base)
+        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
+            readings = again
+            base = weighted(base, readings.weights)
+    say(f"without effects: {described(base)}")
+    return base, readings
+
+
+def _structural(fit: JointFit) -> JointFit:
+    """The best of the present effects with other ports, another form of their law, or a larger G; where the
+    noise is of high order, which may have taken up what they explain, begun under noise of the first too,
+    and with finer steps where none of it helps."""
+    trials = port_candidates(fit) + larger_cascades(fit)
+    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
+    coloured = fit.noise_order > 1
+    if coloured:
+        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
+        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
+    best = highest([fit, *raced(begun, fit.score)])
+    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
+        return best
+    return finer(best)
+
+
+def corrected(fit: JointFit, without: JointFit) -> JointFit:
+    """Where neither a port, form, pole nor finer steps helped a fit `without` them, and its noise is of high
+    order, its motion may be one that no simulation follows: corrected by the readings, if that is better."""
+    if fit.noise_order <= 1 or fit.score >= without.score + STRUCTURAL_NATS:
+        return fit
+    return in_observer_form(fit)
+
+
+def in_observer_form(fit: JointFit) -> JointFit:
+    """Corrected by the readings, if that is better and no cause explains the noise."""
+    if fit.response.cause is not None:
+        return fit
+    best = highest([fit, *raced(observed(fit), fit.score)])
+    return best if best.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def seen_through(fit: JointFit, without: JointFit) -> JointFit:
+    """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
+    if fit.observer is None or fit.labels == without.labels:
+        return fit
+    return highest([fit, *raced([fit.without_observer()], fit.score)])
+
+
+def finer(fit: JointFit) -> JointFit:
+    """With laws that act several times a sample, where the noise asks for it and that is better."""
+    return within_sample(fit) if fit.point.whitener.order > 0 else fit
+
+
+def within_sample(fit: JointFit) -> JointFit:
+    """With laws that act several times a sample, where that is better."""
+    laws = any(e.is_own_law for e in fit.response.template)
+    if not laws or fit.response.steps > 1:
+        return fit
+    trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
+    return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], None]) -> list[JointFit]:
+    """The best explanation with one more label; and where another label's is nearly as good, both with the
+    ports, forms and poles that they ask for: which of them is better shows only then."""
+    ranked = sorted(trials, key=lambda t: -t.score)[:MOST_CONTENDERS]
+    if not ranked:
+        return []
+    gained = ranked[0].score - fit.score
+    near = [t for t in ranked if t.score - fit.score >= CONTEST_SHARE * gained]
+    if len(near) < 2 or gained <= 0:
+        return ranked[:1]
+
+    def with_what_it_asks(contender: JointFit) -> JointFit:
+        say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+        if contender.structure.order > LARGE_ORDER:
+            # A G that grew to stand in for the effect is in its way.
+            contender = pruned(contender)
+        for _ in range(MOST_STEPS):
+            larger = _structural(contender)
+            if larger.score < contender.score + STRUCTURAL_NATS:
+                break
+            contender = larger
+            say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+        return contender
+
+    return each(with_what_it_asks, near)
+
+
+def one_more(fit: JointFit) -> list[JointFit]:
+    """The best explanations with one more label; of causes of the noise the likelier."""
+    slow = [t for t in slow_causes(fit) if not jumps(t)]
+    effects = [t for t in effect_candidates(fit, FORMS) if is_followed(t, fit)]
+    return [*effects, *([highest(slow)] if slow else [])]
+
+
+def is_followed(fit: JointFit, without: JointFit) -> bool:
+    """Whether what is left of the records grows no larger by an effect beside noise of a cause.
+
+    Such noise weighs the steps of the error and leaves its level to itself: an effect may make it likelier
+    and the error larger, and then follows the noise.
+    """
+    return not without.added or fit.point.rms <= without.point.rms
+
+
+def _contenders(begun: _Path, say: Callable[[str], None]) -> tuple[list[_Path], dict[str, JointFit]]:
+    """The best explanations by one label, best first, and every label's; simulations are held against
+    simulations, as an observer hides what a further label would explain."""
+    fit = begun.fit
+    trials = one_more(fit)
+    settled = _settled(fit, trials, say)
+    paths = []
+    for one in settled:
+        path = replace(begun, fit=finer(one)).reread()
+        seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
+        known = len(settled) > 1 and path.fit is one and seen is one
+        paths.append((path.gained, replace(path, fit=seen, settled=known)))
+    paths = sorted((p for p in paths if p[1].gained > 0), key=lambda p: -p[1].gained)
+    most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
+    simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
+    contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
+    same = [path.fit for _, path in paths if path.readings is begun.readings]
+    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
+
+
+def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
+    """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
+    act within the sample even where the noise is white: a rival whose noise was not may have done so."""
+    for _ in range(1, MOST_STEPS):
+        fit = path.fit
+        best = fit if path.settled else corrected(_structural(fit), fit)
+        if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
+            further = [
+                t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)
+            ]
+            best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
+        best = finer(best)
+        if best.score < fit.score + SLACK_NATS:
+            break
+        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        path = replace(path, fit=best, settled=False).reread()
+    fit = within_sample(pruned(delayed(pruned(path.fit))))
+    say(f"pruned: {described(fit)}")
+    base, fit, readings = read_again(
+        path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
+    )
+    return _Path(fit, base, readings)
+
+
+def asked_of(fit: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth."""
+    beside = bool(fit.added) and len(fit.labels) > 1
+    doubtful = readings.nats or fit.noise_order > 1 or beside
+    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+
+
+def verified(
+    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
+) -> tuple[JointFit, dict[str, float]]:
+    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
+
+    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
+    label without which the noise has a cause that nothing names is held against that cause, not against
+    nothing: it stays where it is likelier.
+    """
+    while fit.labels:
+        nats: dict[str, float] = {}
+        alternatives = []
+        weights = fit.response.weights
+        for label, without in zip(
+            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
+        ):
+            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
+            alternatives.append(highest([without, *same]))
+            nats[label] = fit.score - alternatives[-1].score
+        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        weakest = int(np.argmin([nats[label] for label in fit.labels]))
+        asked = asked_of(fit, readings)
+        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
+            asked = 0.0
+        if nats[fit.labels[weakest]] >= asked:
+            return fit, nats
+        fit = alternatives[weakest]
+    # What is left of an observer without laws is coloured noise, which is free as it is.
+    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}

@@ -1,0 +1,148 @@
+"""From nats to answers: each rule on numbers of its own."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide, decide_jointly
+from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.residuals.remainder import Remainder
+from bayes_hw.gap.joint.search.joint_search import JointAnswer
+
+
+def _decided(
+    nats: dict[str, float],
+    *,
+    coloured: float = 0.0,
+    readings: dict[str, float] | None = None,
+    rivals: dict[str, float] | None = None,
+    followed: tuple[str, ...] = (),
+) -> JointDecision:
+    found = SimpleNamespace(
+        nats=nats,
+        readings=SimpleNamespace(nats=readings or {}),
+        rivals=rivals or dict.fromkeys(LABEL_BLOCKS, -14.0),
+        remainder=Remainder(8 if coloured else 0, coloured),
+        fit=SimpleNamespace(labels=tuple(nats), score=sum(nats.values())),
+        base=SimpleNamespace(score=0.0),
+        followed=followed,
+    )
+    return decide_jointly(cast(JointAnswer, found))
+
+
+def test_nothing_left_is_no_gap() -> None:
+    found = _decided({})
+    assert found.answer == ()
+    assert found.probability["none"] > 0.8
+    assert set(found.probability) == {*LABEL_BLOCKS, "none", "other"}
+
+
+def test_many_nats_are_nearly_sure_and_few_are_not() -> None:
+    floor = JointCalibration.built_in().floor
+    assert _decided({"friction": 900.0}).probability["friction"] == pytest.approx(1 - floor)
+    assert floor < 0.05
+    few = _decided({"friction": 30.0})
+    assert few.answer == ("friction",)
+    assert 0.5 < few.probability["friction"] < 0.8
+
+
+def test_colour_that_nothing_explains_has_no_name() -> None:
+    """None of a label is left; what is little, or is what rounding leaves, says nothing."""
+    assert _decided({}, coloured=900.0).answer == ("other",)
+    assert _decided({}, coloured=20.0).answer == ()
+    assert _decided({"friction": 900.0}, coloured=900.0).answer == ("friction",)
+    assert _decided({}, coloured=900.0, readings={"outliers": 1500.0}).answer == ("outliers", "other")
+    rounded = _decided({}, coloured=900.0, readings={"encoder_quantization": 500.0})
+    assert rounded.answer == ("encoder_quantization",)
+    assert _decided({}, coloured=30.0, readings={"timing_jitter": 80.0}).answer == ("timing_jitter",)
+    assert _decided({}, coloured=900.0, readings={"timing_jitter": 80.0}).answer == ("other",)
+
+
+def test_what_mends_a_form_without_a_name_is_no_effect_of_its_own() -> None:
+    assert _decided({"other": 2600.0, "torque_ripple": 600.0}).answer == ("torque_ripple", "other")
+    found = _decided({"other": 2600.0, "torque_ripple": 130.0})
+    assert found.answer == ("other",)
+    assert found.probability["torque_ripple"] <= JointCalibration.built_in().beside_other
+
+
+def test_a_rival_as_good_is_stated() -> None:
+    found = _decided({"encoder_eccentricity": 250.0}, rivals={"torque_ripple": 245.0})
+    assert found.confusable == (("encoder_eccentricity", "torque_ripple"),)
+    assert found.probability["torque_ripple"] > 0.3
+
+
+@pytest.mark.parametrize("rival", ["backlash", "other"])
+def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
+    """However far it falls behind, and whether it has a name or not; one that is near is confusable."""
+    constants = JointCalibration.built_in()
+    for lead, own in ((5.0, 900.0), (100.0, 900.0), (100.0, 1800.0)):
+        rivals = {"friction": own, rival: own - lead}
+        found = _decided({"friction": own}, rivals=rivals, followed=("friction", rival))
+        odds = found.probability["friction"] / found.probability[rival]
+        between = constants.nats_between + constants.share_between * own
+        assert odds == pytest.approx(np.exp(lead / between))
+        assert found.confusable == ((("friction", rival),) if lead == 5.0 else ())
+
+
+def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
+    """Four labels equally good have equal probabilities, and the answer is no less likely than a rival."""
+    equal = dict.fromkeys(("sensor_drift", "gain_drift", "command_bias"), 250.0)
+    found = _decided({"gain_asymmetry": 250.0}, rivals=equal)
+    shares = [found.probability[label] for label in ("gain_asymmetry", *equal)]
+    np.testing.assert_allclose(shares, shares[0])
+    behind = {label: 250.0 - 4 * i for i, label in enumerate(equal)}
+    turned = dict(reversed(behind.items()))
+    first, second = (_decided({"gain_asymmetry": 252.0}, rivals=r).probability for r in (behind, turned))
+    assert first == pytest.approx(second)
+    assert first["gain_asymmetry"] == max(first.values())
+
+
+def test_a_label_and_its_rival_are_together_no_more_than_sure() -> None:
+    """The doubt of a weak second label goes to `other` in part, which is the first one's rival as well."""
+    nats, rivals = {"wind": 30.0, "rate_limit": 900.0}, {"rate_limit": 900.0, "other": 700.0}
+    found = _decided(nats, rivals=rivals, followed=("rate_limit", "other"))
+    assert set(found.answer) == {"rate_limit", "wind"}
+    assert found.probability["rate_limit"] + found.probability["other"] <= 1.0
+
+
+def test_readings_and_a_law_without_a_name() -> None:
+    assert _decided({}, readings={"outliers": 500.0}).answer == ("outliers",)
+    assert _decided({"other": 300.0}).answer == ("other",)
+    assert _decided({"gain_drift": 300.0, "other": 100.0}).answer == ("gain_drift", "other")
+
+
+def test_what_the_readings_show_comes_first() -> None:
+    found = _decided(
+        {"torque_ripple": 2450.0, "encoder_eccentricity": 1680.0}, readings={"encoder_quantization": 860.0}
+    )
+    assert found.answer == ("encoder_quantization", "torque_ripple")
+
+
+def test_a_rhythm_of_samples_has_no_name() -> None:
+    quiet = Remainder(0, 0.0, 90.0)
+    found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
+    assert found.answer == ("other",)
+    late = decide(JointEvidence({}, {"timing_jitter": 600.0}, {}, 0.0, (), quiet))
+    assert late.answer == ("other",)
+    assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
+
+
+@pytest.mark.parametrize("beside", [{}, {"saturation_drift": 300.0}], ids=["alone", "beside"])
+def test_wind_and_a_walk_nearly_as_likely_are_not_told_apart(beside: dict[str, float]) -> None:
+    """Nor is either stated as sure, and no other label for it; where one is clearly likelier it is stated."""
+    nats = {**beside, "wind": 400.0}
+    own = sum(nats.values())
+    for lead in (5.0, 120.0):
+        rivals = {"wind": own, "sensor_drift": own - lead} | dict.fromkeys(beside, own)
+        found = _decided(nats, rivals=rivals, followed=tuple(rivals))
+        assert set(found.answer) == set(nats)
+        assert found.confusable == ((("wind", "sensor_drift"),) if lead == 5.0 else ())
+        assert (found.probability["wind"] > 0.9) == (lead > 100)
+        assert (found.probability["sensor_drift"] > 0.1) == (lead < 100)
+        assert all(found.probability[label] > 0.9 for label in beside)

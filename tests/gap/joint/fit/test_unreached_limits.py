@@ -1,0 +1,50 @@
+"""A limit that no command reaches is beyond the commands, as its prior says; one that is reached is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import CASCADE, STRUCTURE, measured, scale
+
+from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.gap.joint.finding import axis_words
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior, laplace
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.identify.growth.cascade_response import outermost_limits
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.model.axis_parameters import LIMIT_LOG_SD
+from bayes_hw.record import Units
+
+SAMPLES = 600
+
+
+@pytest.fixture(scope="module")
+def posterior() -> JointPosterior:
+    """The lower limit within the commands, the upper one as far out as a descent may take it."""
+    records = measured((), SAMPLES, (1,))
+    _, outermost = outermost_limits(records)
+    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+    values = JointValues(replace(CASCADE, upper=outermost))
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    return laplace(fit, Units(), np.random.default_rng(1))
+
+
+def test_it_lies_beyond_the_commands(posterior: JointPosterior) -> None:
+    limit = posterior.fit.values.cascade.upper
+    logs = np.log(posterior.base["saturation.upper"] / limit)
+    assert logs.min() >= 0
+    assert np.sqrt(np.mean(logs**2)) == pytest.approx(LIMIT_LOG_SD, rel=0.15)
+    lower = posterior.base["saturation.lower"]
+    assert np.std(lower) < 0.02 * abs(np.mean(lower))
+
+
+def test_a_sentence_names_limits_that_are_reached() -> None:
+    known = Estimate(-0.3, 0.001, (-0.302, -0.298), "deg/s")
+    beyond = Estimate(0.7, 0.12, (0.6, 0.95), "deg/s")
+    both = {"saturation.lower": known, "saturation.upper": beyond}
+    assert axis_words(both) == "The axis follows commands up to -0.3 deg/s"
+    assert "reaches no limit" in axis_words({"saturation.upper": beyond})

@@ -1,0 +1,66 @@
+"""A local error of the reading is found as a function of position; what has a name costs less by its name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import SIGMA, form, measured, model
+
+from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
+from bayes_hw.gap.joint.given import given_search
+from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_rivals import instead_of
+from bayes_hw.gap.joint.given.given_search import best_base, search_given
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.record import Record
+
+SAMPLES = 700
+
+
+def with_tooth(records: list[Record]) -> list[Record]:
+    """Readings that err by eight times the noise near one angle that they pass often."""
+    joined = np.concatenate([r.y for r in records])
+    at, width = np.quantile(joined, 0.7), 0.15 * np.std(joined)
+    return [replace(r, y=r.y + 8 * SIGMA * np.exp(-(((r.y - at) / width) ** 2))) for r in records]
+
+
+def test_a_tooth_is_taken_out_and_the_base_held() -> None:
+    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+    shaped = free_shape(base)
+    assert shaped.score > base.score + 100
+    assert shaped.point.rms == pytest.approx(SIGMA, rel=0.2)
+    assert shaped.values.cascade.upper == pytest.approx(0.3, rel=0.02)
+
+
+def test_nothing_is_worth_no_shape() -> None:
+    base = best_base(measured((), SAMPLES, (1, 2)), model())
+    assert free_shape(base).score < base.score - 20
+
+
+def test_a_tooth_has_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside an explanation that is worth less, it is the answer, with what else was tried."""
+    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+    weak = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
+    trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
+    monkeypatch.setattr(given_search, "_extended", lambda *_: trail)
+    monkeypatch.setattr(given_search, "_verified", lambda *_: (weak, {"gain_asymmetry": 30.0}))
+    found = search_given(base.response.records, model())
+    assert set(found.nats) == {"other"}
+    assert set(found.ends) == {"gain_asymmetry", "other"}
+    said = decide_given(GivenEvidence.of(found, SIGMA))
+    assert said.answer == ("other",)
+
+
+def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
+    """Whatever else is said in place of it is worth less, by what it costs."""
+    uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
+    base = best_base(measured((uneven,), SAMPLES, (1, 2)), model())
+    fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
+    own = fit.score - base.score
+    ends = instead_of(fit, base, {"gain_asymmetry": own}, {"gain_asymmetry": own}, {})  # type: ignore[arg-type]
+    assert ends["gain_asymmetry"] is fit
+    assert fit.score - 20 > ends["other"].score
+    assert instead_of(fit, base, {"wind": own}, {}, {}) == {}  # type: ignore[arg-type]

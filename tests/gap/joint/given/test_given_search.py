@@ -1,0 +1,286 @@
+"""A given model in the joint search: its G and derivatives are exact, what is planted around it is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import (
+    CASCADE,
+    GIVEN_SAMPLES,
+    RATE,
+    SIGMA,
+    command,
+    form,
+    measured,
+    model,
+    record,
+    torque,
+)
+from scipy.signal import lfilter
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
+from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
+from bayes_hw.gap.case.case import Case
+from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
+from bayes_hw.gap.joint.given import given_moves, given_search
+from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
+from bayes_hw.gap.joint.given.given_moves import (
+    as_given,
+    begun_under_white_noise,
+    best_of,
+    every_law,
+    explained_slowly,
+    further_modes,
+)
+from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
+from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
+from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
+from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
+from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.model.linear import LinearBlock
+
+FEW = 400
+
+LOOSE = tuple(0.01 for _ in GivenModel.of(model(), 1e-6).loose_sd)
+ADDED = ((), (0.4,), (0.4, np.log(2.0), np.log(0.02), np.log(2.2), np.log(0.03), *LOOSE))
+
+
+@pytest.mark.parametrize("added", ADDED, ids=["base", "delay", "delay and mode"])
+def test_derivatives_are_those_of_the_response(added: tuple[float, ...]) -> None:
+    given = GivenModel.of(model(), 1e-6)
+    part, further = len(added) > 0, len(added) > 1
+    theta = np.concatenate([np.full(given.size, 0.01), added])
+    records = [record(np.zeros(GIVEN_SAMPLES), 1)]
+    scale = best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response.scale
+    response = GivenResponse(
+        given.structure(part, further), (), records, scale, given=given, part=part, further=further
+    )
+    rows, _, _ = next(iter(response.linearise(theta, 0)))
+
+    def y(at: FloatArray) -> FloatArray:
+        return response.simulate(response.values(at), records[0].u).y
+
+    for i in range(len(theta)):
+        step = 1e-6 * np.eye(len(theta))[i]
+        numeric = (y(theta + step) - y(theta - step)) / 2e-6
+        np.testing.assert_allclose(rows[i], numeric, atol=2e-3 * max(np.abs(numeric).max(), 1e-9))
+
+
+def test_at_its_nominal_values_it_is_the_model() -> None:
+    axis = model()
+    given = GivenModel.of(axis, 1e-6)
+    response = best_base(measured((), GIVEN_SAMPLES, (1,)), axis).response
+    y = response.simulate(response.values(np.zeros(given.size)), command(GIVEN_SAMPLES, 3)).y
+    np.testing.assert_allclose(y, axis.simulate(command(GIVEN_SAMPLES, 3)).y, atol=1e-10)
+
+
+def test_a_whole_part_of_a_sample_is_one_more_sample_of_delay() -> None:
+    given = GivenModel.of(model(), 1e-6)
+    response = best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response
+    u = command(GIVEN_SAMPLES, 2)
+    late = [replace(response, structure=given.structure(True, False, whole), part=True) for whole in (0, 1)]
+    ends = [np.append(np.zeros(given.size), part) for part in (1.0, 0.0)]
+    one, other = (r.simulate(r.values(x), u).y for r, x in zip(late, ends, strict=True))
+    np.testing.assert_allclose(one, other, atol=1e-4 * np.ptp(other))
+
+
+def test_an_answer_within_the_sample_has_no_ports() -> None:
+    axis = model()
+    linear = LinearBlock(np.append(axis.linear.zeros, 0.1), axis.linear.poles, 1e-3, 0)
+    while len(linear.zeros) < len(linear.poles):
+        linear = replace(linear, zeros=np.append(linear.zeros, 0.1))
+    assert not needs_ports(replace(axis, linear=linear))
+    with pytest.raises(InputError, match="within the sample"):
+        GivenModel.of(replace(axis, linear=linear), 1e-6)
+
+
+def test_base_is_found_from_limits_far_off() -> None:
+    """By a fifth, where a descent on coloured noise would stick."""
+    base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model(-0.28, 0.36, 1.05))
+    assert base.values.cascade.lower == pytest.approx(CASCADE.lower, rel=0.02)
+    assert base.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
+    assert base.point.rms < 1.1 * SIGMA
+
+
+def test_nothing_is_found_where_nothing_is() -> None:
+    found = search_given(measured((), GIVEN_SAMPLES, (1, 2)), model(-0.37, 0.32, 0.97))
+    assert found.nats == {}
+    assert found.fit.labels == ()
+
+
+def test_friction_is_found_and_its_base_held_and_corrected() -> None:
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    records = measured((rub,), GIVEN_SAMPLES, (1, 2, 3))
+    axis = model(-0.37, 0.32, 0.97)
+    assert needs_ports(axis)
+    case = Case.of_records("case", axis, records[:2], records[2:])
+    found = diagnose_by_ports(case, np.random.default_rng(1))
+    assert found.verdict.answer == ("friction",)
+    assert found.verdict.gap_holdout.closed > 0.8
+    assert "ports" in " ".join(found.verdict.notes)
+    for name, true in (("saturation.upper", 0.3), ("saturation.lower", -0.35)):
+        low, high = found.verdict.base[name].hdi94
+        assert low - 0.003 < true < high + 0.003
+    run = simulate_corrected(found.corrected, records[2].u)
+    np.testing.assert_allclose(run.y, found.after, atol=1e-9)
+
+
+def test_more_delay_is_a_gap_of_a_given_model() -> None:
+    records = measured((), GIVEN_SAMPLES, (1, 2))
+    late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
+    found = search_given(late, model())
+    assert tuple(found.nats) == ("transport_delay",)
+
+
+def test_beside_rounding_no_period_near_its_step_is_looked_for() -> None:
+    step = 20 * SIGMA
+    rounded = [replace(r, y=step * np.round(r.y / step)) for r in measured((), GIVEN_SAMPLES, (1, 2))]
+    base = best_base(rounded, model())
+    readings = read_faults(base)
+    assert set(readings.nats) == {"encoder_quantization"}
+    assert base.response.scale.shortest == 0
+    assert reweighted(base, readings).response.scale.shortest == pytest.approx(3 * step, rel=1e-6)
+
+
+def test_every_start_of_every_law_is_followed() -> None:
+    """No start, followed alone as far as all are at first, is better than what its kind ends with."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    found = every_law(base)
+    assert {fit.labels[0] for fit in found} == {"cubic_stiffness", "friction", "backlash", "other"}
+    assert max(found, key=lambda fit: fit.score).labels == ("friction",)
+    unnamed = [fit.names[0] for fit in found if fit.labels == ("other",)]
+    assert len(unnamed) == len(set(unnamed)) > 3
+    law = form("backlash", "dynamic")
+    (play,) = (fit for fit in found if fit.labels == (law.label,))
+    for start in law.starts(base.response.scale):
+        alone = base.with_effect(law, start).with_signal(0).descended(4)
+        assert play.score >= alone.score
+    rubbing = next(fit for fit in found if fit.labels == ("friction",))
+    assert "friction" not in {fit.labels[-1] for fit in every_law(rubbing)}
+
+
+def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> None:
+    records = []
+    for r in measured((), GIVEN_SAMPLES, (1, 2)):
+        late = 6.0 * np.random.default_rng(len(records)).standard_normal(GIVEN_SAMPLES)
+        speed = np.gradient(np.convolve(r.y, np.ones(9) / 9, "same"))
+        records.append(replace(r, y=r.y + late * speed))
+    base = best_base(records, model())
+    faults = read_faults(base)
+    assert "timing_jitter.sd" in faults.parameters
+    under = reweighted(base, faults)
+    again = read_faults(under)
+    assert again.nats["timing_jitter"] > 0.5 * faults.nats["timing_jitter"]
+    assert read_again(base, under, faults, reweighted)[2] is faults
+
+
+def test_steps_within_the_sample_go_with_the_law() -> None:
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    finer = base.with_effect(rub.form, (0.02,)).finer()
+    assert finer.response.steps == 4
+    assert finer.with_mode(3.0, 0.02).response.steps == 4
+    assert finer.without("friction").response.steps == 1
+
+
+def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Effects are sought without it first, and alone where they leave white noise or it explains little of
+    what they do; what is better beside it is the answer."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), FEW, (1,)), model())
+    readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
+    rubbing = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    assert rubbing.noise_order <= 1 < base.noise_order
+    assert rubbing.score > windy.score
+    asked: list[bool] = []
+    plain: list[GivenFit] = []
+
+    def followed(*args: object, causes: bool = True) -> object:
+        del args
+        asked.append(causes)
+        return given_search._Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
+
+    monkeypatch.setattr(given_search, "_followed", followed)
+    monkeypatch.setattr(given_search, "slow_causes", lambda _: [windy])
+    for first, calls in ((rubbing, [False]), (base, [False, True])):
+        asked.clear()
+        plain[:] = [first]
+        found = given_search._extended(base, readings, lambda _: None)
+        assert found.fit.labels == ("friction",)
+        assert found.rivals == {WIND: windy.score - base.score}
+        assert asked == calls
+    asked.clear()
+    plain[:] = [replace(rubbing, point=replace(rubbing.point, whitener=base.point.whitener))]
+    assert given_search._extended(base, readings, lambda _: None).fit.labels == ("friction",)
+    assert asked == [False]
+
+
+def test_what_is_slow_is_not_left_to_the_noise() -> None:
+    """An error of a limit that an autoregression takes up is explained under white noise."""
+    uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
+    base = best_base(measured((uneven,), GIVEN_SAMPLES, (1, 2)), model())
+    even = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)))
+    moved = even.point.coordinates + 0.3 * np.eye(even.response.size)[1]
+    begun = GivenFit(even.response, evaluate(even.response, moved))
+    assert begun.noise_order > 1
+    better = explained_slowly(begun)
+    assert better.noise_order <= 1
+    assert better.score >= begun.descended().score
+    assert better.values.cascade.upper == pytest.approx(CASCADE.upper, rel=0.02)
+    assert explained_slowly(base) is base
+
+
+def test_a_slow_effect_is_begun_under_white_noise() -> None:
+    offset = Effect(form("command_bias"), np.array([0.01]))
+    base = best_base(measured((offset,), GIVEN_SAMPLES, (1, 2)), model())
+    assert base.noise_order > 1
+    found = best_of(begun_under_white_noise(base))
+    assert found.labels == ("command_bias",)
+    assert found.noise_order <= 1
+    assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
+    assert begun_under_white_noise(found) == []
+
+
+def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lone tone in the readings has none."""
+    tone = [replace(r, y=r.y + 6 * SIGMA * np.sin(0.4 * r.t)) for r in measured((), GIVEN_SAMPLES, (1, 2))]
+    base = best_base(tone, model())
+    assert further_modes(base) == []
+    monkeypatch.setattr(given_moves, "AT_AN_END", -1.0)
+    (undamped,) = further_modes(base)
+    n = undamped.response.given.size
+    assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
+
+
+def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
+    """Nats that are enough on white noise are not where an autoregression is left."""
+    kept = {}
+    for memory, size in ((0.0, 0.0065), (0.5, 0.016)):
+        records = measured((Effect(form("command_bias"), np.array([size])),), FEW, (1, 2))
+        rng = np.random.default_rng(5)
+        slow = [lfilter([1.0], [1.0, 0.0, 0.0, -memory], SIGMA * rng.standard_normal(FEW)) for _ in records]
+        records = [replace(r, y=r.y + 2 * memory * e) for r, e in zip(records, slow, strict=True)]
+        base = best_base(records, model())
+        fit = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        nats = given_search._verified(fit, base, 25.0, lambda _: None)[1]
+        kept[fit.noise_order > 1] = fit.score - base.score, nats
+    assert all(25 < worth < 80 for worth, _ in kept.values())
+    assert kept[False][1]
+    assert kept[True][1] == {}
+
+
+def test_long_records_are_begun_by_their_beginnings() -> None:
+    base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
+    assert given_moves._beginning(base) is base
+    with pytest.MonkeyPatch.context() as few:
+        few.setattr(given_moves, "BEGUN_SAMPLES", GIVEN_SAMPLES)
+        short = given_moves._beginning(base)
+    assert [len(r) for r in short.response.records] == [GIVEN_SAMPLES // 2] * 2
+    whole = given_moves._whole(short, base)
+    assert whole.response.records is base.response.records
+    assert whole.score == pytest.approx(base.score)

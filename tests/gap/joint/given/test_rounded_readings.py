@@ -1,0 +1,77 @@
+"""Rounding before the noise is taken off the readings: the base is held, and no slow error is found in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import SIGMA, form, measured, model
+
+from bayes_hw.gap.joint.given import given_search
+from bayes_hw.gap.joint.given.given_moves import as_given
+from bayes_hw.gap.joint.given.given_search import best_base, reweighted
+from bayes_hw.gap.joint.given.rounded_readings import readings_of, without_rounding
+from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.record import Record
+
+SAMPLES, STEP, OFF = 1500, 3.2 * SIGMA, 0.3
+ROUNDING = "encoder_quantization"
+
+
+def rounded(seeds: tuple[int, ...]) -> list[Record]:
+    """Angles rounded to a lattice that zero is not on, then noise."""
+    found = []
+    for seed, plain in zip(seeds, measured((), SAMPLES, seeds), strict=True):
+        noise = SIGMA * np.random.default_rng(seed + 100).standard_normal(SAMPLES)
+        found.append(replace(plain, y=STEP * np.floor((plain.y - noise) / STEP + OFF) + noise))
+    return found
+
+
+def test_the_noise_and_the_base_are_left() -> None:
+    records = rounded((1, 2))
+    base = best_base(records, model())
+    faults = read_faults(base)
+    assert faults.rounded_first
+    fit, told = without_rounding(reweighted(base, faults), faults)
+    assert told.taken_off
+    assert told.step == pytest.approx(STEP, rel=0.01)
+    assert told.nats[ROUNDING] > 200
+    assert fit.point.whitener.order <= 1
+    assert fit.point.rms < 1.15 * SIGMA
+    assert base.point.rms > 1.3 * SIGMA
+    assert fit.values.cascade.upper == pytest.approx(0.3, rel=0.02)
+    back = readings_of(records, fit)
+    np.testing.assert_array_equal(back.response.records[0].y, records[0].y)
+    assert back.point.rms > STEP / np.sqrt(12)
+
+
+def test_an_offset_alone_is_no_rounding() -> None:
+    shifted = [replace(r, y=r.y + 2 * SIGMA) for r in measured((), SAMPLES, (1, 2))]
+    base = best_base(shifted, model())
+    faults = replace(read_faults(base), step=STEP, nats={ROUNDING: 90.0}, rounded_first=True)
+    fit, told = without_rounding(base, faults)
+    assert fit is base
+    assert not told.taken_off
+
+
+def test_rounding_has_no_slow_error_beside_it() -> None:
+    records = rounded((1, 2, 3))
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1), model=model())
+    assert found.verdict.answer == (ROUNDING,)
+    low, high = found.verdict.base["noise.sigma"].hdi94
+    assert low < SIGMA < high
+
+
+def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
+    base = best_base(rounded((1, 2)), model())
+    fit = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)).descended())
+    faults = read_faults(fit)
+    assert faults.rounded_first
+    under, explained, whole, told = given_search._under(faults, base, fit, base)
+    assert told.taken_off
+    assert explained.point.whitener.order <= 1
+    assert explained.point.rms < 1.15 * SIGMA
+    assert whole is under
+    assert under.response.records is explained.response.records

@@ -1,0 +1,88 @@
+"""The closed fraction is of the axis's angle: what readings add neither hides nor feigns closure."""
+
+from __future__ import annotations
+
+import numpy as np
+from joint_axis import CASCADE, SAMPLES, SIGMA, form, measured, record, response_with, some_effect
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior.joint_closure import Floor, closure_of, of_axis, walks, without_glitches
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
+
+N = 4000
+ANGLE = 0.5 * np.sin(np.arange(N) / 200)
+BEFORE = ANGLE + 0.003 * np.sin(np.arange(N) / 9)
+
+
+def closed(y: FloatArray, after: FloatArray, floor: Floor) -> tuple[float, float, float]:
+    """Fraction and interval of one record, draws of the truth about `after`."""
+    rng = np.random.default_rng(2)
+    drawn = [[after + 3e-4 * rng.standard_normal() * np.sin(np.arange(N) / 50)] for _ in range(40)]
+    found = closure_of([y], [BEFORE], [after], drawn, floor, rng)
+    return found.closed, *found.closed_hdi94
+
+
+def fit_of(records: list[Record], effects: tuple[Effect, ...] = ()) -> JointFit:
+    """The axis at its true values with `effects`, on records."""
+    shown, _ = response_with(effects, SAMPLES)
+    response = JointResponse(shown.structure, effects, records, shown.scale)
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, effects))))
+
+
+def test_rounding_is_no_avoidable_error() -> None:
+    """Its size is that of the training residuals: as the encoder's noise alone it would feign a gap."""
+    step = 5 * SIGMA
+    plain = measured((), SAMPLES, (1, 2))
+    rounded = [record(step * np.round(r.y / step), i + 1) for i, r in enumerate(plain)]
+    fit = fit_of(rounded)
+    floor = Floor.of(fit, ("encoder_quantization",), SIGMA)
+    noisy = ANGLE + SIGMA * np.random.default_rng(3).standard_normal(N)
+    y = step * np.round(noisy / step)
+    _, low, high = closed(y, ANGLE + 1e-5, floor)
+    assert low <= 1 <= high + 1e-9
+    assert closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA))[2] < 0.5
+
+
+def test_readings_that_walk_do_not_tell_what_is_left() -> None:
+    walk = np.cumsum(1e-3 * np.random.default_rng(4).standard_normal(N))
+    y = ANGLE + walk + SIGMA * np.random.default_rng(5).standard_normal(N)
+    middle, low, high = closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA, hidden=True))
+    assert 0.9 < low <= middle <= high == 1.0
+    assert closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA))[2] < 0.5
+
+
+def test_colour_of_the_noise_may_be_motion() -> None:
+    """The upper end takes it for noise, the lower one for motion."""
+    rng = np.random.default_rng(6)
+    left = 0.001 * np.sin(np.arange(N) / 7)
+    y = ANGLE + left + SIGMA * rng.standard_normal(N)
+    true = 1 - np.mean(left**2) / np.mean((BEFORE - ANGLE - left) ** 2)
+    level = float(np.sqrt(SIGMA**2 + np.mean(left**2)))
+    _, low, high = closed(y, ANGLE, Floor(level, 0.01 * level, SIGMA))
+    assert low <= true <= high
+    assert closed(y, ANGLE, Floor(level, 0.01 * level, level))[1] > true
+
+
+def test_glitches_do_not_count() -> None:
+    y = ANGLE + SIGMA * np.random.default_rng(7).standard_normal(N)
+    y[::97] += 0.2
+    (kept,) = without_glitches([y], [ANGLE])
+    assert np.isnan(kept[::97]).all()
+    assert np.isnan(kept).mean() < 0.03
+    assert closed(kept, ANGLE + 1e-5, Floor(SIGMA, 0.05 * SIGMA, SIGMA))[0] > 0.9
+
+
+def test_the_axis_does_not_follow_the_drift_of_its_encoder() -> None:
+    drift = some_effect(form("sensor_drift", "ramp"))
+    fit = fit_of(measured((drift,), SAMPLES, (1, 2)), (drift,))
+    u = fit.response.records[0].u
+    moved, angle = (fit.response.simulate(v, u).y for v in (fit.values, of_axis(fit.values)))
+    plain = fit_of(measured((), SAMPLES, (1,)))
+    np.testing.assert_allclose(angle, plain.response.simulate(plain.values, u).y, atol=1e-12)
+    assert np.ptp(moved - angle) > 10 * SIGMA
+    assert not walks(fit, ("sensor_drift",))
+    assert walks(plain, ("sensor_drift",))

@@ -1,0 +1,65 @@
+"""Draws about the joint fit are of its structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import CASCADE, RATE, STRUCTURE, form, measured, response_with, scale, torque
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior.joint_posterior import (
+    DRAWS,
+    averaged,
+    effect_quantities,
+    effect_units,
+    laplace,
+)
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Units
+
+SAMPLES = 600
+
+
+def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None:
+    """A slow pair of next to no weight, whose poles may be anywhere: draws differ, none has it real."""
+    unseen = np.array([[1.9998], [0.99999], [2e-7], [-2e-7]])
+    cascade = replace(
+        CASCADE, sections=np.hstack([CASCADE.sections, unseen]), starts=np.zeros((1, 5))
+    )  # fmt: skip
+    response = JointResponse(replace(STRUCTURE, sections=2), (), measured((), SAMPLES, (1,)), scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(cascade))))
+    posterior = laplace(fit, Units(), np.random.default_rng(1))
+    a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
+    assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
+    assert np.mean(a1 * a1 / 4 < a2) > 0.99
+
+
+@pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])
+def test_a_twist_is_stated_as_an_acceleration(name: str) -> None:
+    """Laws see it as a second difference over a sample."""
+    effect = torque(form("other", name), (2e-5,), 1e-6)
+    response, values = response_with((effect,), SAMPLES)
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    assert effect_quantities(fit, values)["other.acceleration"] == pytest.approx(2e-5 * RATE**2)
+    assert effect_units(fit, Units())["other.acceleration"] == "deg/s^2"
+
+
+def test_base_parameters_are_averaged_over_explanations() -> None:
+    """Each rival has its share of the draws, where the rival's are; whole rows, not numbers one by one."""
+    records = measured((), SAMPLES, (1, 2))
+    fits = []
+    for lower, upper in ((-0.35, 0.3), (-0.2, 0.15)):
+        response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+        values = JointValues(replace(CASCADE, lower=lower, upper=upper))
+        fits.append(JointFit(response, evaluate(response, response.coordinates(values))))
+    own = laplace(fits[0], Units(), np.random.default_rng(1))
+    mixed = averaged(own, [(fits[1], 0.3)], np.random.default_rng(2))
+    of_rival = np.abs(mixed.base["saturation.lower"] + 0.2) < 0.05
+    assert 0.2 < of_rival.mean() < 0.4
+    np.testing.assert_array_equal(np.abs(mixed.base["saturation.upper"] - 0.15) < 0.05, of_rival)
+    np.testing.assert_array_equal(mixed.base["gain"][~of_rival], own.base["gain"][~of_rival])
+    assert np.ptp(own.base["saturation.lower"]) < 0.1

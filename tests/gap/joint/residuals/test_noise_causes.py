@@ -1,0 +1,40 @@
+"""Errors of timing are told from slow ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from joint_axis import CASCADE, SIGMA, STRUCTURE, measured, scale
+from numpy.random import default_rng
+from scipy.signal import lfilter
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.residuals.noise_causes import speed_noise, speeds
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
+
+SAMPLES = 1500
+
+
+def fitted(records: list[Record]) -> JointFit:
+    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+
+
+def test_jitter_is_seen_beneath_a_slow_disturbance() -> None:
+    """The disturbance alone is no jitter, although it is large beside the noise."""
+    records = measured((), SAMPLES, (1, 2))
+    moves = speeds(fitted(records))
+    rng = default_rng(5)
+    slow = [20 * SIGMA * lfilter([0.05], [1, -0.95], rng.standard_normal(SAMPLES)) for _ in records]
+    windy = [replace(r, y=r.y + s) for r, s in zip(records, slow, strict=True)]
+    errors = [4 * d * rng.standard_normal(SAMPLES) for d in moves]
+    late = [replace(r, y=r.y + e) for r, e in zip(windy, errors, strict=True)]
+    seen = fitted(late)
+    found = speed_noise(seen, list(seen.point.residuals))
+    assert found.present
+    assert abs(found.memory) < 0.3
+    calm = fitted(windy)
+    assert not speed_noise(calm, list(calm.point.residuals)).present

@@ -1,0 +1,148 @@
+"""A planted effect is found from records alone, and none where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from joint_axis import (
+    CASCADE,
+    SIGMA,
+    STRUCTURE,
+    command,
+    form,
+    measured,
+    record,
+    response_with,
+    scale,
+    torque,
+)
+
+from bayes_hw.errors import InputError
+from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
+from bayes_hw.gap.joint.decision.joint_decision import decide_jointly
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.posterior.joint_posterior import laplace
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search import joint_search
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.joint_search import _Path, search
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
+
+SAMPLES, LONG = 700, 1500
+
+
+def at_the_truth(records: Sequence[Record]) -> JointFit:
+    """A cascade of the true structure, begun at its true values, without any effect."""
+    response = JointResponse(STRUCTURE, (), records, scale(len(records[0])))
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
+
+
+def test_nothing_is_found_where_nothing_is() -> None:
+    found = search(measured((), SAMPLES, (1, 2)))
+    assert found.fit.labels == ()
+    assert found.readings.nats == {}
+
+
+def test_a_warming_gain_is_found_with_its_base() -> None:
+    """And corrected.json simulates what the diagnosis predicts."""
+    drift = Effect(form("gain_drift"), np.array([0.15, 150.0]))
+    records = measured((drift,), SAMPLES, (1, 2, 3))
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
+    assert found.verdict.answer == ("gain_drift",)
+    assert abs(found.verdict.parameters["gain_drift.change"].mean - 0.15) < 0.03
+    low, high = found.verdict.base["saturation.upper"].hdi94
+    assert low - 0.002 < CASCADE.upper < high + 0.002
+    assert found.verdict.gap_holdout.closed > 0.8
+    assert found.verdict.next_experiment
+    run = simulate_corrected(found.corrected, records[2].u)
+    np.testing.assert_allclose(run.y, found.after, atol=1e-12)
+
+
+def test_a_walk_is_a_cause_of_the_noise() -> None:
+    """Found in the search, kept when it is verified, held against wind; what is left has no colour, and the
+    base holds although the angle wanders by many deviations of the noise."""
+    rng = np.random.default_rng(8)
+    records = [
+        replace(r, y=r.y + np.cumsum(0.15 * SIGMA * rng.standard_normal(LONG)))
+        for r in measured((), LONG, (1, 2))
+    ]
+    base = at_the_truth(records)
+    found = joint_search._explained(base, read_faults(base), joint_search.silent)
+    assert set(found.fit.labels) == {WALK} == set(found.nats)
+    assert min(found.nats.values()) > 25
+    assert found.remainder.order == 1 and found.remainder.coloured == 0
+    assert {WALK, WIND} <= set(found.followed)
+    assert found.rivals[WALK] >= found.rivals[WIND]
+    assert decide_jointly(found).answer == (WALK,)
+    drawn = laplace(found.fit, records[0].units, rng).base["saturation.upper"]
+    assert abs(np.mean(drawn) - CASCADE.upper) < 2.5 * np.std(drawn)
+
+
+def test_friction_is_found_without_a_drive_train() -> None:
+    """Of every label, at the base that has none."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = at_the_truth(measured((rub,), SAMPLES, (1, 2)))
+    found = max(effect_candidates(base, FORMS), key=lambda fit: fit.score)
+    assert found.labels == ("friction",)
+    assert found.score > base.score + 50
+
+
+def test_no_records_are_refused() -> None:
+    with pytest.raises(InputError, match="no record"):
+        diagnose_records([], [], np.random.default_rng(1))
+
+
+def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
+    """Else what was followed to its end would count as begun alone, and keep the answer in doubt."""
+    fit: Any = SimpleNamespace(effect_labels=("other",), labels=("wind", "other"))
+    alone: Any = SimpleNamespace(effect_labels=(), labels=("wind",))
+    unused: Any = None
+    assert _Path(fit, unused, unused).begun_with == "other"
+    assert _Path(alone, unused, unused).begun_with == "wind"
+
+
+def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
+    """Steps are not sought there on the way, since the noise asks for nothing, but at the end: a rival whose
+    noise was coloured may have had them."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.01,), 0.1)
+    coarse, values = response_with((rub,), SAMPLES)
+    axis = replace(coarse, steps=4)
+    records = []
+    for seed in (1, 2):
+        noise = 0.7 * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+        records.append(record(axis.simulate(values, command(SAMPLES, seed)).y + noise, seed))
+    response = replace(coarse, records=records)
+    fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()
+    assert fit.noise_order == 0
+    assert joint_search.finer(fit) is fit
+    stepped = joint_search.within_sample(fit)
+    assert stepped.response.steps == 4
+    assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
+
+
+@pytest.mark.parametrize("unnamed", [True, False])
+def test_a_label_is_held_against_what_would_be_said_without_it(
+    unnamed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A few nats over a cause without a name keep it; over nothing at all they do not."""
+    fit: Any = SimpleNamespace(labels=("wind",), added=("wind",), noise_order=1, score=117.0)
+    plain: Any = SimpleNamespace(labels=(), added=(), noise_order=12, score=100.0, observer=None)
+    fit.response = plain.response = SimpleNamespace(weights=None)
+    fit.without = lambda _: plain
+    monkeypatch.setattr(joint_search, "regrown", lambda one: one)
+    monkeypatch.setattr(joint_search, "leaves_a_cause", lambda one: unnamed and one is plain)
+    readings: Any = SimpleNamespace(nats={})
+    kept, nats = joint_search.verified(fit, [], readings, joint_search.silent)
+    assert (kept is fit) == unnamed
+    assert nats == ({"wind": 17.0} if unnamed else {})
