@@ -22,39 +22,16 @@ import math
 import numpy as np
 from numba import njit
 
-from bayes_hw.gap.joint.forms.effect_codes import (
-    BASE_SPEED,
-    BIAS,
-    BRISTLE,
-    CHANGE,
-    COSINE,
-    COSINE2,
-    COULOMB,
-    EARLY_RATE,
-    EVEN_CURVE,
-    INNOVATION,
-    KNOWN,
-    LATE_RATE,
-    LIMIT_COSINE,
-    LIMIT_SINE,
-    LIMIT_SLOPE,
-    LIMIT_WAVENUMBER,
-    LOG_RATIO,
-    ODD_CURVE,
-    PLAY,
-    RATE,
-    SETTLING,
-    SETTLING_TIME,
-    SINE,
-    SINE2,
-    SLIP,
-    STRIBECK,
-    WARMING,
-    WAVENUMBER,
-)
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of, torque_of_memory
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
-from bayes_hw.gap.joint.response.state_kernel import entering, seen, signal_sources, state_sources
+from bayes_hw.gap.joint.response.state_kernel import (
+    advance_tangents,
+    entering,
+    seen,
+    signal_sources,
+    state_sources,
+)
 
 WRITTEN_AT_ONCE = 32
 """Samples of tangents that are collected before they are written row by row."""
@@ -99,37 +76,38 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     d_state = np.zeros((states, padded))
     d_taus, d_signals = np.zeros((n_laws, padded)), np.zeros((n_laws, padded))
     d_memory, collected = np.zeros((n_laws, padded)), np.zeros((WRITTEN_AT_ONCE, padded))
-    d_w, d_v, d_early, d_late = np.zeros(padded), np.zeros(padded), np.zeros(padded), np.zeros(padded)
-    d_out = np.zeros(padded)
+    d_w, d_v, d_out = np.zeros(padded), np.zeros(padded), np.zeros(padded)
+    d_early, d_late = np.zeros(padded), np.zeros(padded)
     fed, signs = state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct)
     turned_by, turns = signal_sources(
         real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
         c_signal_sections,
     )  # fmt: skip
-    remembers = False
-    for j in range(n_laws):
-        remembers = remembers or looks[1 + j, at_before] != 0.0
+    remembers = np.any(looks[1:, at_before] != 0.0)
+    # The speed that a unit of a torque makes up over the step that it acts on.
+    own = steps * np.sum(enters[1:] * looks[0, :states], axis=1)
     early = late = out = 0.0
-    gain, ratio = inputs[CHANGE], math.exp(outputs[LOG_RATIO])
-    wave, limit_wave = outputs[WAVENUMBER], inputs[LIMIT_WAVENUMBER]
-    has_limit_wave = c_inputs[LIMIT_SINE] >= 0 or inputs[LIMIT_SINE] != 0.0 or inputs[LIMIT_COSINE] != 0.0
-    has_limit_slope = c_inputs[LIMIT_SLOPE] >= 0 or inputs[LIMIT_SLOPE] != 0.0
-    has_wave = c_outputs[SINE] >= 0 or outputs[SINE] != 0.0 or outputs[COSINE] != 0.0
-    has_early = c_inputs[EARLY_RATE] >= 0 or inputs[EARLY_RATE] > 0.0
-    has_late = c_inputs[LATE_RATE] >= 0 or inputs[LATE_RATE] > 0.0
-    even, odd = inputs[EVEN_CURVE], inputs[ODD_CURVE]
-    has_curve = c_inputs[EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
-    has_change = c_inputs[CHANGE] >= 0 or gain != 0.0
-    has_play = c_outputs[PLAY] >= 0 or outputs[PLAY] > 0.0
-    has_settling = c_outputs[SETTLING] >= 0 or outputs[SETTLING] != 0.0
+    gain, ratio = inputs[K.CHANGE], math.exp(outputs[K.LOG_RATIO])
+    wave, limit_wave = outputs[K.WAVENUMBER], inputs[K.LIMIT_WAVENUMBER]
+    has_limit_wave = (
+        c_inputs[K.LIMIT_SINE] >= 0 or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
+    )
+    has_limit_slope = c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    has_wave = c_outputs[K.SINE] >= 0 or outputs[K.SINE] != 0.0 or outputs[K.COSINE] != 0.0
+    has_early = c_inputs[K.EARLY_RATE] >= 0 or inputs[K.EARLY_RATE] > 0.0
+    has_late = c_inputs[K.LATE_RATE] >= 0 or inputs[K.LATE_RATE] > 0.0
+    even, odd = inputs[K.EVEN_CURVE], inputs[K.ODD_CURVE]
+    has_curve = c_inputs[K.EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
+    has_change = c_inputs[K.CHANGE] >= 0 or gain != 0.0
+    has_play = c_outputs[K.PLAY] >= 0 or outputs[K.PLAY] > 0.0
+    has_settling = c_outputs[K.SETTLING] >= 0 or outputs[K.SETTLING] != 0.0
     if has_limit_wave or has_limit_slope:
         moving = np.arange(columns)
     else:
         moving = np.concatenate((c_static[:2], c_inputs))
         moving = moving[moving >= 0] if tangents else moving[:0]
     d_seen = d_out if has_play else d_w
-    share = 1.0 / steps
-    sample, within = 0, 0
+    share, sample, within = 1.0 / steps, 0, 0
     for _ in range(len(u) * steps):
         k = sample + within * share
         at_sample = within == 0
@@ -143,16 +121,16 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         factor, factor_by_w = 1.0, 0.0
         if has_limit_wave:
             s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
-            factor += inputs[LIMIT_SINE] * s + inputs[LIMIT_COSINE] * co
-            turned = inputs[LIMIT_SINE] * co - inputs[LIMIT_COSINE] * s
+            factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co
+            turned = inputs[K.LIMIT_SINE] * co - inputs[K.LIMIT_COSINE] * s
             factor_by_w += limit_wave * turned
         if has_limit_slope:
-            factor += inputs[LIMIT_SLOPE] * w
-            factor_by_w += inputs[LIMIT_SLOPE]
+            factor += inputs[K.LIMIT_SLOPE] * w
+            factor_by_w += inputs[K.LIMIT_SLOPE]
         lowest, highest = lower * factor, upper * factor
         if has_early:
             limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
-                ramped_within(asked, early, inputs[EARLY_RATE] * steps, lowest, highest)
+                ramped_within(asked, early, inputs[K.EARLY_RATE] * steps, lowest, highest)
             )
             by_rate *= steps
             end_by_rate *= steps
@@ -160,9 +138,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             for c in moving:
                 d_v[c] = by_before * d_early[c]
                 d_early[c] *= end_by_before
-            if c_inputs[EARLY_RATE] >= 0:
-                d_v[c_inputs[EARLY_RATE]] += by_rate
-                d_early[c_inputs[EARLY_RATE]] += end_by_rate
+            if c_inputs[K.EARLY_RATE] >= 0:
+                d_v[c_inputs[K.EARLY_RATE]] += by_rate
+                d_early[c_inputs[K.EARLY_RATE]] += end_by_rate
         else:
             limited, by_lowest, by_highest = asked, 0.0, 0.0
             if asked < lowest:
@@ -182,17 +160,17 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             for c in moving:
                 d_v[c] += by_factor * factor_by_w * d_w[c]
             if has_limit_wave:
-                if c_inputs[LIMIT_SINE] >= 0:
-                    d_v[c_inputs[LIMIT_SINE]] += by_factor * s
-                    d_v[c_inputs[LIMIT_COSINE]] += by_factor * co
-                if c_inputs[LIMIT_WAVENUMBER] >= 0:
-                    d_v[c_inputs[LIMIT_WAVENUMBER]] += by_factor * w * turned
-            if c_inputs[LIMIT_SLOPE] >= 0:
-                d_v[c_inputs[LIMIT_SLOPE]] += by_factor * w
+                if c_inputs[K.LIMIT_SINE] >= 0:
+                    d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
+                    d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
+                if c_inputs[K.LIMIT_WAVENUMBER] >= 0:
+                    d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * w * turned
+            if c_inputs[K.LIMIT_SLOPE] >= 0:
+                d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * w
         v = limited
         if has_late:
             v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(
-                limited, late, inputs[LATE_RATE] * steps
+                limited, late, inputs[K.LATE_RATE] * steps
             )
             by_rate *= steps
             end_by_rate *= steps
@@ -200,36 +178,36 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 to_target = d_v[c]
                 d_v[c] = (1.0 - by_before) * to_target + by_before * d_late[c]
                 d_late[c] = (1.0 - end_by_before) * to_target + end_by_before * d_late[c]
-            if c_inputs[LATE_RATE] >= 0:
-                d_v[c_inputs[LATE_RATE]] += by_rate
-                d_late[c_inputs[LATE_RATE]] += end_by_rate
+            if c_inputs[K.LATE_RATE] >= 0:
+                d_v[c_inputs[K.LATE_RATE]] += by_rate
+                d_late[c_inputs[K.LATE_RATE]] += end_by_rate
             late = late_end
         if has_curve:
             size = abs(v)
             bent = 1.0 + 2 * odd * size + (even if v > 0 else -even)
             for c in moving:
                 d_v[c] *= bent
-            if c_inputs[EVEN_CURVE] >= 0:
-                d_v[c_inputs[EVEN_CURVE]] += size
-                d_v[c_inputs[ODD_CURVE]] += size * v
+            if c_inputs[K.EVEN_CURVE] >= 0:
+                d_v[c_inputs[K.EVEN_CURVE]] += size
+                d_v[c_inputs[K.ODD_CURVE]] += size * v
             v += even * size + odd * size * v
         if has_change:
-            decay = math.exp(-k / inputs[WARMING])
+            decay = math.exp(-k / inputs[K.WARMING])
             warmed = 1.0 + gain * (1.0 - decay)
             for c in moving:
                 d_v[c] *= warmed
-            if c_inputs[CHANGE] >= 0:
-                d_v[c_inputs[CHANGE]] += v * (1.0 - decay)
-            if c_inputs[WARMING] >= 0:
-                d_v[c_inputs[WARMING]] -= v * gain * decay * k / inputs[WARMING] ** 2
+            if c_inputs[K.CHANGE] >= 0:
+                d_v[c_inputs[K.CHANGE]] += v * (1.0 - decay)
+            if c_inputs[K.WARMING] >= 0:
+                d_v[c_inputs[K.WARMING]] -= v * gain * decay * k / inputs[K.WARMING] ** 2
             v *= warmed
-        v += inputs[BIAS]
-        if c_inputs[BIAS] >= 0:
-            d_v[c_inputs[BIAS]] += 1.0
+        v += inputs[K.BIAS]
+        if c_inputs[K.BIAS] >= 0:
+            d_v[c_inputs[K.BIAS]] += 1.0
         carried[states] = v
         # Torques.
         for j in range(n_laws):
-            if laws[j] == INNOVATION:
+            if laws[j] == K.INNOVATION:
                 continue
             q = looks[1 + j, states] * v
             for i in range(states):
@@ -241,21 +219,16 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         for i in range(len(turns)):
             d_signals[turned_by[0, i], turned_by[1, i]] += turns[i] * carried[turned_by[2, i]]
         for j in range(n_laws):
-            if laws[j] == INNOVATION:
+            if laws[j] == K.INNOVATION:
                 continue
             q = signals[j]
             t0, t1, t2 = thetas[j, 0], thetas[j, 1], thetas[j, 2]
-            law, friction = laws[j], laws[j] in (COULOMB, STRIBECK) and bases[j] == BASE_SPEED
+            law, friction = laws[j], laws[j] in (K.COULOMB, K.STRIBECK) and bases[j] == K.BASE_SPEED
             by_w = by_z = by_own = 0.0
-            if law == KNOWN:
+            if law == K.KNOWN:
                 tau, by_q, g0, g1, g2 = forced[j, sample], 0.0, forced_by_lag[j, sample], 0.0, 0.0
             elif friction:
-                own = direct[j, 0]
-                for i in range(n_real):
-                    own += port_real[j, i]
-                for i in range(n_sections):
-                    own += port_sections[j, 0, i]
-                tau, by_q, by_own, g0, g1, g2 = held_back(q, own * steps, t0, t1, t2, law == STRIBECK)
+                tau, by_q, by_own, g0, g1, g2 = held_back(q, own[j], t0, t1, t2, law == K.STRIBECK)
                 by_own *= steps
             else:
                 tau, memory[j], by_q, by_w, g0, g1, g2, by_z = law_of(law, q, w, t0, t1, t2, memory[j], share)
@@ -264,7 +237,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 tau_out[j, sample], q_out[j, sample] = tau, q
             if not tangents:
                 continue
-            if law in (BRISTLE, SLIP):
+            if law in (K.BRISTLE, K.SLIP):
                 for c in range(padded):
                     d_memory[j, c] = by_z * d_memory[j, c] + by_q * d_signals[j, c]
                 if c_thetas[j, 0] >= 0:
@@ -286,19 +259,19 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     d_taus[j, c_port_sections[j, 0, i]] += by_own
         # The output.
         if has_play:
-            play = outputs[PLAY]
+            play = outputs[K.PLAY]
             if out < w - play:
                 out = w - play
                 for c in range(padded):
                     d_seen[c] = d_w[c]
-                if c_outputs[PLAY] >= 0:
-                    d_seen[c_outputs[PLAY]] -= 1.0
+                if c_outputs[K.PLAY] >= 0:
+                    d_seen[c_outputs[K.PLAY]] -= 1.0
             elif out > w + play:
                 out = w + play
                 for c in range(padded):
                     d_seen[c] = d_w[c]
-                if c_outputs[PLAY] >= 0:
-                    d_seen[c_outputs[PLAY]] += 1.0
+                if c_outputs[K.PLAY] >= 0:
+                    d_seen[c_outputs[K.PLAY]] += 1.0
         else:
             out = w
         if at_sample:
@@ -313,22 +286,22 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 s, co = math.sin(wave * out), math.cos(wave * out)
                 s2, co2 = 2 * s * co, 2 * co * co - 1
                 y += (
-                    outputs[SINE] * s
-                    + outputs[COSINE] * (co - 1)
-                    + outputs[SINE2] * s2
-                    + outputs[COSINE2] * (co2 - 1)
+                    outputs[K.SINE] * s
+                    + outputs[K.COSINE] * (co - 1)
+                    + outputs[K.SINE2] * s2
+                    + outputs[K.COSINE2] * (co2 - 1)
                 )
                 turned = (
-                    outputs[SINE] * co
-                    - outputs[COSINE] * s
-                    + 2 * outputs[SINE2] * co2
-                    - 2 * outputs[COSINE2] * s2
+                    outputs[K.SINE] * co
+                    - outputs[K.COSINE] * s
+                    + 2 * outputs[K.SINE2] * co2
+                    - 2 * outputs[K.COSINE2] * s2
                 )
                 slope_y += wave * turned
-            y += outputs[RATE] * k
+            y += outputs[K.RATE] * k
             if has_settling:
-                decay = math.exp(-k / outputs[SETTLING_TIME])
-                y += outputs[SETTLING] * (1 - decay)
+                decay = math.exp(-k / outputs[K.SETTLING_TIME])
+                y += outputs[K.SETTLING] * (1 - decay)
             row = sample % WRITTEN_AT_ONCE
             for c in range(padded):
                 collected[row, c] = slope_y * d_seen[c]
@@ -337,28 +310,28 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     collected[row, c] += rows[c, sample]
                 if c_static[2] >= 0:
                     collected[row, c_static[2]] += by_half
-                if c_outputs[LOG_RATIO] >= 0:
-                    collected[row, c_outputs[LOG_RATIO]] += by_ratio
+                if c_outputs[K.LOG_RATIO] >= 0:
+                    collected[row, c_outputs[K.LOG_RATIO]] += by_ratio
                 if has_wave:
-                    if c_outputs[SINE] >= 0:
-                        collected[row, c_outputs[SINE]] += s
-                        collected[row, c_outputs[COSINE]] += co - 1
-                    if c_outputs[WAVENUMBER] >= 0:
-                        collected[row, c_outputs[WAVENUMBER]] += out * turned
-                    if c_outputs[SINE2] >= 0:
-                        collected[row, c_outputs[SINE2]] += s2
-                        collected[row, c_outputs[COSINE2]] += co2 - 1
-                if c_outputs[RATE] >= 0:
-                    collected[row, c_outputs[RATE]] += k
-                if c_outputs[SETTLING] >= 0:
-                    collected[row, c_outputs[SETTLING]] += 1 - decay
-                if c_outputs[SETTLING_TIME] >= 0:
-                    collected[row, c_outputs[SETTLING_TIME]] -= (
-                        outputs[SETTLING] * decay * k / outputs[SETTLING_TIME] ** 2
+                    if c_outputs[K.SINE] >= 0:
+                        collected[row, c_outputs[K.SINE]] += s
+                        collected[row, c_outputs[K.COSINE]] += co - 1
+                    if c_outputs[K.WAVENUMBER] >= 0:
+                        collected[row, c_outputs[K.WAVENUMBER]] += out * turned
+                    if c_outputs[K.SINE2] >= 0:
+                        collected[row, c_outputs[K.SINE2]] += s2
+                        collected[row, c_outputs[K.COSINE2]] += co2 - 1
+                if c_outputs[K.RATE] >= 0:
+                    collected[row, c_outputs[K.RATE]] += k
+                if c_outputs[K.SETTLING] >= 0:
+                    collected[row, c_outputs[K.SETTLING]] += 1 - decay
+                if c_outputs[K.SETTLING_TIME] >= 0:
+                    collected[row, c_outputs[K.SETTLING_TIME]] -= (
+                        outputs[K.SETTLING] * decay * k / outputs[K.SETTLING_TIME] ** 2
                     )
             # What the encoder shows beyond that.
             for j in range(n_laws):
-                if laws[j] != INNOVATION:
+                if laws[j] != K.INNOVATION:
                     continue
                 e = forced[j, sample] - y
                 outside, direction = 1.0, 0.0
@@ -425,93 +398,3 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         if within == steps:
             within = 0
             sample += 1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def advance_tangents(  # type: ignore[no-untyped-def]
-    real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
-):
-    """Tangents of the states a step on, without what feeds them and what v does; of w and of the signals of
-    the laws (all but an INNOVATION have one) from the states after it."""
-    n_laws, padded, n_real = len(laws), d_state.shape[1], real.shape[1]
-    at_integral, at_before = at_direct + n_laws, at_direct + n_laws + 1
-    for c in range(padded):
-        d_w[c] = d_state[at_integral, c]
-    for j in range(n_laws):
-        at, pole, weight = at_direct + j, direct[j, 1], direct[j, 0]
-        for c in range(padded):
-            x = pole * d_state[at, c] + weight * d_taus[j, c]
-            d_state[at, c] = x
-            d_w[c] += x
-    # The first law that looks at anything; an INNOVATION alone has a row of zeros.
-    first, last = 0, n_laws - 1
-    for j in range(n_laws - 1, -1, -1):
-        if laws[j] != INNOVATION:
-            first = j
-    for j in range(n_laws):
-        if laws[j] == INNOVATION:
-            continue
-        of_integral, of_before = looks[1 + j, at_integral], looks[1 + j, at_before]
-        for c in range(padded):
-            d_signals[j, c] = of_integral * d_state[at_integral, c] + of_before * d_state[at_before, c]
-        for i in range(n_laws):
-            at, weight = at_direct + i, looks[1 + j, at_direct + i]
-            if weight != 0.0:
-                for c in range(padded):
-                    d_signals[j, c] += weight * d_state[at, c]
-    for i in range(n_real):
-        pole = real[0, i]
-        for c in range(padded):
-            d_state[i, c] *= pole
-        for j in range(n_laws):
-            weight = enters[1 + j, i]
-            for c in range(padded):
-                d_state[i, c] += weight * d_taus[j, c]
-        for c in range(padded):
-            d_w[c] += d_state[i, c]
-        for j in range(n_laws):
-            weight = looks[1 + j, i]
-            if weight != 0.0:
-                for c in range(padded):
-                    d_signals[j, c] += weight * d_state[i, c]
-    for i in range(sections.shape[1]):
-        at, after = n_real + 2 * i, n_real + 2 * i + 1
-        a1, a2 = sections[0, i], sections[1, i]
-        if n_laws == 0:
-            for c in range(padded):
-                one = d_state[at, c]
-                x = a1 * one + d_state[after, c]
-                d_state[at, c], d_state[after, c] = x, -a2 * one
-                d_w[c] += x
-            continue
-        e_1, e_2 = looks[1 + first, at], looks[1 + first, after]
-        if n_laws <= 2:
-            w_1, w_2, more_1, more_2 = enters[1, at], enters[1, after], 0.0, 0.0
-            if n_laws == 2:
-                more_1, more_2 = enters[2, at], enters[2, after]
-            for c in range(padded):
-                one, tau, more = d_state[at, c], d_taus[0, c], d_taus[last, c]
-                x = a1 * one + d_state[after, c] + w_1 * tau + more_1 * more
-                z = w_2 * tau + more_2 * more - a2 * one
-                d_state[at, c], d_state[after, c] = x, z
-                d_w[c] += x
-                d_signals[first, c] += e_1 * x + e_2 * z
-        else:
-            for c in range(padded):
-                one = d_state[at, c]
-                d_state[at, c] = a1 * one + d_state[after, c]
-                d_state[after, c] = -a2 * one
-            for j in range(n_laws):
-                w_1, w_2 = enters[1 + j, at], enters[1 + j, after]
-                for c in range(padded):
-                    tau = d_taus[j, c]
-                    d_state[at, c] += w_1 * tau
-                    d_state[after, c] += w_2 * tau
-            for c in range(padded):
-                d_w[c] += d_state[at, c]
-                d_signals[first, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
-        for j in range(first + 1, n_laws):
-            e_1, e_2 = looks[1 + j, at], looks[1 + j, after]
-            if laws[j] != INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
-                for c in range(padded):
-                    d_signals[j, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]

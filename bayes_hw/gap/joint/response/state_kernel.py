@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.forms.effect_codes import (
     BASE_TWIST,
     BASE_TWIST_RATE,
     COULOMB,
+    INNOVATION,
     STRIBECK,
 )
 
@@ -171,6 +172,96 @@ def signal_sources(  # type: ignore[no-untyped-def]
     where, weights = where[:, :at], weights[:at]
     present = where[1] >= 0
     return where[:, present], weights[present]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def advance_tangents(  # type: ignore[no-untyped-def]
+    real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
+):
+    """Tangents of the states a step on, without what feeds them and what v does; of w and of the signals of
+    the laws (all but an INNOVATION have one) from the states after it."""
+    n_laws, padded, n_real = len(laws), d_state.shape[1], real.shape[1]
+    at_integral, at_before = at_direct + n_laws, at_direct + n_laws + 1
+    for c in range(padded):
+        d_w[c] = d_state[at_integral, c]
+    for j in range(n_laws):
+        at, pole, weight = at_direct + j, direct[j, 1], direct[j, 0]
+        for c in range(padded):
+            x = pole * d_state[at, c] + weight * d_taus[j, c]
+            d_state[at, c] = x
+            d_w[c] += x
+    # The first law that looks at anything; an INNOVATION alone has a row of zeros.
+    first, last = 0, n_laws - 1
+    for j in range(n_laws - 1, -1, -1):
+        if laws[j] != INNOVATION:
+            first = j
+    for j in range(n_laws):
+        if laws[j] == INNOVATION:
+            continue
+        of_integral, of_before = looks[1 + j, at_integral], looks[1 + j, at_before]
+        for c in range(padded):
+            d_signals[j, c] = of_integral * d_state[at_integral, c] + of_before * d_state[at_before, c]
+        for i in range(n_laws):
+            at, weight = at_direct + i, looks[1 + j, at_direct + i]
+            if weight != 0.0:
+                for c in range(padded):
+                    d_signals[j, c] += weight * d_state[at, c]
+    for i in range(n_real):
+        pole = real[0, i]
+        for c in range(padded):
+            d_state[i, c] *= pole
+        for j in range(n_laws):
+            weight = enters[1 + j, i]
+            for c in range(padded):
+                d_state[i, c] += weight * d_taus[j, c]
+        for c in range(padded):
+            d_w[c] += d_state[i, c]
+        for j in range(n_laws):
+            weight = looks[1 + j, i]
+            if weight != 0.0:
+                for c in range(padded):
+                    d_signals[j, c] += weight * d_state[i, c]
+    for i in range(sections.shape[1]):
+        at, after = n_real + 2 * i, n_real + 2 * i + 1
+        a1, a2 = sections[0, i], sections[1, i]
+        if n_laws == 0:
+            for c in range(padded):
+                one = d_state[at, c]
+                x = a1 * one + d_state[after, c]
+                d_state[at, c], d_state[after, c] = x, -a2 * one
+                d_w[c] += x
+            continue
+        e_1, e_2 = looks[1 + first, at], looks[1 + first, after]
+        if n_laws <= 2:
+            w_1, w_2, more_1, more_2 = enters[1, at], enters[1, after], 0.0, 0.0
+            if n_laws == 2:
+                more_1, more_2 = enters[2, at], enters[2, after]
+            for c in range(padded):
+                one, tau, more = d_state[at, c], d_taus[0, c], d_taus[last, c]
+                x = a1 * one + d_state[after, c] + w_1 * tau + more_1 * more
+                z = w_2 * tau + more_2 * more - a2 * one
+                d_state[at, c], d_state[after, c] = x, z
+                d_w[c] += x
+                d_signals[first, c] += e_1 * x + e_2 * z
+        else:
+            for c in range(padded):
+                one = d_state[at, c]
+                d_state[at, c] = a1 * one + d_state[after, c]
+                d_state[after, c] = -a2 * one
+            for j in range(n_laws):
+                w_1, w_2 = enters[1 + j, at], enters[1 + j, after]
+                for c in range(padded):
+                    tau = d_taus[j, c]
+                    d_state[at, c] += w_1 * tau
+                    d_state[after, c] += w_2 * tau
+            for c in range(padded):
+                d_w[c] += d_state[at, c]
+                d_signals[first, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
+        for j in range(first + 1, n_laws):
+            e_1, e_2 = looks[1 + j, at], looks[1 + j, after]
+            if laws[j] != INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
+                for c in range(padded):
+                    d_signals[j, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
