@@ -11,7 +11,7 @@ from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, descended_each, r
 from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect
-from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
+from bayes_hw.gap.joint.search.effect_screen import Start, best_starts, screened
 
 STARTS_OF_A_LABEL = 3
 FIRST_STEPS, SECOND_STEPS = 4, 8
@@ -53,11 +53,14 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     starts = screened(fit, free)
     if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
-    trials: list[JointFit] = []
-    for label in dict.fromkeys(s.form.label for s in starts):
-        own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        begun = [fit.with_effect(s.form, s.values) for s in own]
-        trials += begun
+    own = [
+        best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
+        for label in dict.fromkeys(s.form.label for s in starts)
+    ]
+    chosen = [start for of_label in own for start in of_label]
+    if fit.labels:
+        chosen = beside_others(own)
+    trials = [fit.with_effect(s.form, s.values) for s in chosen]
     first = descended_each(trials, FIRST_STEPS // 2)
     if fit.noise_order > 1:
         first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
@@ -78,6 +81,16 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     if fit.labels:
         return raced(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
     return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+
+
+def beside_others(own: Sequence[Sequence[Start]]) -> list[Start]:
+    """Of the starts of every label the first, and those that promise most of all under either noise."""
+    every = [start for of_label in own for start in of_label]
+    kept = {id(of_label[0]) for of_label in own}
+    for noise in range(min((len(start.gains) for start in every), default=0)):
+        ranked = sorted(every, key=lambda s: -s.gains[noise])
+        kept |= {id(start) for start in ranked[: KEPT_STARTS // 2]}
+    return [start for start in every if id(start) in kept]
 
 
 def slow_causes(fit: AnyFit) -> list[AnyFit]:
