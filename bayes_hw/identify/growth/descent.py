@@ -28,9 +28,6 @@ CONVERGED_NATS = 0.02
 MOST_CUT = 0.5
 """Share of a coordinate's step that its bounds may take off before it is held and the others go alone."""
 
-HELD_AS_PROMISED, HARDLY_HELD = 0.75, 0.25
-"""Shares of the promised gain: from the first on the damping falls, below the second it grows."""
-
 LARGEST_DERIVATIVE = 1e140
 """The squares of larger ones are not finite: a trial on its way out of any sense."""
 
@@ -214,8 +211,8 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
 
     On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
-    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 where a step gained
-    what it promised, and grows by 4 where it gained little or nothing.
+    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
+    by 4 on failure.
     """
     point, damping, accepted, fresh, converged = start, FIRST_DAMPING, 0, False, False
     if order is not None:
@@ -265,8 +262,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             damping *= 4
             continue
         share = min(promised / products[-1, -1], 1 - 1e-12)
-        nats = -0.5 * point.samples * float(np.log1p(-share))
-        if nats < CONVERGED_NATS:
+        if -0.5 * point.samples * np.log1p(-share) < CONVERGED_NATS:
             return None
         step /= norms
         coordinates = response.admissible(point.coordinates + step, point.coordinates)
@@ -279,10 +275,7 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             coordinates = response.admissible(point.coordinates + step, point.coordinates)
             moved = _moved(response, point, coordinates)
         if moved is not None:
-            held = (moved.log_likelihood - point.log_likelihood) / nats
-            if held < HARDLY_HELD:
-                return moved, damping * 4
-            return moved, max(damping / 10, LEAST_DAMPING) if held > HELD_AS_PROMISED else damping
+            return moved, max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
 

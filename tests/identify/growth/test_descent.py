@@ -66,41 +66,6 @@ class Counted(Steep):
             yield rows, first, measured
 
 
-class Valley(Counted):
-    """The curved valley of Rosenbrock (1960, doi 10.1093/comjnl/3.3.175), each of its two errors for half of
-    the samples, with noise."""
-
-    linearised = 0
-    level_shapes = (np.zeros(200),)
-
-    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
-        self.asked += 1
-        x, y = coordinates
-        noise = 0.01 * np.random.default_rng(1).standard_normal(200)
-        return [np.repeat([10 * (y - x**2), 1 - x], 100) + noise]
-
-    def linearise(
-        self,
-        coordinates: FloatArray,
-        overlap: int,  # noqa: ARG002
-    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
-        self.linearised += 1
-        by_x, by_y = np.repeat([20 * coordinates[0], 1.0], 100), np.repeat([-10.0, 0.0], 100)
-        rows = np.stack([by_x, by_y, self.residuals(coordinates)[0]])
-        self.asked -= 1
-        yield rows, 0, None
-
-
-def test_a_curved_valley_is_followed_without_many_steps_in_vain() -> None:
-    """Damping that falls whenever a step gains anything asks for two residuals a step and more."""
-    valley = Valley(1.0)
-    begun = evaluate(valley, np.array([-1.2, 1.0]), most_noise=0)
-    valley.asked = 0
-    point = descend(valley, begun, 60)
-    np.testing.assert_allclose(point.coordinates, [1.0, 1.0], atol=0.01)
-    assert valley.asked < 1.7 * valley.linearised
-
-
 def test_a_descent_at_its_optimum_tries_no_step_that_promises_nothing() -> None:
     """Damping is not raised until none is left."""
     response = Counted(1.0)
