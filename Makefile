@@ -17,7 +17,8 @@ test: $(STAMP)
 
 # Compiles what the tests need, once and beside the checks of `lint`, instead of in every worker.
 kernels: $(STAMP)
-	@$(BIN)/python -m pytest -m compiles > /dev/null
+	@$(BIN)/python -m pytest -m compiles -n 2 --maxschedchunk 1 \
+	  $$(grep -rl --include='test_*.py' 'pytest.mark.compiles' tests) > /dev/null
 
 # What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
 slow-test: $(STAMP)
@@ -47,8 +48,8 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "bayes_hw needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --no-build-isolation -e .
 	@touch $(STAMP)
 
 # Needs uv on the PATH: resolves pyproject.toml for CPython 3.11 to 3.13 on every platform.

@@ -18,7 +18,15 @@ from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.convergence import autocorrelation_function
-from bayes_hw.infer.inference import Estimate, Inference, StartCondition, discard_checkpoint, estimated, infer
+from bayes_hw.infer.inference import (
+    Estimate,
+    Inference,
+    Sampled,
+    StartCondition,
+    discard_checkpoint,
+    estimated,
+    infer,
+)
 from bayes_hw.infer.own_check import OwnCheck
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Coverage, Prediction, band_coverage, predict
@@ -26,7 +34,6 @@ from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
-from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
@@ -117,7 +124,7 @@ def analyse(
     settings: SamplerSettings | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
-    free: FreeSet = "all",
+    free: Sampled = "all",
     checkpoint_folder: Path | None = None,
     resume: bool = False,
     truth: dict[str, float] | None = None,
@@ -182,7 +189,7 @@ def begin(
     model: HammersteinWiener | None = None,
     start: StartCondition = "rest",
     noise: NoiseKind = "auto",
-    free: FreeSet = "all",
+    free: Sampled = "all",
     progress: Progress | None = None,
 ) -> Beginning:
     """Identify (unless `model` is given) and test the residuals, before anything is sampled.

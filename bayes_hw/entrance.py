@@ -102,7 +102,7 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
 
     `accepted` and `looked_at` as for `enter`.
     """
-    if not record.has_output or is_speed(record.units.output):
+    if not record.has_output or (is_speed(record.units.output) and is_speed(record.units.input)):
         return []
     warnings = []
     for finding in () if looked_at else record.findings():

@@ -162,7 +162,7 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
         return Finding(
             "inverted",
             "the output moves against the command: its sign is inverted",
-            "give --reverse to count it the other way",
+            "give --reverse to count it the other way, or leave it out where it is given",
             "warning",
         )
     return unrelated(u, y, rate_hz)

@@ -51,7 +51,7 @@ class Gravity:
 
 def elevation_model(azimuth: HammersteinWiener) -> HammersteinWiener:
     """The elevation axis: limits, dead zone and modes of its own, the other roots of G the azimuth's."""
-    axis = AxisParameters(azimuth, "dominant", output_scale=1.0)
+    axis = AxisParameters(azimuth, "conditional", output_scale=1.0)
     values = [TRUE_VALUES.get(p.name, p.nominal) for p in axis.parameters]
     return replace(axis.to_model(np.array(values)), name="elevation twin")
 
@@ -94,7 +94,7 @@ def estimate_gravity(
     model: HammersteinWiener, records: Sequence[Record], elevations_deg: Sequence[float]
 ) -> Gravity:
     """Gravity and the dominant parameters together by least squares, whitened by the noise found first."""
-    axis = axis_for(model, records, "dominant", "rest")
+    axis = axis_for(model, records, "conditional", "rest")
     start = np.append(as_coordinates(axis.parameters, axis.nominal), 0.0)
     autoregression = np.zeros(0)
 

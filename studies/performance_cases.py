@@ -75,7 +75,7 @@ class Case:
 
 def case_of(model: HammersteinWiener, records: Sequence[Record], seed: int) -> Case:
     """The posterior of the dominant parameters given some records, started as `infer` does."""
-    axis = axis_for(model, records, "dominant", "rest")
+    axis = axis_for(model, records, "conditional", "rest")
     begin = time.process_time()
     start = starting_point(axis, records, np.random.default_rng(seed))
     seconds = time.process_time() - begin
@@ -185,7 +185,7 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.identify.noise import NoiseEstimate
 twin = twin_records(np.random.default_rng(1))
-axis = axis_for(twin.truth, twin.train[:1], "dominant", "rest")
+axis = axis_for(twin.truth, twin.train[:1], "conditional", "rest")
 noise = noise_parameters(NoiseEstimate(0.003, np.array([0.6]), np.zeros(1)), "deg")
 target = LogPosterior(axis, noise, twin.train[:1])
 values = np.array([parameter.nominal for parameter in target.parameters])

@@ -20,11 +20,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.four_steps import MAX_ORDER, identify
 from bayes_hw.identify.noise import autoregression_from_partial, stationary_autoregression
 from bayes_hw.identify.output_error import DIFFERENCE_STEP, simulated_outputs
-from bayes_hw.infer.inference import infer
+from bayes_hw.infer.inference import Sampled, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
-from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
+from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
@@ -155,7 +155,7 @@ def recover(
     rng: np.random.Generator,
     *,
     max_order: int = MAX_ORDER,
-    free: FreeSet = "all",
+    free: Sampled = "all",
     settings: SamplerSettings | None = None,
     found_by: Callable[[Sequence[Record]], HammersteinWiener] | None = None,
 ) -> dict[str, Any]:

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
 from simulated_records import measured
 
 from bayes_hw.csv_output import write_csv
+from bayes_hw.identify import four_steps
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 SAMPLES = 400
-
-SHORT_PILOT = """
-import sys
-from bayes_hw.cli import main
-from bayes_hw.infer import pilot
-pilot.PILOT_STEPS, pilot.TRIAL_PROPOSALS = 20, 256
-sys.exit(main(sys.argv[1:]))
-"""
-"""The command line with a pilot in a fifth of its steps, for a process of its own."""
 
 
 def write_record(path: Path, record: Record) -> Path:
@@ -37,6 +31,18 @@ def write_axis(folder: Path, axis: HammersteinWiener) -> Path:
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
         write_record(folder / f"{name}.csv", measured(axis, SAMPLES, seed=seed))
     return folder
+
+
+def copied_axis(made: Path, folder: Path) -> Path:
+    """What `write_axis` wrote in `made`, again in `folder`."""
+    return Path(shutil.copytree(made, folder, dirs_exist_ok=True))
+
+
+def few_orders(patch: pytest.MonkeyPatch) -> None:
+    """Three poles are looked for, as many as the small axis has, unless others are asked for."""
+    defaults = four_steps.identify.__kwdefaults__
+    assert defaults is not None
+    patch.setitem(defaults, "max_order", 3)
 
 
 def changed_model(folder: Path, changes: Mapping[str, Any]) -> Path:

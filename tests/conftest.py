@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import Browser, browser_program
+from command_files import write_axis
 from simulated_records import SAMPLE_RATE_HZ, measured
 from strokes import draw_strokes
+from tried_here import try_here
 
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -47,6 +50,12 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     draw_strokes(monkeypatch)
 
 
+@pytest.fixture
+def tried_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files, which must be sound, are tried in this process."""
+    try_here(monkeypatch)
+
+
 @pytest.fixture(scope="session")
 def small_axis() -> HammersteinWiener:
     """An integrator and one mode of 2 Hz at 20 Hz: six parameters without the noise."""
@@ -64,6 +73,12 @@ def small_axis() -> HammersteinWiener:
         dominant_modes=(mode,),
         noise_sigma=0.01,
     )
+
+
+@pytest.fixture(scope="session")
+def axis_files(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model and three records of the small axis, to be copied."""
+    return write_axis(tmp_path_factory.mktemp("axis"), small_axis)
 
 
 @pytest.fixture(scope="session")

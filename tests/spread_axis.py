@@ -16,7 +16,7 @@ RELATIVE_SPREAD = 0.02
 
 
 def spread_posterior(
-    model: HammersteinWiener, free: FreeSet = "dominant", spread: float = RELATIVE_SPREAD, seed: int = 1
+    model: HammersteinWiener, free: FreeSet = "conditional", spread: float = RELATIVE_SPREAD, seed: int = 1
 ) -> Posterior:
     """4 x 40 x 32 draws, every parameter normal about its value in `model` with a relative `spread`."""
     axis = AxisParameters(model, free)

@@ -7,9 +7,11 @@ from typing import TextIO
 import pytest
 from matplotlib.figure import Figure as Canvas
 
+from bayes_hw.report.page import drawing
+
 
 def draw_strokes(patch: pytest.MonkeyPatch) -> None:
-    """Every figure is one stroke while `patch` lasts."""
+    """Every figure is one stroke, that nothing parts, while `patch` lasts."""
 
     def stroke(_: Canvas, stream: TextIO, **__: object) -> None:
         stream.write(
@@ -18,3 +20,4 @@ def draw_strokes(patch: pytest.MonkeyPatch) -> None:
         )
 
     patch.setattr(Canvas, "savefig", stroke)
+    patch.setattr(drawing, "gaps_between_rows", lambda _: ())

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.io
-from command_files import changed_model, files_below, write_axis
+from command_files import changed_model, copied_axis, files_below
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -37,10 +37,10 @@ def _short_pilot() -> Iterator[None]:
 
 
 @pytest.fixture
-def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(axis_files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A model and three records, in the working folder."""
     monkeypatch.chdir(tmp_path)
-    return write_axis(tmp_path, small_axis)
+    return copied_axis(axis_files, tmp_path)
 
 
 @pytest.fixture

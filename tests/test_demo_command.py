@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from command_files import files_below
+from command_files import few_orders, files_below
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
@@ -40,7 +40,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         patch.setattr(demo, "run_command", run_shorter)
         draw_strokes(patch)
-        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(30.0,))})
+        few_orders(patch)
+        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(20.0,))})
         patch.chdir(tmp_path_factory.mktemp("demo"))
         yield Path.cwd()
 

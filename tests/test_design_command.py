@@ -32,12 +32,12 @@ def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFacto
 @pytest.mark.usefixtures("undrawn")
 def test_writes_everything(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["design", "--posterior", str(folder / "posterior"), "--controller", str(folder / "pi.json")]
-    assert main([*arguments, "--out", str(tmp_path), "--draws", "150"]) == 0
+    assert main([*arguments, "--out", str(tmp_path), "--draws", "100"]) == 0
     assert files_below(tmp_path) == {
         "design.json", "design.mat", "controller_pi_tuned.json", "report.html", "report.pdf",
     }  # fmt: skip
     content = json.loads((tmp_path / "design.json").read_text())
-    assert content["draws"]["count"] == 150
+    assert content["draws"]["count"] == 100
     assert content["requirements"]["delay_margin_s"] == 0.05
     printed = capsys.readouterr()
     assert "given <b>: stable with probability 1.000" in printed.out

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_files import files_below, write_axis
+from command_files import copied_axis, files_below
 
 from bayes_hw.cli import build_parser, main
 from bayes_hw.commands.early import refuse_early
@@ -19,7 +19,6 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 FEW = ("--without", *(label for label in LABEL_BLOCKS if label not in ("command_bias", "sensor_drift")))
 """A catalogue of two labels, for speed."""
@@ -30,9 +29,9 @@ HOLDOUT = ("--holdout", "holdout.csv")
 
 
 @pytest.fixture
-def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(axis_files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A case folder, the working folder as well."""
-    write_axis(tmp_path, small_axis)
+    copied_axis(axis_files, tmp_path)
     case = {"model": "model/model.json", "train": list(TRAIN[1:]), "holdout": list(HOLDOUT[1:])}
     (tmp_path / "case.json").write_text(json.dumps(case))
     monkeypatch.chdir(tmp_path)
@@ -114,6 +113,7 @@ def test_a_case_folder_or_its_files_give_one_verdict(
 
 
 @pytest.mark.usefixtures("undrawn")
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_unless_told_otherwise(folder: Path) -> None:
     pytest.importorskip(
         "bayes_hw.report.diagnosis.diagnosis_report", reason="the report of a diagnosis is not there"
@@ -130,6 +130,7 @@ def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     verdict(folder, "again", ".")
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.usefixtures("undrawn")
 def test_a_simulator_of_ones_own_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

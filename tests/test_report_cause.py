@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_files import write_axis, write_record
+from command_files import few_orders, write_axis, write_record
 from simulated_records import measured
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands.report_cause import from_rest_on
+from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.posterior.held_out import HeldOut
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -32,7 +33,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     """A folder where `report` met records whose reading drifts, none held out, and an older posterior lay."""
     folder = write_axis(tmp_path_factory.mktemp("drift"), small_axis)
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
-        record = measured(small_axis, 600, seed=seed)
+        record = measured(small_axis, 400, seed=seed)
         y = record.y + 0.004 * record.t
         write_record(folder / f"{name}.csv", replace(record, y=y))
     (folder / "azimuth").mkdir()
@@ -40,6 +41,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         draw_strokes(patch)
+        few_orders(patch)
         assert main(["report", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "azimuth"]) == 0
     return folder
 
@@ -81,8 +83,10 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
 def test_a_design_holds_the_effect_and_says_so_first(
     reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    out = tmp_path / "design"
-    arguments = ["--posterior", str(reported / "azimuth"), "--draws", "100", "--out", str(out)]
+    out, given = tmp_path / "design", tmp_path / "pi.json"
+    Controller("given", 20.0, 1.0, 0.2, low_pass_hz=3.0).write(given, "deg/s", "deg")
+    arguments = ["--posterior", str(reported / "azimuth"), "--controller", str(given), "--tune"]
+    arguments += ["--draws", "100", "--out", str(out)]
     assert main(["design", *arguments]) == 0
     assert "stable with probability" in capsys.readouterr().out
     page = (out / "report.html").read_text()

@@ -30,6 +30,7 @@ SLOW = {
     "11_gain_identifiability.py",
     "12_next_experiment.py",
     "13_controller_margins.py",
+    "14_first_hour.py",
     "15_real_axes_gap.py",
     "16_error_sources.py",
     "17_interval_width.py",
@@ -37,7 +38,7 @@ SLOW = {
     "19_decision_constants.py",
     "21_mujoco_sysid.py",
 }
-"""Studies whose quick form takes more than five seconds, but that of the first hour."""
+"""Studies whose quick form takes more than a few seconds."""
 
 SCRIPTS = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.name in SLOW else [])

@@ -36,8 +36,8 @@ says that the first mode lies at {frequency}; keep that in mind."""
 
 SAMPLE = """\
 2. How sure are its parameters? Their posterior is sampled by ensembles of walkers that must agree
-before the intervals are shown. Here the poles and zeros that make no resonance are held as identified, which
-is quick; without --free dominant every one of them is sampled."""
+before the intervals are shown. With --free dominant the zeros of the axis follow the other parameters and
+are drawn about where these put them, which is quicker and gives the same intervals."""
 
 SAMPLED = """\
 {interval}Mind the warnings, though:

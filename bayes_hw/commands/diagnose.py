@@ -326,10 +326,4 @@ def _joint(
     else:
         say(summary(diagnosis))
         say(f"verdict: {out / 'verdict.json'}")
-    holdout_path = parsed.holdout[0] if parsed.holdout else str(Path(parsed.case[0]) / "holdout.csv")
-    again = reading_options(parsed)
-    corrected = ["simulate", "--model", str(out / "corrected.json"), holdout_path, *again]
-    if diagnosis.verdict.answer:
-        say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
-    else:
-        say_next(parsed, *corrected, "--out", "repaired.csv")
+    say_next(parsed, "design", "--posterior", str(out), "--out", "design/")

@@ -7,9 +7,9 @@ import os
 from typing import TypeVar
 
 FREE_HELP = (
-    "all (default): limits, dead zone, noise and every pole and zero of G; dominant: limits, dead zone, "
-    "gain, dominant modes and noise, conditional on the other roots of G, and too narrow where "
-    "the same records gave those roots"
+    "all (default): walkers move in every number of the model; dominant: in limits, dead zone, gain, poles "
+    "and noise, and the zeros of G are drawn where these put them, which is quicker; the same intervals, "
+    "since the exact posterior weighs the draws, and as with all where the weights are poor"
 )
 
 RECORD_HELP = "a record: text such as .csv, .mat, .h5, .parquet, .fits, .tdms, .mcap, .json"

@@ -135,7 +135,7 @@ def analyse_identifiability(
         model,
         records,
         infer_rng,
-        free="dominant",
+        free="conditional",
         start=start,
         settings=settings,
         jobs=jobs,

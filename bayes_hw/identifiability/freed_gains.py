@@ -57,7 +57,7 @@ class FreedGains(AxisParameters):
         output_scale: float = 1.0,
         start_positions: FloatArray | None = None,
     ) -> None:
-        super().__init__(model, "dominant", output_scale=output_scale, start_positions=start_positions)
+        super().__init__(model, "conditional", output_scale=output_scale, start_positions=start_positions)
         unknown = [name for name in freed if name not in ALL_FREED]
         if unknown:
             raise InputError(

@@ -105,7 +105,7 @@ class CentredWeights:
             with np.errstate(all="ignore"):
                 values = ParameterVector(self.axis.parameters).values(structure)
                 batch = self.axis.linear_batch(values)
-            weights = flat[part][:, rows]
+            weights = np.ascontiguousarray(flat[part][:, rows])
             _move(
                 np.ascontiguousarray(batch.real_poles[self.axis.free_real].T),
                 np.ascontiguousarray(batch.pair_poles.real.T),

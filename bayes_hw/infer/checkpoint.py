@@ -93,13 +93,14 @@ class Checkpoint:
 
         Raises InputError when a file is damaged or belongs to another run.
         """
-        if not (self.folder / "plan.h5").exists():
+        planned = self.folder / "plan.h5"
+        if not planned.exists():
             return None
-        files = sorted(self.folder.glob("*.h5"))
+        files = [planned, *sorted(path for path in self.folder.glob("*.h5") if path != planned)]
         if not is_sound_hdf5(*files):
             damaged = next((path for path in files if not is_sound_hdf5(path)), self.folder)
             raise InputError(f"{damaged}: the checkpoint is damaged; {REMEDY}")
-        with self._open(self.folder / "plan.h5") as file:
+        with self._open(planned) as file:
             bent = {name: array[:] for name, array in file["bend"].items()} if "bend" in file else None
             proposal = StudentTMixture(
                 file["weights"][:],

@@ -22,6 +22,7 @@ from bayes_hw.identify.output_error import levelled, simulated_outputs
 from bayes_hw.infer.centred_weights import CentredWeights
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
+from bayes_hw.infer.following import sample_followed
 from bayes_hw.infer.laplace import CoordinateMap
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, beginnings, sample_long, start_of_long
@@ -30,6 +31,7 @@ from bayes_hw.infer.pole_labels import PoleLabels
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
+from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.sampler import SamplerSettings, Sampling, sample
 from bayes_hw.infer.starting_point import NoiseKind, StartingPoint, starting_point
 from bayes_hw.infer.unseen_poles import without_unseen_poles
@@ -40,6 +42,10 @@ from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
+
+Sampled: TypeAlias = Literal["all", "dominant", "conditional"]
+"""What is sampled: the posterior of everything ("all"), the same with the weights of G's poles following the
+rest ("dominant", see `bayes_hw.infer.following`), or that of the dominant parameters given the rest of G."""
 
 StartCondition: TypeAlias = Literal["rest", "free"]
 START_SAMPLES = 5
@@ -87,7 +93,7 @@ def infer(
     records: Sequence[Record],
     rng: np.random.Generator,
     *,
-    free: FreeSet = "all",
+    free: Sampled = "all",
     start: StartCondition = "rest",
     noise: NoiseKind = "auto",
     settings: SamplerSettings | None = None,
@@ -129,10 +135,11 @@ def infer(
             ),
         )
     target = LogPosterior(axis, origin.noise_parameters, records, origin.power)
-    reweighting = None
+    maps = _maps(axis, origin, target, records)
+    instead: tuple[Sampling, Reweighting] | None = None
     with one_blas_thread():
         if long:
-            sampling, reweighting = sample_long(
+            instead = sample_long(
                 target,
                 origin,
                 sampler_rng,
@@ -142,7 +149,12 @@ def infer(
                 checkpoint=checkpoint,
                 resume=resume,
             )
-        if reweighting is None or not reweighting.holds:
+        elif free == "dominant":
+            instead = sample_followed(
+                target, origin, maps, sampler_rng, settings=settings, jobs=jobs, progress=progress
+            )
+        sampling, reweighting = instead or (None, None)
+        if sampling is None or reweighting is None or not reweighting.holds:
             sampling = sample(
                 lambda: LogPosterior(axis, origin.noise_parameters, records, origin.power),
                 origin.coordinates,
@@ -151,7 +163,7 @@ def infer(
                 settings=settings,
                 others=origin.others,
                 straightening=Reparameterisation.of(axis.parameters, records),
-                maps=_maps(axis, origin, target, records),
+                maps=maps,
                 jobs=jobs,
                 progress=progress,
                 checkpoint=checkpoint,
@@ -194,7 +206,7 @@ def estimated(
     records: Sequence[Record],
     rng: np.random.Generator,
     *,
-    free: FreeSet = "all",
+    free: Sampled = "all",
     start: StartCondition = "rest",
     noise: NoiseKind = "auto",
     progress: Progress | None = None,
@@ -204,7 +216,7 @@ def estimated(
     Raises InputError on options unknown, without any record and where rates differ.
     """
     for option, given, known in (
-        ("free", free, get_args(FreeSet)),
+        ("free", free, get_args(Sampled)),
         ("start", start, get_args(StartCondition)),
         ("noise", noise, get_args(NoiseKind)),
     ):
@@ -213,7 +225,7 @@ def estimated(
     if not records:
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
-    axis = axis_for(model, records, free, start)
+    axis = axis_for(model, records, "conditional" if free == "conditional" else "all", start)
     expanded = noise != "student-t" and are_long(records) and not model.known
     axis = without_unseen_poles(axis, *(beginnings(records) if expanded else (records, 1.0)))
     with one_blas_thread(), (progress or Progress(quiet=True)).stage("least squares from several starts"):

@@ -1,9 +1,9 @@
 """Sampling records of any length: a start on a part, least squares on all, an expanded likelihood, weights.
 
 A likelihood that simulates every sample costs as much a step as the records are long. From LONG_SAMPLES on
-the sampler walks on `bayes_hw.infer.expansion.Expansion`, and draws of its chain become states of a chain on
-the likelihood of all samples: an independence sampler, whose acceptance and whose importance weights (Vehtari
-et al., Pareto smoothed importance sampling, doi 10.48550/arXiv.1507.02646) say whether the expansion holds.
+the sampler walks on `bayes_hw.infer.expansion.Expansion`, and draws of its chain are weighed by the
+likelihood of all samples and drawn again: the tail of the weights (Vehtari et al., Pareto smoothed importance
+sampling, doi 10.48550/arXiv.1507.02646) says whether the expansion holds.
 """
 
 from __future__ import annotations
@@ -56,6 +56,8 @@ FIRST_STEP, STEP = 1e-5, 0.2
 DAMPINGS = np.array([0.0, *np.logspace(-8, 4, 13)])
 
 ATTEMPTS = 2
+MOST_WEIGHED = 544
+"""Draws of every ensemble that the likelihood of all samples weighs."""
 
 
 def are_long(records: Sequence[Record]) -> bool:
@@ -186,7 +188,14 @@ def sample_long(
             resume=resume and attempt == 0,
         )
         with progress.stage("draws weighed by the likelihood of all samples"):
-            states, heights, judged = reweighted(sampling.chain, sampling.log_probability, target, weight_rng)
+            states, heights, judged = reweighted(
+                "expanded_likelihood",
+                sampling.chain,
+                sampling.log_probability,
+                target,
+                weight_rng,
+                MOST_WEIGHED,
+            )
         if judged.holds:
             break
         flat = states.reshape(-1, states.shape[-1])

@@ -66,7 +66,8 @@ def log_likelihood(
     """
     result = np.empty(len(sigma))
     lagged, head, tail = (np.ascontiguousarray(part) for part in sums[:3])
-    _log_likelihood(lagged, head, tail, samples, sigma, np.ascontiguousarray(partial), result)
+    rows = np.ascontiguousarray(sigma), np.ascontiguousarray(partial)
+    _log_likelihood(lagged, head, tail, samples, *rows, result)
     if holes is not None:
         terms, logarithms = holes.corrections(sums.near, partial)
         variance = sigma**2 * np.prod(1 - partial**2, axis=0)

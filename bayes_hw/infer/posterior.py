@@ -47,8 +47,8 @@ class Posterior:
     `values` has shape (ensembles, steps, walkers, parameters), `log_probability` the same without the last
     axis; `point_estimate` (parameters,) is where sampling started. `convergence` is None for a posterior
     read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
-    the residuals failed: a model that they refute. `reweighting` says how well an expanded likelihood stood
-    in for that of all samples, where it did; `trade` what trades places with the dead zone; `power` is that
+    the residuals failed: a model that they refute. `reweighting` says how well something simpler stood in
+    for the exact posterior, where it did; `trade` what trades places with the dead zone; `power` is that
     of the likelihood, below one where the model leaves far more than noise. None of them is read back.
     """
 
@@ -86,7 +86,7 @@ class Posterior:
     @property
     def conditional_on(self) -> tuple[str, ...]:
         """In words, what the same records estimated and these intervals take as known; empty for none."""
-        held = ["the zeros and the other poles of G"] if self.axis.free == "dominant" else []
+        held = ["the zeros and the other poles of G"] if self.axis.free == "conditional" else []
         return (*held, *(f"the poles of the response to {one.column}" for one in self.axis.model.known))
 
     @property
@@ -182,7 +182,7 @@ class Posterior:
             "walkers": self.values.shape[2],
             "seconds": self.seconds,
             **({} if self.power == 1.0 else {"likelihood_power": self.power}),
-            **({} if self.reweighting is None else {"expanded_likelihood": self.reweighting.to_dict()}),
+            **({} if self.reweighting is None else {self.reweighting.of: self.reweighting.to_dict()}),
             **({} if self.trade is None else {"dead_zone_trade": self.trade.to_dict()}),
         }
 

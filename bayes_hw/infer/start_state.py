@@ -117,7 +117,7 @@ def start_of_prediction(asked: Start, found: Start) -> Start:
 def simulate_from_motion(model: HammersteinWiener, record: Record) -> Simulation:
     """The noise-free response to a record's command from the state that its first quarter shows."""
     scale = max(float(np.max(np.abs(record.y - record.y[0]))), 1e-300)
-    axis = AxisParameters(model, "dominant", output_scale=scale)
+    axis = AxisParameters(model, "conditional", output_scale=scale)
     one, values = with_start_state(axis, axis.nominal[None], record)
     form = one.modal_form(values, 0)
     found = simulate_batch(form, record.u, model.linear.delay_samples, float(record.u[0]))

@@ -53,7 +53,7 @@ class IdentifiedAxis:
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a parameter, named as in posterior.json: `value` and `unit`."""
-        parameters = axis_for(self.model, self.records, "dominant", "rest").parameters
+        parameters = axis_for(self.model, self.records, "conditional", "rest").parameters
         rows = {p.name: (p.nominal, p.unit) for p in parameters}
         rows["noise.sigma"] = (self.model.noise_sigma, self.model.units.output)
         return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "unit"]).rename_axis(

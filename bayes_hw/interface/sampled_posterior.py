@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from bayes_hw.infer import prediction
 from bayes_hw.infer.doubts import said_of
-from bayes_hw.infer.inference import Inference, infer
+from bayes_hw.infer.inference import Inference, Sampled, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.start_state import start_of_prediction, started_as
@@ -22,7 +22,6 @@ from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.interface.arguments import generator, model_given, records_given, threads
 from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.notebook import table_with_words
-from bayes_hw.model.axis_parameters import FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
@@ -139,7 +138,7 @@ def sample(
     records: Record | Sequence[Record],
     *,
     seed: int = 1,
-    free: FreeSet = "all",
+    free: Sampled = "all",
     start: Start = "auto",
     origin: Origin = "start",
     noise: NoiseKind = "auto",

@@ -44,7 +44,7 @@ from bayes_hw.model.residues import (
     residues_at,
 )
 
-FreeSet: TypeAlias = Literal["dominant", "all"]
+FreeSet: TypeAlias = Literal["conditional", "all"]
 
 LIMIT_LOG_SD = 0.3
 GAIN_LOG_SD = 0.3
@@ -64,10 +64,10 @@ LARGEST_DAMPING = 0.999
 class AxisParameters:
     """Which numbers of a Hammerstein-Wiener model are free, and how a vector of them becomes a model.
 
-    `free` is "dominant": saturation limits, dead zone, gain, frequencies and dampings of the dominant modes,
-    the other roots of G held; or "all": every pole of G but an integrator, and in place of the zeros and the
-    gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of their
-    impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
+    `free` is "conditional": saturation limits, dead zone, gain, frequencies and dampings of the dominant
+    modes, given the other roots of G; or "all": every pole of G but an integrator, and in place of the zeros
+    and the gain the weight of every pole (of the integrator as velocity gain, of pairs as cosine and sine of
+    their impulse response, of real poles nested, see `nested_weights`), in which the response is linear.
     With `start_positions` the initial state of every record is free as well. Of every known input of the
     model the weights of its response are free, in which that is linear; its poles are held.
     """
@@ -75,7 +75,7 @@ class AxisParameters:
     def __init__(
         self,
         model: HammersteinWiener,
-        free: FreeSet = "dominant",
+        free: FreeSet = "conditional",
         *,
         output_scale: float = 1.0,
         start_positions: FloatArray | None = None,
@@ -202,7 +202,7 @@ class AxisParameters:
         if self._free_pairs:
             for pair, poles in zip(self._free_pairs, mode_poles(*self._modes(values), rate), strict=True):
                 pair_poles[pair] = poles
-        if self.free == "dominant":
+        if self.free == "conditional":
             zeros = self.model.linear.zeros[:, None]
             return LinearBatch(real_poles, pair_poles, zeros, values[self._row["gain"]])
         real_residues = np.empty_like(real_poles)
@@ -222,7 +222,7 @@ class AxisParameters:
     def gain(self, values: FloatArray) -> FloatArray:
         """The numerator coefficient of G at the power of z that leads the model's numerator, for every column
         of `values` (parameters, walkers)."""
-        if self.free == "dominant":
+        if self.free == "conditional":
             return values[self._row["gain"]]
         linear = self.model.linear
         return numerator_coefficient(self.linear_batch(values), len(linear.poles) - len(linear.zeros))
@@ -335,7 +335,7 @@ class AxisParameters:
         ]
 
     def _linear_parameters(self) -> list[Parameter]:
-        if self.free == "dominant":
+        if self.free == "conditional":
             modes = len(self.model.dominant_modes)
             return [_gain("gain", "", self.model.linear.gain), *self._pair_parameters(modes)]
         units = self.model.units

@@ -228,8 +228,8 @@ def behind_known(
 ) -> FloatArray:
     """y (walkers, samples) of w (walkers, samples) with `signals` (n, samples) added by `coefficients`
     (walkers, n): to w where `through` (n,), else to the reading; `half_width` (walkers,) of the dead zone."""
-    found = np.empty_like(w)
-    _behind_known(np.ascontiguousarray(w), coefficients, signals, through, half_width, c2, c3, found)
+    found, widths = np.empty_like(w), np.ascontiguousarray(half_width)
+    _behind_known(np.ascontiguousarray(w), coefficients, signals, through, widths, c2, c3, found)
     return found
 
 

@@ -189,8 +189,8 @@ class MjcfAxis(SteppedAxis):
         c, d = np.zeros((model.nsensordata, count)), np.zeros((model.nsensordata, model.nu))
         self.mujoco.mj_forward(model, data)
         self.mujoco.mjd_transitionFD(model, data, DIFFERENCE, True, a, b, c, d)
-        forces = {name: self._pushed(model, place.speed, count) for name, place in self.places.items()}
-        constant = self._stepped(model, np.zeros(nv), count)
+        forces = {n: self._pushed(model, data, place.speed, count) for n, place in self.places.items()}
+        constant = self._stepped(model, data, np.zeros(nv), count)
         factor = self.declaration.output_factor
         shown = np.zeros(count)
         if self.read[0]:
@@ -259,7 +259,7 @@ class MjcfAxis(SteppedAxis):
             return a, entering, constant, shown, forces
         count, nv = len(entering), int(self.model.nv)
         if not self.actuators:
-            entering = self._pushed(model, self.loop_torque, count)
+            entering = self._pushed(model, self.mujoco.MjData(model), self.loop_torque, count)
         measured, step = np.zeros(count), float(model.opt.timestep)
         measured[nv : 2 * nv] = self.loop_speed
         closed = np.zeros((count + 1, count + 1))
@@ -312,9 +312,10 @@ class MjcfAxis(SteppedAxis):
                 found[self.model.jnt_dofadr[joint]] = position[self.model.jnt_qposadr[joint]]
         return found
 
-    def _stepped(self, model: Any, force: FloatArray, count: int) -> FloatArray:
-        """State (count,) after one step from rest under a generalised force (nv,)."""
-        data, nv = self.mujoco.MjData(model), int(model.nv)
+    def _stepped(self, model: Any, data: Any, force: FloatArray, count: int) -> FloatArray:
+        """State (count,) after one step from rest under a generalised force (nv,), in `data` of the model."""
+        nv = int(model.nv)
+        self.mujoco.mj_resetData(model, data)
         data.qfrc_applied[:] = force
         self.mujoco.mj_step(model, data)
         state = np.zeros(count)
@@ -322,9 +323,9 @@ class MjcfAxis(SteppedAxis):
         state[nv : 2 * nv], state[2 * nv :] = data.qvel, data.act
         return state
 
-    def _pushed(self, model: Any, along: FloatArray, count: int) -> FloatArray:
+    def _pushed(self, model: Any, data: Any, along: FloatArray, count: int) -> FloatArray:
         """Change of the state in a step by a unit force along a door."""
-        up, down = (self._stepped(model, side * along, count) for side in (1.0, -1.0))
+        up, down = (self._stepped(model, data, side * along, count) for side in (1.0, -1.0))
         return 0.5 * (up - down)
 
     def stiffness_of(self, model: Any, place: Place) -> float:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from simulated_axes import covered, measured, share
-from twin import twin_records
+from twin import TwinExperiment, twin_records
 
-from bayes_hw.first_look.look import look
+from bayes_hw.first_look.look import Look, look
 from bayes_hw.first_look.statics import statics
 from bayes_hw.model.excitation import random_phase_multisine
 from bayes_hw.model.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
@@ -28,25 +28,34 @@ def test_no_limit_where_the_command_stays_inside() -> None:
     assert (found.lower, found.upper, found.half_width) == (None, None, None)
 
 
+@pytest.fixture(scope="module")
+def strong() -> tuple[TwinExperiment, Look]:
+    """A twin that meets its limits and crosses its dead zone, and the look at its records."""
+    experiment = twin_records(np.random.default_rng(2), amplitude=0.5)
+    return experiment, look(experiment.train)
+
+
 @pytest.mark.parametrize("kind", ["both", pytest.param("dead zone", marks=pytest.mark.slow), "multisine"])
-def test_band_holds_the_linear_block_of_a_nonlinear_twin(kind: str) -> None:
-    rng = np.random.default_rng(2)
+def test_band_holds_the_linear_block_of_a_nonlinear_twin(
+    kind: str, strong: tuple[TwinExperiment, Look]
+) -> None:
+    rng, (experiment, seen) = np.random.default_rng(2), strong
+    model = experiment.truth
     if kind == "multisine":
         u = random_phase_multisine(rng, 20, 300, 0.2, 0.02, 6)
         model = nanshan_model(0.002)
-        records = [measured(model, u, 0.001, rng)]
-    else:
-        experiment = twin_records(rng, amplitude=0.5 if kind == "both" else 0.3)
-        records, model = list(experiment.train), experiment.truth
-    seen = look(records)
+        seen = look([measured(model, u, 0.001, rng)])
+    elif kind == "dead zone":
+        experiment = twin_records(rng, amplitude=0.3)
+        seen, model = look(experiment.train), experiment.truth
     assert seen.response is not None
     answers = covered(seen.response.linear, model)
     assert len(answers) > 60
     assert 0.9 <= share(answers) <= 0.98
 
 
-def test_raw_response_is_smaller_where_limits_are_met() -> None:
-    seen = look(twin_records(np.random.default_rng(1)).train)
+def test_raw_response_is_smaller_where_limits_are_met(strong: tuple[TwinExperiment, Look]) -> None:
+    _, seen = strong
     assert seen.response is not None
     low = seen.response.linear.frequency_hz < 0.3
     assert np.median((seen.response.best_linear.magnitude / seen.response.linear.magnitude)[low]) < 0.95

@@ -1,4 +1,7 @@
-"""Every format holds a record to the last digit, and refuses in one line what is none."""
+"""Every format holds a record to the last digit, and refuses in one line what is none.
+
+HDF5 is tried in this process, but where MATLAB's is read: no file is damaged.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +35,7 @@ def refusal(path: Path, columns: Columns | None = None) -> str:
     return message.removeprefix(f"{path}: ")
 
 
+@pytest.mark.usefixtures("tried_here")
 @settings(deadline=None, max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     values=st.lists(st.floats(-1e12, 1e12), min_size=SAMPLES, max_size=SAMPLES),
@@ -53,6 +57,7 @@ def test_every_finite_record_survives_a_round_trip(
     assert read.sample_rate_hz == 20.0 and len(read.treatment) == is_epoch
 
 
+@pytest.mark.usefixtures("tried_here")
 @pytest.mark.parametrize("suffix", [".h5", ".parquet"])
 def test_columns_are_mapped_and_the_missing_ones_named(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"axis{suffix}"
@@ -95,6 +100,7 @@ def hdf5_faults(file: h5py.File) -> dict[str, str]:
     }
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_a_data_set_that_is_no_plain_vector_is_refused(tmp_path: Path) -> None:
     """What it declares is checked before it is read: a terabyte of nothing takes no memory."""
     path = tmp_path / "axis.h5"
@@ -243,6 +249,7 @@ def test_several_iddata_are_named(tmp_path: Path) -> None:
     np.testing.assert_array_equal(Record.read(path, columns=by_name, sample_rate_hz=20).y, Y)
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_a_simulated_record_goes_through_every_format(small_axis: HammersteinWiener, tmp_path: Path) -> None:
     """From one format to the next and back: the same numbers."""
     record = measured(small_axis, 200, seed=1)
@@ -256,6 +263,7 @@ def test_a_simulated_record_goes_through_every_format(small_axis: HammersteinWie
 RADIANS = Units(input="rad/s", output="rad")
 
 
+@pytest.mark.usefixtures("tried_here")
 @pytest.mark.parametrize("suffix", [".h5", ".parquet"])
 def test_units_survive_a_round_trip_and_are_converted_to_those_asked_for(tmp_path: Path, suffix: str) -> None:
     """A record in radians is never taken for one in degrees without a word."""
@@ -272,6 +280,7 @@ def test_units_survive_a_round_trip_and_are_converted_to_those_asked_for(tmp_pat
         Record.read(path, units={"output": "V"})
 
 
+@pytest.mark.usefixtures("tried_here")
 @pytest.mark.parametrize(("stated", "read"), [
     ("degrees", "deg"), (b"deg", "deg"), ("counts", "counts"), ("", "deg"), (5.0, "deg"), ("d\neg", "deg"),
     ("x" * 40, "deg"),
@@ -287,6 +296,7 @@ def test_units_of_other_programs(tmp_path: Path, stated: object, read: str) -> N
         assert Record.read(path).units == Units(output=read)
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_times_in_another_unit_are_converted_and_in_none_refused(tmp_path: Path) -> None:
     path = tmp_path / "axis.h5"
     with h5py.File(path, "w") as file:

@@ -39,8 +39,7 @@ DURATIONS = pd.to_timedelta(np.arange(120) * 0.05, unit="s")
 OPTIONS = ReadingOptions(columns=Columns(time="Time", input="az_cmd", output="az_pos"))
 
 
-@pytest.mark.parametrize("version", ["v7", "v7.3"])
-@pytest.mark.parametrize("index", [DATES, DURATIONS], ids=["dates", "durations"])
+@pytest.mark.parametrize(("version", "index"), [("v7", DATES), ("v7.3", DURATIONS)])
 def test_a_timetable_is_read_as_a_record(tmp_path: Path, version: str, index: object) -> None:
     path = written(tmp_path / "night.mat", version, log=frame(index))
     record = Record.read(path, options=OPTIONS)
@@ -49,6 +48,7 @@ def test_a_timetable_is_read_as_a_record(tmp_path: Path, version: str, index: ob
     np.testing.assert_allclose(record.y, ANGLE - ANGLE[0], atol=1e-12)
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_row_times_stand_for_a_clock_that_is_no_column(tmp_path: Path) -> None:
     path = written(tmp_path / "night.mat", log=frame(DATES))
     table = read_table(path, ("t", "az_cmd", "speed"), ("t",), most_rows=100)
@@ -57,6 +57,7 @@ def test_row_times_stand_for_a_clock_that_is_no_column(tmp_path: Path) -> None:
     assert np.all(np.diff(table.values["t"]) == 50_000_000)
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_a_table_has_columns_alone(tmp_path: Path) -> None:
     table = frame().reset_index(drop=True)
     table.insert(0, "t", np.arange(120) * 0.05)
@@ -91,6 +92,7 @@ def test_a_damaged_timetable_is_refused_in_one_line(tmp_path: Path) -> None:
     assert "\n" not in str(met.value) and "night" in str(met.value)
 
 
+@pytest.mark.usefixtures("tried_here")
 def test_infinite_numbers_are_named_by_row(tmp_path: Path) -> None:
     broken = frame(DURATIONS)
     broken.iloc[7, 1] = np.inf

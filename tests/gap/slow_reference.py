@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import copysign, cos, exp, floor, sin
 
 import numpy as np
 from drive_axis import LOAD_SPEED, MOTOR_ANGLE, MOTOR_SPEED, TRAIN, W, held
@@ -32,7 +33,7 @@ class Setting:
     on_structure: bool = False
     extra_delay: float = 0.0
     command_rate: float = np.inf
-    limits_at: Callable[[float], float] = lambda w: 1.0  # noqa: ARG005
+    limits_at: Callable[[float], float] | None = None
     gain_at: Callable[[float], float] = lambda t: 1.0  # noqa: ARG005
     bias: float = 0.0
     fine: bool = True
@@ -47,14 +48,15 @@ def slow_w(
     a, b, c = TRAIN.state_space(setting.resonator, setting.on_structure)
     ad, bd = held(a, b, h)
     x, w = np.zeros(len(a)), np.zeros(len(u))
-    followed, force = 0.0, np.zeros(3)
+    followed, swing, force = 0.0, 1.0, np.zeros(3)
     for k in range(len(u)):
         w[k] = c[W] @ x
         gain = setting.gain_at(k / rate)
         for j in range(substeps):
-            swing = setting.limits_at(float(c[W] @ x))
-            index = int(np.floor(k + j / substeps - delay - setting.extra_delay + 1e-9))
-            command = u[index] if index >= 0 else 0.0
+            if setting.limits_at is not None:
+                swing = setting.limits_at(float(c[W] @ x))
+            index = floor(k + j / substeps - delay - setting.extra_delay + 1e-9)
+            command = float(u[index]) if index >= 0 else 0.0
             if setting.command_rate < np.inf:
                 reach = setting.command_rate * h
                 followed += min(max(command - followed, -reach), reach)
@@ -81,7 +83,7 @@ def stribeck(
 ) -> Torques:
     def torques(motion: FloatArray) -> tuple[float, float]:
         v = motion[where]
-        size = torque * (1 + excess * np.exp(-((v / speed) ** 2)))
+        size = torque * (1 + excess * exp(-((v / speed) ** 2)))
         rub = -size * min(max(v / smoothing, -1.0), 1.0)
         return (rub, 0.0) if where == MOTOR_SPEED else (0.0, rub)
 
@@ -97,7 +99,7 @@ def dahl(
     def torques(motion: FloatArray) -> tuple[float, float]:
         nonlocal z
         v = motion[where]
-        level = torque * (1 + excess * np.exp(-((v / speed) ** 2)))
+        level = torque * (1 + excess * exp(-((v / speed) ** 2)))
         z += STEP * (v - abs(v) * stiffness * z / level)
         return (-stiffness * z, 0.0) if where == MOTOR_SPEED else (0.0, -stiffness * z)
 
@@ -109,7 +111,7 @@ def ripple(amplitude: float, period: float, phase: float) -> Torques:
 
     def torques(motion: FloatArray) -> tuple[float, float]:
         x = 2 * np.pi * motion[MOTOR_ANGLE] / period
-        return amplitude * (np.sin(x + phase) - np.sin(phase)), 0.0
+        return amplitude * (sin(x + phase) - sin(phase)), 0.0
 
     return torques
 
@@ -120,8 +122,8 @@ def overtone(values: tuple[float, ...], where: str) -> Torques:
 
     def torques(motion: FloatArray) -> tuple[float, float]:
         x = 2 * np.pi * motion[W if where == "load" else MOTOR_ANGLE] / period
-        torque = sine * np.sin(x) + cosine * (np.cos(x) - 1) + constant
-        torque += second_sine * np.sin(2 * x) + second_cosine * (np.cos(2 * x) - 1)
+        torque = sine * sin(x) + cosine * (cos(x) - 1) + constant
+        torque += second_sine * sin(2 * x) + second_cosine * (cos(2 * x) - 1)
         on_motor = -TRAIN.km / TRAIN.kl * torque if where == "mesh" else torque
         return (0.0 if where == "load" else on_motor), (0.0 if where == "motor" else torque)
 
@@ -153,6 +155,6 @@ def free_gap(half_gap: float) -> Torques:
     def torque(phi: float, rate: float) -> float:
         if abs(phi) < half_gap:
             return 0.0
-        return phi - np.copysign(half_gap, phi) + TRAIN.c * rate
+        return phi - copysign(half_gap, phi) + TRAIN.c * rate
 
     return spring(torque)

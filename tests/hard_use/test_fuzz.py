@@ -17,7 +17,7 @@ from drawn_posterior import posterior_of
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
-SECONDS = float(os.environ.get("BAYES_HW_FUZZ_SECONDS", "3"))
+SECONDS = float(os.environ.get("BAYES_HW_FUZZ_SECONDS", "1"))
 LONG_SECONDS = 30.0
 SEED = os.environ.get("BAYES_HW_FUZZ_SEED", "1")
 

@@ -1,4 +1,7 @@
-"""Names that would be markup, code or paths elsewhere are text in both reports, and stay in their folder."""
+"""Names that would be markup, code or paths elsewhere are text in both reports, and stay in their folder.
+
+Figures are strokes: tests of either report draw such names.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below, write_axis
+from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
@@ -31,6 +35,7 @@ def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFacto
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pilot, "PILOT_STEPS", 20)
         patch.setattr(pilot, "TRIAL_PROPOSALS", 256)
+        draw_strokes(patch)
         folder = write_axis(tmp_path_factory.mktemp("hostile"), small_axis)
         patch.chdir(folder)
         text = (folder / "train_1.csv").read_text().replace("t,u,y", f't,"{COLUMN}",y', 1)

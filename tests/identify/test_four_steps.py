@@ -36,7 +36,7 @@ def noisy() -> Identification:
 
 
 def test_without_noise_the_axis_is_recovered() -> None:
-    model = identified(records_of(0.3, 0.0)).model
+    model = identified(records_of(0.3, 0.0, count=1)).model
     assert model.saturation.lower == pytest.approx(-0.3, rel=1e-6)
     assert model.saturation.upper == pytest.approx(0.42, rel=1e-6)
     assert model.dead_zone.half_width == pytest.approx(0.05, rel=1e-6)
@@ -93,7 +93,7 @@ def test_validation_on_other_records_prefers_the_cascade(noisy: Identification) 
 
 
 def test_limits_that_are_never_reached_are_not_invented() -> None:
-    records = records_of(0.05, 0.002)
+    records = records_of(0.05, 0.002, count=1)
     found = identified(records)
     for name in ("saturation.lower", "saturation.upper"):
         assert not found.blocks_shown[name].shown
@@ -115,7 +115,7 @@ def test_a_dead_zone_that_is_never_visited_is_not_invented() -> None:
 
 
 def test_units_scale_out() -> None:
-    records = records_of(0.3, SIGMA)
+    records = records_of(0.3, SIGMA, count=1)
     scaled = [replace(record, u=1e3 * record.u, y=1e-4 * record.y) for record in records]
     model, other = (identified(given, max_order=3).model for given in (records, scaled))
     assert other.saturation.lower == pytest.approx(1e3 * model.saturation.lower, rel=1e-6)

@@ -122,7 +122,7 @@ def answers(axis: AxisParameters, values: FloatArray, records: list[Record]) -> 
 def test_dominant_parameters_have_no_weights(
     close_axis: HammersteinWiener, records: list[Record], noise: NoiseEstimate
 ) -> None:
-    axis = AxisParameters(close_axis, "dominant")
+    axis = AxisParameters(close_axis, "conditional")
     assert CentredWeights.of(axis, axis.nominal, noise, records) is None
 
 

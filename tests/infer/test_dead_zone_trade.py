@@ -59,7 +59,7 @@ def test_the_lag_is_what_the_slow_poles_take_of_a_held_command() -> None:
 
 
 def test_held_roots_say_nothing_and_a_fast_axis_says_so() -> None:
-    assert trade_of(AxisParameters(MODEL, "dominant"), spread_posterior(MODEL).values, [RECORD]) is None
+    assert trade_of(AxisParameters(MODEL, "conditional"), spread_posterior(MODEL).values, [RECORD]) is None
     fast = replace(MODEL, linear=LinearBlock(np.zeros(0), np.array([1.0, 0.3]), 0.03, 2), dominant_modes=())
     found = trade_of(AxisParameters(fast, "all"), spread_posterior(fast, "all", 0.001).values, [RECORD])
     assert found is not None and found.lag is None and "no slow pole" in found.sentence

@@ -22,7 +22,7 @@ from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values, log_prior
 from bayes_hw.model.priors import HyperbolicTangent, Identity, Logarithm, LogNormal, Normal, Uniform
 
-WALKERS, SAMPLES, CYCLES = 400, 12, 1000
+WALKERS, SAMPLES, CYCLES = 400, 12, 600
 LIMIT = 4.5
 """Of the largest |z| of all moments: fifteen normal ones exceed it with probability 1e-4."""
 

@@ -94,10 +94,10 @@ def test_rates_must_agree(small_axis: HammersteinWiener, small_record: Record) -
 
 def test_axis_takes_its_scale_and_start_from_the_records(small_axis: HammersteinWiener) -> None:
     records = [measured(small_axis, 100, seed=i, initial_position=p) for i, p in ((1, 0.0), (2, 5.0))]
-    rest = axis_for(small_axis, records, "dominant", "rest")
+    rest = axis_for(small_axis, records, "conditional", "rest")
     assert rest.start_positions is None
     assert rest.output_scale == max(float(np.max(np.abs(r.y - r.y[0]))) for r in records)
-    free = axis_for(small_axis, records, "dominant", "free")
+    free = axis_for(small_axis, records, "conditional", "free")
     assert free.start_positions is not None
     np.testing.assert_allclose(free.start_positions, [0.0, 5.0], atol=0.1)
 

@@ -17,7 +17,7 @@ from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
 from bayes_hw.infer.mixture import StudentTMixture, fit_student_t_mixture, laplace_proposal, refitted
 from bayes_hw.infer.moves import DifferentialEvolutionMove, IndependenceMove, OppositeMove, weighted_moves
 
-WALKERS, BURN_IN, STEPS = 192, 300, 1200
+WALKERS, BURN_IN, STEPS = 192, 200, 700
 Moves = Sequence[tuple[Move, float]]
 MoveMaker = Callable[[StudentTMixture, StudentTMixture], Moves]
 

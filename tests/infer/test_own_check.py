@@ -29,7 +29,7 @@ def test_the_interval_of_a_share_is_the_exact_one() -> None:
 
 def test_replicates_are_simulated_with_the_values_that_they_are_held_against() -> None:
     """Each draw's own model and noise: what is left after its response has the draw's standard deviation."""
-    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
     tasks = check_tasks(posterior, [RECORD], 3, 1, SamplerSettings())
     assert len({task[1]["saturation.upper"] for task in tasks}) == 3
     for (simulated,), truth, _, _ in tasks:
@@ -41,7 +41,7 @@ def test_replicates_are_simulated_with_the_values_that_they_are_held_against() -
 
 
 def test_counts_are_those_of_the_replicates() -> None:
-    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
     truth = true_values(posterior.mean_model())
 
     class Pretended(LocalExecutor):
@@ -61,7 +61,7 @@ def test_counts_are_those_of_the_replicates() -> None:
 
 def test_more_replicates_begin_with_the_same_ones() -> None:
     """So that a check goes on from what is kept when more are asked for."""
-    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
     few, more = (check_tasks(posterior, [RECORD], n, 1, SamplerSettings()) for n in (2, 5))
     for one, same in zip(few, more[:2], strict=True):
         np.testing.assert_array_equal(one[0][0].y, same[0][0].y)
@@ -80,7 +80,7 @@ def test_a_parameter_is_refuted_where_chance_does_not_explain_its_misses() -> No
 
 def test_replicates_have_the_tails_of_the_draws() -> None:
     """Student-t noise is simulated with the degrees of freedom, and the standard deviation, of the draw."""
-    posterior = spread_posterior(nanshan_model(0.006, 0.002), "dominant", spread=0.01)
+    posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
     estimate = NoiseEstimate(0.01, np.zeros(0), np.zeros(0), degrees_of_freedom=4.0)
     noise = noise_parameters(estimate, "deg")
     n_axis = len(posterior.axis.parameters)

@@ -16,11 +16,14 @@ def signal(t: np.ndarray) -> np.ndarray:
     return 3 * np.sin(0.7 * t) + 0.5 * np.sin(2.9 * t + 1)
 
 
-def test_intervals_hold_as_often_as_they_say() -> None:
-    """White noise on one, correlated noise on the other, clocks of other rates: 94 % of 100 within
-    binomial error."""
+@pytest.mark.parametrize(
+    ("count", "fewest", "most"), [(25, 20, 25), pytest.param(100, 87, 99, marks=pytest.mark.slow)]
+)
+def test_intervals_hold_as_often_as_they_say(count: int, fewest: int, most: int) -> None:
+    """White noise on one, correlated noise on the other, clocks of other rates: 94 % within binomial
+    error."""
     held = 0
-    for seed in range(100):
+    for seed in range(count):
         rng = np.random.default_rng(seed)
         t = np.arange(2000) / 50
         when = np.arange(900) / 23 + 0.003
@@ -30,7 +33,7 @@ def test_intervals_hold_as_often_as_they_say() -> None:
         b = signal(when - offset) + 0.01 * slow
         low, high = clock_offset(t, a, when, b).interval
         held += int(low <= offset <= high)
-    assert 87 <= held <= 99
+    assert fewest <= held <= most
 
 
 def test_signals_that_do_not_agree_are_refused() -> None:

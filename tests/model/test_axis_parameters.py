@@ -42,7 +42,7 @@ def test_the_gain_is_that_of_the_model_whatever_its_zeros(zeros: list[float]) ->
     assert axis.gain(values) == pytest.approx([0.03])
 
 
-@pytest.mark.parametrize("free", ["dominant", "all"])
+@pytest.mark.parametrize("free", ["conditional", "all"])
 def test_nominal_values_give_the_nominal_model_back(free: FreeSet) -> None:
     model = nanshan_model()
     axis = AxisParameters(model, free)
@@ -83,7 +83,7 @@ def test_all_frees_every_root_but_the_integrator() -> None:
         assert linear.poles[linear.integrator_index] == 1.0
 
 
-@pytest.mark.parametrize("free", ["dominant", "all"])
+@pytest.mark.parametrize("free", ["conditional", "all"])
 def test_modal_form_simulates_the_model_of_each_column(free: FreeSet) -> None:
     """The kernel's parallel form against second-order sections of the same parameter vector."""
     axis = AxisParameters(nanshan_model(), free)
@@ -171,7 +171,7 @@ def test_frequency_response_is_that_of_each_model() -> None:
         )
 
 
-@pytest.mark.parametrize("free", ["dominant", "all"])
+@pytest.mark.parametrize("free", ["conditional", "all"])
 def test_renumbering_poles_changes_their_names_and_nothing_else(free: FreeSet) -> None:
     """Modes and real poles put in order give the same response; vectors in order are left alone."""
     low, high = Mode(2.0, 0.05), Mode(3.5, 0.1)

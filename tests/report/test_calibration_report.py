@@ -60,6 +60,7 @@ def test_calibrated_and_able_to_fail(small_axis, right, wrong):
     assert {badge.state for badge in report.badges} == {"good"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_uncalibrated_comes_first(small_axis, right, wrong):
     report = page(study(small_axis, wrong, right))
     assert report.verdict.startswith("The posterior is NOT calibrated")
@@ -67,6 +68,7 @@ def test_uncalibrated_comes_first(small_axis, right, wrong):
     assert [badge.state for badge in report.badges][:3] == ["bad", "bad", "bad"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_order_table_shows_coverage_and_residual_test(small_axis, right, wrong):
     text = to_html(page(study(small_axis, right, wrong)))
     assert "80 of 80" in text

@@ -48,6 +48,7 @@ def by_hand_values(name: str) -> FloatArray:
 @pytest.mark.parametrize(("worse", "said", "level"), [
     (False, "better than those by hand", "good"), (True, "no better than those by hand", "warn"),
 ])  # fmt: skip
+@pytest.mark.usefixtures("undrawn")
 def test_what_goes_with_the_program_is_said_first(
     fit: CalibrationFit, report: Report, worse: bool, said: str, level: str
 ) -> None:

@@ -43,16 +43,18 @@ def write_records(folder: Path, path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results of one diagnosis from the command line, with fewer posterior draws."""
+    """The results of one diagnosis from the command line, with fewer posterior draws and longer steps."""
     folder = tmp_path_factory.mktemp("corrected")
     path = write_mjcf(folder)
+    path.write_text(path.read_text().replace('timestep="0.002"', 'timestep="0.004"'))
     write_records(folder, path)
     train, held_out = (str(folder / f"{name}.csv") for name in ("a", "b"))
     given = ["--simulator", str(path), "--train", train, "--holdout", held_out]
-    options = ["--out", str(folder / "out"), "--no-report", "--without", *FEW, *OWN]
+    options = ["--out", str(folder / "out"), "--no-report", "--jobs", "1", "--without", *FEW, *OWN]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(draws, "WALKERS", 32)
-        patch.setattr(draws, "STEPS", 16)
+        patch.setattr(draws, "WALKERS", 20)
+        patch.setattr(draws, "STEPS", 12)
+        patch.setattr(draws, "ROUNDS", 2)
         patch.setattr(draws, "DRAWS_A_DIMENSION", 16)
         assert main(["diagnose", *given, *options]) == 0
     return folder

@@ -17,6 +17,7 @@ def drawn(count: int, rng: np.random.Generator, gap: float, slope: float) -> tup
     return gaps.tolist(), right.tolist()
 
 
+@pytest.mark.slow
 def test_threshold_of_many_outcomes() -> None:
     found = smallest_gap(*drawn(4000, np.random.default_rng(1), 1.4, 4.0), TRIED)
     assert found.gap == pytest.approx(1.4, rel=0.06)

@@ -42,6 +42,7 @@ def test_bands_hold_uniform_ranks_with_their_probability(
     assert 0.935 < inside.mean() < 0.99
 
 
+@pytest.mark.slow
 def test_p_values_of_uniform_ranks_are_uniform() -> None:
     rng = np.random.default_rng(2)
     bands = ecdf_bands(200, rng)

@@ -30,6 +30,7 @@ def replicates(count: int, seed: int, *, narrow: float = 1.0) -> list[dict[str, 
     ]
 
 
+@pytest.mark.slow
 def test_right_intervals_stay_in_their_bands_in_nineteen_of_twenty_studies() -> None:
     rng = np.random.default_rng(1)
     held = [summarize_recovery(replicates(40, seed), rng).holds for seed in range(40)]

@@ -53,7 +53,7 @@ class AxisWithEffects(ABC):
     @property
     def words(self) -> str:
         """What was missing and is in the model, with how sure that is."""
-        return words_of_answer(self.answer, self.probability) or "nothing"
+        return words_of_answer(self.answer, self.probability) or "no further effect"
 
     def _places(self, values: FloatArray) -> list[int]:
         """Which draws have the parameter vectors `values` (draws, parameters)."""

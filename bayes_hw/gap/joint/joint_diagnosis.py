@@ -54,13 +54,8 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
     walks,
     without_glitches,
 )
-from bayes_hw.gap.joint.posterior.joint_posterior import (
-    INFLATION,
-    JointPosterior,
-    averaged,
-    dominant_sections,
-    laplace,
-)
+from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
+from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues

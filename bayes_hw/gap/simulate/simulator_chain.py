@@ -69,7 +69,7 @@ class SimulatorChain:
         if door == "command":
             response = self._respond(pulse, None) - self._respond(rest, None)
         else:
-            law, none = (ForceLaw(S.NEUTRAL[None], signal) for signal in (pulse, rest))
+            law, none = (ForceLaw(S.NEUTRAL[None].copy(), signal) for signal in (pulse, rest))
             response = self._respond(rest, law) - self._respond(rest, none)
         return np.asarray(fftconvolve(signals, response[:, None], axes=0)[: len(signals)])
 

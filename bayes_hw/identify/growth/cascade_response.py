@@ -220,8 +220,9 @@ class CascadeResponse:
             a1, a2 = values.sections[:2, i]
             k1 = a1 / (1 + a2)
             slopes = np.array([(1 - k1**2) * (1 + a2), k1 * (1 - a2**2), 1 - a2**2])
+            section = np.ascontiguousarray(values.sections[:, i])
             second_order(
-                v, below, above, values.sections[:, i], slopes, sections[i], w, below_limit, above_limit,
+                v, below, above, section, slopes, sections[i], w, below_limit, above_limit,
                 *rows[at : at + 4],
             )  # fmt: skip
             at += 4
@@ -248,12 +249,12 @@ class CascadeResponse:
         found += [pole ** np.arange(begin, length) for pole in values.real[0]]
         nothing = np.zeros((2, 0))
         for i in range(s.sections):
+            own = np.ascontiguousarray(values.sections[:, i : i + 1])
             for state in ([1.0, 0.0], [0.0, 1.0]):
                 w, section = np.empty(length), np.zeros((1, 8))
                 section[0, :2] = state
                 respond(
-                    silent, 0.0, nothing, values.sections[:, i : i + 1], np.zeros(4), np.zeros((0, 4)),
-                    section, w,
+                    silent, 0.0, nothing, own, np.zeros(4), np.zeros((0, 4)), section, w,
                 )  # fmt: skip
                 found.append(w[begin:])
         return np.array(found).reshape(s.order, samples)

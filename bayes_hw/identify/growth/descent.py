@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard
 
 import numpy as np
 from scipy import linalg
@@ -52,7 +52,6 @@ class Response(Protocol):
     def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray: ...
 
 
-@runtime_checkable
 class PriorResponse(Protocol):
     """A response some of whose coordinates have a normal prior about zero."""
 
@@ -61,7 +60,6 @@ class PriorResponse(Protocol):
         ...
 
 
-@runtime_checkable
 class NoiseResponse(Protocol):
     """A response that says what its noise is like."""
 
@@ -69,6 +67,14 @@ class NoiseResponse(Protocol):
         """The noise of residuals, of order up to `most` where it is a free autoregression; `previous` is what
         was found before."""
         ...
+
+
+def _has_prior(response: object) -> TypeGuard[PriorResponse]:
+    return hasattr(response, "prior_precision")
+
+
+def _says_its_noise(response: object) -> TypeGuard[NoiseResponse]:
+    return hasattr(response, "noise_of")
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +138,14 @@ def residuals_at(response: Response, coordinates: FloatArray, whitener: Whitener
 def _fresh_noise(
     response: Response, residuals: Sequence[FloatArray], most: int, previous: Whitener | None = None
 ) -> Whitener:
-    if isinstance(response, NoiseResponse):
+    if _says_its_noise(response):
         return response.noise_of(residuals, most, previous)
     return Whitener.of_residuals(residuals, most)
 
 
 def log_prior(response: Response, coordinates: FloatArray) -> float:
     """Up to its constant; zero without one."""
-    if not isinstance(response, PriorResponse):
+    if not _has_prior(response):
         return 0.0
     return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
 
@@ -175,7 +181,7 @@ def triangular_factor(response: Response, point: Point) -> FloatArray:
     assert factor is not None
     levels = len(free_levels(response.level_shapes))
     factor = factor[levels:, levels:]
-    if isinstance(response, PriorResponse):
+    if _has_prior(response):
         root = np.sqrt(response.prior_precision() * (np.sum(factor[:, -1] ** 2) / point.samples))
         known = np.column_stack([np.diag(root), -root * point.coordinates])[root > 0]
         stacked = np.concatenate([factor, known])
@@ -200,7 +206,7 @@ def normal_matrix(response: Response, point: Point) -> FloatArray:
         # A level is seen in its own record alone.
         across = found[:levels, levels:]
         found = found[levels:, levels:] - across.T @ (across / np.diag(found)[:levels, None])
-    if isinstance(response, PriorResponse):
+    if _has_prior(response):
         known = response.prior_precision() * (found[-1, -1] / point.samples)
         towards = np.column_stack([np.eye(len(known)), -point.coordinates])
         found += towards.T @ (known[:, None] * towards)

@@ -56,7 +56,7 @@ def axis_section(design: Design) -> Section:
             )
             + (
                 " With the other roots of G held, the zeros do not move."
-                if design.posterior.axis.free == "dominant"
+                if design.posterior.axis.free == "conditional"
                 else ""
             )
         ),

@@ -62,7 +62,8 @@ def _verdict(design: Design) -> str:
             f"({design.posterior.refuted_by[0]}): no probability below is to be relied on."
         )
     if design.effects is not None:
-        sentences.append(f"This axis has {design.effects.words}; it is in every simulation in time.")
+        there = "; it is in every simulation in time" if design.effects.simulated else ""
+        sentences.append(f"This axis has {design.effects.words}{there}.")
     requirements, share = settings.requirements, format_percent(settings.share)
     given = [loop for loop in design.loops if not _is_tuned_on_point(design, loop)]
     kept = [loop.controller.name for loop in given if loop.met(requirements) >= settings.share]

@@ -39,7 +39,7 @@ BAND = 0.94
 SURE = 0.9
 MOST = 0.8
 HALF = 0.5
-BAND_GOOD = (0.88, 0.98)
+BAND_GOOD = (0.9, 0.985)
 BAND_POOR = 0.8
 SMALLEST_GAP = 0.3
 """Of the noise: below it nothing is claimed."""

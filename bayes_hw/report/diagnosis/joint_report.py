@@ -36,7 +36,7 @@ from bayes_hw.report.page.rounding import format_percent
 from bayes_hw.report.page.typography import typeset
 
 SURE = 0.9
-BAND_GOOD = (0.88, 0.985)
+BAND_GOOD = (0.9, 0.985)
 GONE_GOOD, GONE_POOR = 0.8, 0.4
 
 
@@ -143,7 +143,7 @@ def _cause(diagnosis: JointDiagnosis) -> Badge:
 def _gone(diagnosis: JointDiagnosis) -> Badge:
     gap = diagnosis.verdict.gap_holdout
     low, high = gap.closed_hdi94
-    if np.array_equal(diagnosis.before, diagnosis.after):
+    if not diagnosis.verdict.answer or np.array_equal(diagnosis.before, diagnosis.after):
         detail = f"the error on {diagnosis.holdout[0].name} is that of the plain model"
         return Badge("nothing was added", "warn" if diagnosis.verdict.answer else "good", detail)
     sure = (

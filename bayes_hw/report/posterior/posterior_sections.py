@@ -143,7 +143,7 @@ def conditional_sentence(posterior: Posterior) -> str:
     known = " and ".join(posterior.conditional_on)
     return (
         f"These intervals take {known} as known. Where the same records gave them, the intervals are too "
-        "narrow, often by half; without --free dominant everything is estimated."
+        "narrow, often by half."
     )
 
 
@@ -259,9 +259,12 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
     agreeing = sampling_starts(analysis)
     independent = format_percent(sampling.plan.independence_weight)
     accepted = format_percent(float(np.mean(sampling.acceptance)))
+    ran = f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each"
+    if posterior.reweighting is not None:
+        ran = f"{ensembles} ensembles ran"
     blocks: list[Paragraph | Callout | Bullets | Table | Figure] = [
         Paragraph(
-            f"{ensembles} ensembles of {walkers} walkers ran {steps} steps each after the pilot, from "
+            f"{ran} after the pilot, from "
             f"starts spread over twice the width of the posterior. {independent} "
             "of the moves were proposals from a t mixture fitted by the pilot, most of them on the side "
             "opposite to the walker (overrelaxation) and the others independent of it, the rest "
@@ -270,7 +273,7 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
         )
     ]
     if posterior.reweighting is not None:
-        blocks.append(Paragraph(expanded_sentence(posterior.reweighting)))
+        blocks.append(Paragraph(stand_in_sentence(posterior.reweighting)))
     if not posterior.converged:
         blocks += [
             Callout("bad", "Not converged", "Do not rely on the intervals of this report."),
@@ -289,13 +292,18 @@ def _convergence_section(analysis: Analysis, summaries: dict[str, Summary]) -> S
     return Section("Convergence", tuple(blocks), folded=posterior.converged)
 
 
-def expanded_sentence(judged: Reweighting) -> str:
-    """What the sampler walked on instead of the likelihood of all samples, and how good that was."""
+def stand_in_sentence(judged: Reweighting) -> str:
+    """What the sampler walked on instead of the exact posterior, and how good that was."""
+    walked = {
+        "expanded_likelihood": f"The records are long ({judged.samples} samples): the chains walked on a "
+        "likelihood whose residuals are expanded to second order about the estimate, from all samples",
+        "following_weights": "The chains walked in limits, dead zone, gain, poles and noise; the weights of "
+        "the poles followed along the line on which the normal approximation has them, and were drawn about "
+        "it",
+    }
     return (
-        f"The records are long ({judged.samples} samples): the chains walked on a likelihood whose residuals "
-        "are expanded to second order about the estimate, from all samples, and "
-        f"{judged.draws} of their draws were decided on by the likelihood itself, which accepted "
-        f"{format_percent(judged.acceptance)} of them. Their weights are worth "
+        f"{walked[judged.of]}. Of these draws {judged.draws} were weighed by the exact posterior and "
+        "drawn again by their weights, which are worth "
         f"{format_number(judged.effective, 4)} draws; Pareto's k of their tail is "
         f"{format_number(judged.pareto_k, 2)} (0.7 is the most that may be relied on)."
     )

@@ -278,6 +278,7 @@ def test_forged_seal_is_found_by_the_run(copied: Path, tmp_path: Path) -> None:
         read_evidence(copied, tmp_path / "out")
 
 
+@pytest.mark.usefixtures("undrawn", "in_this_process")
 def test_commands_from_make_to_score(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """make, run, score: the seal is printed, score.json and both reports are written."""
     made, out, scored = (str(tmp_path / name) for name in ("set", "verdicts", "score"))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale
 
+from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
@@ -54,11 +55,17 @@ def test_a_fit_and_all_that_is_read_from_it_leave_holes_out() -> None:
     assert np.isfinite(promised).all() and max(promised) < 25
 
 
-def test_a_warming_gain_is_found_beside_holes() -> None:
+def test_a_warming_gain_is_found_with_its_base_beside_holes() -> None:
+    """And corrected.json simulates what the diagnosis predicts."""
     drift = Effect(form("gain_drift"), np.array([0.15, 150.0]))
     records = [holed(r, i) for i, r in enumerate(measured((drift,), SAMPLES, (1, 2, 3)))]
-    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ("gain_drift",)
     assert abs(found.verdict.parameters["gain_drift.change"].mean - 0.15) < 0.03
+    low, high = found.verdict.base["saturation.upper"].hdi94
+    assert low - 0.002 < CASCADE.upper < high + 0.002
     assert found.verdict.gap_holdout.closed > 0.8
     assert found.verdict.gap_holdout.rmse_after == pytest.approx(SIGMA, rel=0.2)
+    assert found.verdict.next_experiment
+    run = simulate_corrected(found.corrected, records[2].u)
+    np.testing.assert_allclose(run.y, found.after, atol=1e-12)

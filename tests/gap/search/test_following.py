@@ -183,8 +183,6 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Exp
     [
         (CubicStiffness(), (5e4,)),
         (CoulombFrictionAtMotor(), (30.0, 0.01)),
-        (RateLimit(), (0.8,)),
-        (CommandBias(), (0.01,)),
     ],
 )
 def test_no_gap_is_found_where_there_is_another_effect(effect: Effect, values: tuple[float, ...]) -> None:

@@ -32,9 +32,9 @@ def found(small_axis: HammersteinWiener) -> Design:
     """A controller that keeps its margins, and one that oscillates on about half of the draws."""
     axis = replace(small_axis, name=HOSTILE, units=Units("s", "<u>#", "<y>$"))
     posterior = spread_posterior(axis)
-    settings = DesignSettings(150, 40, 30, requirements=Requirements(6.0, 45.0, 0.05))
+    settings = DesignSettings(100, 40, 30, requirements=Requirements(6.0, 45.0, 0.05))
     calm = Controller(HOSTILE, 20.0, 1.0, 0.2, low_pass_hz=3.0)
-    draws = AxisDraws.of_posterior(posterior, posterior.draws(150, np.random.default_rng(1)))
+    draws = AxisDraws.of_posterior(posterior, posterior.draws(100, np.random.default_rng(1)))
     edge = 10 ** (float(np.median(loop_margins(Loop(draws, calm)).gain_margin_db)) / 20)
     hot = Controller("hot", 20.0, edge, 0.2 * edge, low_pass_hz=3.0)
     return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)

@@ -26,7 +26,8 @@ from joint_axis import measured
 def diagnosis() -> JointDiagnosis:
     """Of an axis that lacks nothing."""
     records = measured((), 600, (1, 2, 3))
-    return diagnose_records(records[:2], records[2:], np.random.default_rng(1), name="azimuth <b>")
+    rng = np.random.default_rng(1)
+    return diagnose_records(records[:2], records[2:], rng, name="azimuth <b>", start="rest")
 
 
 def page_of(diagnosis: JointDiagnosis) -> Report:

@@ -50,7 +50,7 @@ def analysis(small_axis: HammersteinWiener) -> Analysis:
         np.random.default_rng(1),
         model=replace(small_axis, name=HOSTILE, units=units),
         settings=SamplerSettings(walkers=16, max_steps=25),
-        free="dominant",
+        free="conditional",
     )
 
 

@@ -17,11 +17,8 @@ from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import JointScale
-from bayes_hw.gap.joint.posterior.joint_posterior import (
-    JointPosterior,
-    effect_quantities,
-    gain_and_lag,
-)
+from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
+from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities, gain_and_lag
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, Ports
 from bayes_hw.gap.joint.response.packed_axis import Simulated

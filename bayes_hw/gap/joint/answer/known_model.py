@@ -9,7 +9,7 @@ from bayes_hw.gap.joint.answer.corrected_model import model_of
 from bayes_hw.gap.joint.decision.known_verdict import WAYS, doubtful
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior.joint_posterior import dominant_sections
+from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.known_input import columns_of, with_known_inputs

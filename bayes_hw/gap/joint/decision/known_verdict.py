@@ -13,7 +13,8 @@ from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, effect_quantities
+from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior
+from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.known_input import ASKED_NATS, BLOCKS, LABEL, KnownInput
 from bayes_hw.identify.growth.descent import triangular_factor

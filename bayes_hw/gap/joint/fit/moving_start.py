@@ -91,6 +91,7 @@ class MovingStart:
     upper: float
     place: Place
     _found: dict[JointFit, OptimizeResult] = field(default_factory=dict)
+    _sds: dict[JointFit, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, record: Record, fit: JointFit, train: Sequence[Record]) -> MovingStart:
@@ -146,8 +147,7 @@ class MovingStart:
         of Schwarz's price of it."""
         count, known = self.samples, {n: c[: self.samples] for n, c in self.record.known.items()}
         at_rest = fit.response.simulate(fit.values, self.record.u[:count], known).y
-        own = self._whitening(fit, self.record.y[:count] - at_rest)
-        level = self._whitening(fit, np.ones(count))
+        own, level = self._whitening(fit, np.array([self.record.y[:count] - at_rest, np.ones(count)]))
 
         def errors(x: FloatArray) -> FloatArray:
             return own - x[0] * level
@@ -187,14 +187,17 @@ class MovingStart:
     ) -> OptimizeResult:
         """The state at `values`, errors and prior `moved` by (samples + size,) deviations."""
 
+        def all_errors(points: FloatArray) -> FloatArray:
+            shown = [self._simulated(fit, values, x, self.samples)[1] for x in points]
+            own = self._whitening(fit, self.record.y[: self.samples] - np.array(shown))
+            return np.concatenate([own, points], axis=1) + moved
+
         def errors(x: FloatArray) -> FloatArray:
-            _, y = self._simulated(fit, values, x, self.samples)
-            own = self._whitening(fit, self.record.y[: self.samples] - y)
-            return np.concatenate([own, x]) + moved
+            return all_errors(x[None, :])[0]
 
         def slopes(x: FloatArray) -> FloatArray:
-            middle = errors(x)
-            return np.stack([(errors(x + step) - middle) / DIFFERENCE for step in steps], axis=1)
+            found = all_errors(np.concatenate([x[None, :], x + steps]))
+            return np.ascontiguousarray(((found[1:] - found[0]) / DIFFERENCE).T)
 
         steps = DIFFERENCE * np.eye(len(start))
         low, high = self._bounds
@@ -211,11 +214,16 @@ class MovingStart:
         )
 
     def _whitening(self, fit: JointFit, errors: FloatArray) -> FloatArray:
-        """Innovations (samples,) of errors, in their standard deviations."""
+        """Innovations of errors (n, samples), in their standard deviations."""
         measured = self.record.measured
         mask = None if measured is None or measured[: self.samples].all() else measured[: self.samples]
-        found = fit.point.whitener.apply(np.nan_to_num(errors)[None, :], 0, mask)[0]
-        return np.clip(np.nan_to_num(found / innovation(fit), nan=LARGEST), -LARGEST, LARGEST)
+        found = fit.point.whitener.apply(np.nan_to_num(errors), 0, mask) / self._innovation(fit)
+        return np.clip(np.nan_to_num(found, nan=LARGEST), -LARGEST, LARGEST)
+
+    def _innovation(self, fit: JointFit) -> float:
+        if fit not in self._sds:
+            self._sds[fit] = innovation(fit)
+        return self._sds[fit]
 
     def _simulated(
         self, fit: JointFit, values: JointValues, x: FloatArray, stop: int | None = None

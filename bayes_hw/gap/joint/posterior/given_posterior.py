@@ -7,19 +7,16 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
-from bayes_hw.gap.joint.posterior.joint_posterior import (
-    CHAOTIC,
-    DRAWS,
-    JointPosterior,
+from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior, with_torques_held
+from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_units,
     dominant_sections,
     effect_quantities,
     effect_units,
     torque_draws,
-    whitened_factor,
 )
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.record import Units
 
 INFLATION = 1.2
@@ -33,9 +30,11 @@ def laplace_given(
     fit: GivenFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws of likelihood times prior, standard deviations times `inflation`, told with G's sections free."""
-    factor, chaotic = whitened_factor(fit)
-    if chaotic:
+    held = with_torques_held(fit)
+    about = fit if held is None else held
+    if held is not None:
         inflation *= CHAOTIC
+    factor = triangular_factor(about.response, about.point)
     size, given = len(factor) - 1, fit.response.given
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     precision = factor[:size, :size].T @ factor[:size, :size] / variance
@@ -46,8 +45,9 @@ def laplace_given(
     values = np.maximum(values, UNSEEN * values[-1])
     root = vectors / np.sqrt(values) / scale[:, None]
     centre = fit.point.coordinates
-    steps = inflation * rng.standard_normal((DRAWS, size)) @ root.T
-    steps[:, ~seen] = 0.0
+    steps = np.zeros((DRAWS, len(centre)))
+    steps[:, :size] = inflation * rng.standard_normal((DRAWS, size)) @ root.T
+    steps[:, :size][:, ~seen] = 0.0
     drawn = [fit.response.admissible(centre + step, centre) for step in steps]
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}

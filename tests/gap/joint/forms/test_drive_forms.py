@@ -99,7 +99,12 @@ def test_tangents_are_those_of_the_response(form: Form) -> None:
 @pytest.mark.parametrize(
     ("name", "drive", "demand"),
     [
-        ("torque limit of the drive", lambda asked: min(max(asked, -2.0), 2.0), 2.0),
+        pytest.param(
+            "torque limit of the drive",
+            lambda asked: min(max(asked, -2.0), 2.0),
+            2.0,
+            marks=pytest.mark.slow,
+        ),
         ("dead band of the drive", lambda asked: np.sign(asked) * max(abs(asked) - 0.03, 0.0), 0.03),
     ],
     ids=["limit", "dead band"],

@@ -11,6 +11,7 @@ from joint_axis import SIGMA, form, measured, model
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import given_search
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.residuals.readings import read_faults
@@ -27,9 +28,14 @@ def with_tooth(records: list[Record]) -> list[Record]:
     return [replace(r, y=r.y + 8 * SIGMA * np.exp(-(((r.y - at) / width) ** 2))) for r in records]
 
 
-def test_a_tooth_is_taken_out_and_the_base_held() -> None:
-    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
-    shaped = free_shape(base)
+@pytest.fixture(scope="module")
+def toothed() -> GivenFit:
+    """The base under records with a tooth."""
+    return best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+
+
+def test_a_tooth_is_taken_out_and_the_base_held(toothed: GivenFit) -> None:
+    base, shaped = toothed, free_shape(toothed)
     assert shaped.score > base.score + 100
     assert shaped.point.rms == pytest.approx(SIGMA, rel=0.2)
     assert shaped.values.cascade.upper == pytest.approx(0.3, rel=0.02)
@@ -40,9 +46,9 @@ def test_nothing_is_worth_no_shape() -> None:
     assert free_shape(base).score < base.score - 20
 
 
-def test_a_tooth_has_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside an explanation that is worth less, it is the answer, with what else was tried."""
-    base = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+    base = toothed
     weak = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
     monkeypatch.setattr(given_search, "_extended", lambda *_: trail)

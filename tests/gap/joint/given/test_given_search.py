@@ -114,23 +114,23 @@ def test_nothing_is_found_where_nothing_is() -> None:
 
 def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    records = measured((rub,), GIVEN_SAMPLES, (1, 2, 3))
+    train, held_out = measured((rub,), GIVEN_SAMPLES, (1, 2))
     axis = model(-0.37, 0.32, 0.97)
     assert needs_ports(axis)
-    case = Case.of_records("case", axis, records[:2], records[2:])
-    found = diagnose_by_ports(case, np.random.default_rng(1))
+    case = Case.of_records("case", axis, [train], [held_out])
+    found = diagnose_by_ports(case, np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ("friction",)
     assert found.verdict.gap_holdout.closed > 0.8
     assert "ports" in " ".join(found.verdict.notes)
     for name, true in (("saturation.upper", 0.3), ("saturation.lower", -0.35)):
         low, high = found.verdict.base[name].hdi94
         assert low - 0.003 < true < high + 0.003
-    run = simulate_corrected(found.corrected, records[2].u)
+    run = simulate_corrected(found.corrected, held_out.u)
     np.testing.assert_allclose(run.y, found.after, atol=1e-9)
 
 
 def test_more_delay_is_a_gap_of_a_given_model() -> None:
-    records = measured((), GIVEN_SAMPLES, (1, 2))
+    records = measured((), FEW, (1, 2))
     late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
     found = search_given(late, model())
     assert tuple(found.nats) == ("transport_delay",)

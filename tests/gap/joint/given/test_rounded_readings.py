@@ -58,7 +58,8 @@ def test_an_offset_alone_is_no_rounding() -> None:
 
 def test_rounding_has_no_slow_error_beside_it() -> None:
     records = rounded((1, 2, 3))
-    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1), model=model())
+    rng = np.random.default_rng(1)
+    found = diagnose_records(records[:2], records[2:], rng, model=model(), start="rest")
     assert found.verdict.answer == (ROUNDING,)
     low, high = found.verdict.base["noise.sigma"].hdi94
     assert low < SIGMA < high

@@ -6,16 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, RATE, STRUCTURE, form, measured, response_with, scale, torque
+from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, form, measured, response_with, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior.joint_posterior import (
-    DRAWS,
-    averaged,
-    effect_quantities,
-    effect_units,
-    laplace,
-)
+from bayes_hw.gap.joint.posterior import joint_posterior
+from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, laplace, with_torques_held
+from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities, effect_units
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -36,6 +32,34 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
     a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
     assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
     assert np.mean(a1 * a1 / 4 < a2) > 0.99
+
+
+def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its torques held, a pair that next to nothing is seen of does not carry the axis away."""
+    monkeypatch.setattr(joint_posterior, "EXPLODED", 0.0)
+    unseen = np.array([[1.9998], [0.99999], [2e-7], [-2e-7]])
+    cascade = replace(CASCADE, sections=np.hstack([CASCADE.sections, unseen]), starts=np.zeros((1, 5)))
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    records = measured((rub,), SAMPLES, (1,))
+    ports = replace(
+        rub.ports,
+        sections=np.hstack([rub.ports.sections, np.zeros((2, 1))]),
+        signal_sections=np.hstack([rub.ports.signal_sections, np.zeros((2, 1))]),
+    )
+    values = JointValues(cascade, (replace(rub, ports=ports),))
+    response = JointResponse(replace(STRUCTURE, sections=2), values.effects, records, scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    held = with_torques_held(fit)
+    assert held is not None
+    np.testing.assert_allclose(held.point.residuals[0], fit.point.residuals[0], atol=1e-12)
+    drawn = laplace(fit, Units(), np.random.default_rng(1)).coordinates
+    size = held.response.size
+    np.testing.assert_array_equal(drawn[:, size:], np.tile(fit.point.coordinates[size:], (DRAWS, 1)))
+    assert np.ptp(drawn[:, :8], axis=0).min() > 0
+    errors = np.array([held.response.residuals(x[:size])[0] for x in drawn])
+    assert np.sqrt(np.mean(errors**2, axis=1)).max() < 1.3 * SIGMA
 
 
 @pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])

@@ -23,7 +23,6 @@ from joint_axis import (
 )
 
 from bayes_hw.errors import InputError
-from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.decision.joint_decision import decide_jointly
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import FORMS
@@ -32,7 +31,7 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
-from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search import joint_search
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.joint_search import _Path, search
@@ -52,21 +51,6 @@ def test_nothing_is_found_where_nothing_is() -> None:
     found = search(measured((), SAMPLES, (1, 2)))
     assert found.fit.labels == ()
     assert found.readings.nats == {}
-
-
-def test_a_warming_gain_is_found_with_its_base() -> None:
-    """And corrected.json simulates what the diagnosis predicts."""
-    drift = Effect(form("gain_drift"), np.array([0.15, 150.0]))
-    records = measured((drift,), SAMPLES, (1, 2, 3))
-    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
-    assert found.verdict.answer == ("gain_drift",)
-    assert abs(found.verdict.parameters["gain_drift.change"].mean - 0.15) < 0.03
-    low, high = found.verdict.base["saturation.upper"].hdi94
-    assert low - 0.002 < CASCADE.upper < high + 0.002
-    assert found.verdict.gap_holdout.closed > 0.8
-    assert found.verdict.next_experiment
-    run = simulate_corrected(found.corrected, records[2].u)
-    np.testing.assert_allclose(run.y, found.after, atol=1e-12)
 
 
 def test_a_walk_is_a_cause_of_the_noise() -> None:

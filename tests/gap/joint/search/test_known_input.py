@@ -14,7 +14,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary
-from bayes_hw.gap.joint.posterior.joint_posterior import effect_quantities
+from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.search.known_input import READING, TORQUE, forms_of, with_known_inputs
@@ -125,7 +125,7 @@ def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     corrected.json predicts with the column and is refused without it."""
     records = records_with((blown(),), (1, 2, 3))
     records = [replace(r, known={"wind": r.known["wind"]}) for r in records]
-    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1))
+    found = diagnose_records(records[:2], records[2:], np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ()
     wind = found.verdict.to_dict()["known"]["wind"]  # type: ignore[index]
     assert wind["follows"] and wind["probability"] > 0.9 and wind["block"] == "disturbance"
