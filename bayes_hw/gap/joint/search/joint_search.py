@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
 from bayes_hw.gap.joint.fit.structure_moves import (
     SLACK_NATS,
     delayed,
@@ -48,6 +49,13 @@ STRUCTURAL_NATS = 5.0
 MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
+
+MOST_RACED = 3
+"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
+
+HALFWAY = 0.5
+"""Share of what verification asks of a label that it must gain at first where others stand: ports and forms
+may make up the rest."""
 
 FOLLOWED_SHARE = 0.7
 """Of the best label's nats, from which another is followed to the end beside it."""
@@ -148,13 +156,12 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     begun = _Path(base, base, readings)
     contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
-    ended = []
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
-        ended.append(_followed(path, told))
+    ended = each(lambda path: _followed(path, told), contenders)
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
-        ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
+        ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
@@ -210,10 +217,11 @@ def _structural(fit: JointFit) -> JointFit:
     noise is of high order, which may have taken up what they explain, begun under noise of the first too,
     and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
     coloured = fit.noise_order > 1
     if coloured:
-        begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
+        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
+        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
     best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
@@ -234,6 +242,13 @@ def in_observer_form(fit: JointFit) -> JointFit:
         return fit
     best = highest([fit, *raced(observed(fit), fit.score)])
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def seen_through(fit: JointFit, without: JointFit) -> JointFit:
+    """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
+    if fit.observer is None or fit.labels == without.labels:
+        return fit
+    return highest([fit, *raced([fit.without_observer()], fit.score)])
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -260,8 +275,8 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
     near = [t for t in ranked if t.score - fit.score >= CONTEST_SHARE * gained]
     if len(near) < 2 or gained <= 0:
         return ranked[:1]
-    found = []
-    for contender in near:
+
+    def with_what_it_asks(contender: JointFit) -> JointFit:
         say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
@@ -272,8 +287,9 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
                 break
             contender = larger
             say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
-        found.append(contender)
-    return found
+        return contender
+
+    return each(with_what_it_asks, near)
 
 
 def one_more(fit: JointFit) -> list[JointFit]:
@@ -319,7 +335,10 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         fit = path.fit
         best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            best = highest([best, *_settled(fit, one_more(fit), say)])
+            further = [
+                t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)
+            ]
+            best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
@@ -331,6 +350,13 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
     )
     return _Path(fit, base, readings)
+
+
+def asked_of(fit: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth."""
+    beside = bool(fit.added) and len(fit.labels) > 1
+    doubtful = readings.nats or fit.noise_order > 1 or beside
+    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
 
 
 def verified(
@@ -345,18 +371,16 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for label in fit.labels:
-            without = regrown(fit.without(label))
-            weights = fit.response.weights
+        weights = fit.response.weights
+        for label, without in zip(
+            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
+        ):
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
-            without = highest([without, *same])
-            nats[label] = fit.score - without.score
-            alternatives.append(without)
+            alternatives.append(highest([without, *same]))
+            nats[label] = fit.score - alternatives[-1].score
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        beside = bool(fit.added) and len(fit.labels) > 1
-        doubtful = readings.nats or fit.noise_order > 1 or beside
-        asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+        asked = asked_of(fit, readings)
         if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
             asked = 0.0
         if nats[fit.labels[weakest]] >= asked:
