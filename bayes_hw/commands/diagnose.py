@@ -309,6 +309,7 @@ def _joint(
         drive=drive_of(parsed),
         model=model,
         start=parsed.start,
+        jobs=parsed.jobs,
     )
     write_results(diagnosis, out)
     remove_pages(out)

@@ -83,6 +83,7 @@ def report_cause(
         lead=chosen.lead,
         drive=drive_of(parsed),
         start=parsed.start,
+        jobs=parsed.jobs,
     )
     if not diagnosis.verdict.answer:
         return False

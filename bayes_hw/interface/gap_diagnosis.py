@@ -140,7 +140,7 @@ def diagnose(
             warn_of(cut)
             given = entered(own, records_given(train, "holdout"), origin=origin, start=start)
             found = joint_diagnosis.diagnose_records(
-                given.records, given.holdout, rng, name=own[0].name, start=start
+                given.records, given.holdout, rng, name=own[0].name, start=start, jobs=threads(jobs)
             )
             return GapDiagnosis(found)
         if holdout is None:

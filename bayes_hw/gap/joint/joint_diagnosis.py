@@ -12,6 +12,7 @@ import numpy as np
 from scipy.signal import welch
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.crew import crew
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged
@@ -111,6 +112,7 @@ def diagnose_records(
     drive: Drive | None = None,
     model: HammersteinWiener | None = None,
     start: Start = "auto",
+    jobs: int = 1,
 ) -> JointDiagnosis:
     """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
     the outputs of `holdout` only score the finished prediction.
@@ -118,7 +120,7 @@ def diagnose_records(
     The first `lead` samples of every record held out are simulated and not scored: those of a record whose
     end alone is held out. The diagnosis then holds the ends. One that begins in motion is predicted from the
     state that fits its beginning, unless `start` is "rest" (see `Starts`). What is known of the `drive`
-    states torques in N m.
+    states torques in N m. `jobs` threads change no number.
 
     Raises InputError where there is no record, one at another rate or one too short, and
     where the G of a model answers within the sample.
@@ -138,7 +140,7 @@ def diagnose_records(
         seen = f"on the beginnings of the records, {MOST_SAMPLES} of {samples} samples"
         fitted = "; every number was then fitted to all" if model is None else ""
         notes = (*notes, f"structure and effects were sought {seen}{fitted}")
-    with one_blas_thread(), np.errstate(all="ignore"):
+    with one_blas_thread(), crew(jobs), np.errstate(all="ignore"):
         if model is None:
             found = search(records, progress.say)
             decision = decide_jointly(found)

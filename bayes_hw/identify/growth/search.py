@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.crew import each
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
@@ -104,10 +105,9 @@ def halved(items: Sequence[Grown]) -> Grown:
     for steps, kept in ROUNDS:
         if len(remaining) <= 1:
             break
-        remaining = sorted((item.descended(steps) for item in remaining), key=lambda g: -g.log_likelihood)[
-            :kept
-        ]
-    return likeliest([item.descended() for item in remaining])
+        further = each(lambda item: item.descended(steps), remaining)  # noqa: B023
+        remaining = sorted(further, key=lambda g: -g.log_likelihood)[:kept]
+    return likeliest(each(lambda item: item.descended(), remaining))
 
 
 def smallest_cascade(

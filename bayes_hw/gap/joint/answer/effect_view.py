@@ -25,8 +25,8 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Place
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_of_unit
 from bayes_hw.gap.joint.response.effect_paths import limited_and_gain, through_drive, through_port
-from bayes_hw.gap.joint.response.joint_response import Simulated
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.response.packed_axis import Simulated
 
 View: TypeAlias = Callable[[Seen, str], EffectView]
 

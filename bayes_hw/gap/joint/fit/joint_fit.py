@@ -9,6 +9,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.crew import each
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
@@ -151,19 +152,30 @@ class JointFit:
 
     def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
         """At other values of another structure, not descended."""
-        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
-        response = replace(self.response, structure=structure, template=values.effects, steps=steps)
+        response = self._response_of(structure, values)
         return replace(
             self, response=response, point=evaluate(response, response.coordinates(values), whitener)
         )
 
+    def _response_of(self, structure: Structure, values: JointValues) -> JointResponse:
+        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
+        return replace(self.response, structure=structure, template=values.effects, steps=steps)
+
     def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
         """One more effect, of no strength yet."""
-        values = self.values
-        s = self.structure
+        return self.moved(self.structure, self._values_with(form, start), self.point.whitener)
+
+    def effect_tangents(self, form: Form, start: Sequence[float]) -> list[FloatArray]:
+        """For every record the derivatives (parameters, samples) of y by the coordinates of one more effect
+        of no strength yet, over the weights."""
+        values = self._values_with(form, start)
+        return self._response_of(self.structure, values).effect_tangents(values)
+
+    def _values_with(self, form: Form, start: Sequence[float]) -> JointValues:
+        values, s = self.values, self.structure
         ports = Ports.none(s.real_poles, s.sections) if form.is_law else None
         effect = Effect(form, np.array(start, dtype=np.float64), ports)
-        return self.moved(s, JointValues(values.cascade, (*values.effects, effect)), self.point.whitener)
+        return JointValues(values.cascade, (*values.effects, effect))
 
     def with_known(self, form: Form, start: Sequence[float]) -> JointFit:
         """One more known input, of no strength yet, before the effects of the catalogue."""
@@ -310,7 +322,7 @@ def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:
     best score if it went on gaining to its last step what it gained in the last round."""
     running, found = list(items), list[AnyFit]()
     for left in range(ROUNDS - 1, -1, -1):
-        further = [(item, item.descended(ROUND_STEPS)) for item in running]
+        further = list(zip(running, descended_each(running, ROUND_STEPS), strict=True))
         best = max([least, *(item.score for item in found), *(later.score for _, later in further)])
         running = []
         for before, item in further:
@@ -320,6 +332,11 @@ def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:
             else:
                 running.append(item)
     return found
+
+
+def descended_each(items: Sequence[AnyFit], steps: int = FULL_STEPS) -> list[AnyFit]:
+    """Every one after at most `steps` steps."""
+    return each(lambda item: item.descended(steps), items)
 
 
 def highest(items: Sequence[JointFit]) -> JointFit:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 
@@ -24,7 +24,7 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
     best = fit = fit.descended()
     failures = 0
     for _ in range(steps):
-        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.score)[:2]
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.score)[:2]
         fit = highest(raced(trials))
         if fit.score > best.score:
             best, failures = fit, 0
@@ -47,7 +47,7 @@ def pruned(fit: JointFit) -> JointFit:
         trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
         if not trials:
             return fit
-        trials = sorted((t.descended(4) for t in trials), key=lambda t: -t.score)[:2]
+        trials = sorted(descended_each(trials, 4), key=lambda t: -t.score)[:2]
         best = highest(raced(trials, fit.score))
         if best.score <= fit.score:
             return fit
@@ -72,8 +72,8 @@ def widened(fit: JointFit, steps: int = 2) -> JointFit:
     it in, they are as uncertain as they are. Sections keep their order, further ones come last.
     """
     for _ in range(steps):
-        trials = sorted((t.descended(6) for t in larger_cascades(fit)), key=lambda t: -t.log_likelihood)[:2]
-        best = max((t.descended() for t in trials), key=_akaike, default=fit)
+        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.log_likelihood)[:2]
+        best = max(descended_each(trials), key=_akaike, default=fit)
         if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:
             break
         fit = best

@@ -136,7 +136,8 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
             elif name == "log_ratio":
                 name, value = "ratio", float(np.exp(value))
             elif (name == "rate" and form.place == "output") or (
-                name.removeprefix("twist_") in ("smoothing_speed", "stribeck_speed") and form.base == K.BASE_SPEED
+                name.removeprefix("twist_") in ("smoothing_speed", "stribeck_speed")
+                and form.base == K.BASE_SPEED
             ):
                 value = value * rate
             elif name in ("gap", "yield", "acceleration"):

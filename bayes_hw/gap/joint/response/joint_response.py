@@ -14,34 +14,19 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, JointScale
+from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.noise.slow_noise import SlowNoise
-from bayes_hw.gap.joint.response.joint_kernel import respond_jointly
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.response.within_sample import Columns, Paths, Stepped
+from bayes_hw.gap.joint.response.packed_axis import PackedAxis, Simulated
 from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.holes import masks_of, with_holes
-from bayes_hw.model.known_input import NO_COLUMNS, delayed_column, typical_cycles
+from bayes_hw.model.known_input import NO_COLUMNS, typical_cycles
 from bayes_hw.record import Record
 
 LARGEST = float(np.arctanh(MAX_REFLECTION))
-
-
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw. `torques` and `signals`
-    (laws, samples) are what the laws of its torques give and look at."""
-
-    v: FloatArray
-    w: FloatArray
-    y: FloatArray
-    slope: FloatArray
-    torques: FloatArray
-    signals: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,10 +180,10 @@ class JointResponse:
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, over its weights, NaN where nothing was
         measured."""
-        values = self.values(coordinates)
+        packed = self._packed(self.values(coordinates))
         found = []
         for number, record in enumerate(self.records):
-            e = with_holes(record.y - self.along(values, number).y, record.measured)
+            e = with_holes(record.y - self._along(packed, number)[0].y, record.measured)
             found.append(e if self.weights is None else e / self.weights[number])
         return found
 
@@ -211,22 +196,28 @@ class JointResponse:
     def along(self, values: JointValues, number: int) -> Simulated:
         """The response to a record's command that residuals are of: corrected by its readings where an
         observer is part of the effects, else the same as `simulate` gives."""
+        return self._along(self._packed(values), number)[0]
+
+    def _packed(self, values: JointValues, tangents: bool = False, first: int = 0) -> PackedAxis:
+        return PackedAxis(self.structure, values, self.scale, self.steps, tangents, first)
+
+    def _along(self, packed: PackedAxis, number: int) -> tuple[Simulated, FloatArray]:
+        """What `PackedAxis.run` gives of a record."""
         record = self.records[number]
-        return self._run(values, record.u, record.known, False, number=number)[0]
+        return packed.run(record.u, record.known, self._shown[number])
 
     def simulate(
         self, values: JointValues, u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
     ) -> Simulated:
         """The response to a command (samples,) and known inputs (samples,) by name from rest, which no
         reading corrects."""
-        simulated, _ = self._run(values, u, known, False)
-        return simulated
+        return self._packed(values).run(u, known)[0]
 
     def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """For every record the drive's command and dy/dw over the weight."""
-        values, found = self.values(coordinates), []
+        packed, found = self._packed(self.values(coordinates)), []
         for number in range(len(self.records)):
-            run = self.along(values, number)
+            run = self._along(packed, number)[0]
             slope = run.slope if self.weights is None else run.slope / self.weights[number]
             found.append((run.v, slope))
         return found
@@ -239,8 +230,9 @@ class JointResponse:
         """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
         the samples that were measured, None where all were."""
         values = self.values(coordinates)
+        packed = self._packed(values, True)
         for number, record in enumerate(self.records):
-            run, tangents = self._run(values, record.u, record.known, True, number=number)
+            run, tangents = self._along(packed, number)
             rows = np.empty((self.size + 1, len(record)))
             self._chain(values, tangents, rows)
             rows[-1] = record.y - run.y
@@ -253,9 +245,9 @@ class JointResponse:
         over the weights; exact where that effect changes nothing yet."""
         found = []
         effect = values.effects[-1]
-        for number, record in enumerate(self.records):
-            first = self._n_natural + sum(self._sizes[:-1])
-            _, rows = self._run(values, record.u, record.known, True, first, number)
+        packed = self._packed(values, True, self._n_natural + sum(self._sizes[:-1]))
+        for number in range(len(self.records)):
+            _, rows = self._along(packed, number)
             for i, slot in enumerate(effect.form.slots(self.scale)):
                 if slot.logarithmic:
                     rows[i] *= effect.values[i]
@@ -289,129 +281,3 @@ class JointResponse:
                 pole = at + len(effect.values) + s.real_poles + 2 * s.sections + 1
                 rows[pole] *= 1 - effect.ports.direct[1] ** 2
             at += size
-
-    def _run(
-        self,
-        values: JointValues,
-        u: FloatArray,
-        known: Mapping[str, FloatArray],
-        tangents: bool,
-        first: int = 0,
-        number: int | None = None,
-    ) -> tuple[Simulated, FloatArray]:
-        """Simulate, with tangents by the coordinates from `first` on; an observer corrects by the record of
-        that `number`, and without one does nothing."""
-        s, cascade = self.structure, values.cascade
-        n, m = s.real_poles, s.sections
-        laws = [effect for effect in values.effects if effect.ports is not None]
-        count = len(laws)
-        inputs, outputs = np.zeros(K.INPUTS), np.zeros(K.OUTPUTS)
-        inputs[K.WARMING] = outputs[K.SETTLING_TIME] = 1.0
-        c_static, c_inputs, c_outputs = (np.full(k, -1) for k in (3, K.INPUTS, K.OUTPUTS))
-        c_residue, c_real, c_sections = -1, np.full((2, n), -1), np.full((4, m), -1)
-        thetas, c_thetas = np.ones((count, K.THETAS)), np.full((count, K.THETAS), -1)
-        thetas[:, 1:] = 0.0
-        port_real, c_port_real = np.zeros((count, n)), np.full((count, n), -1)
-        port_sections, c_port_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
-        direct, c_direct = np.zeros((count, 2)), np.full((count, 2), -1)
-        signal_real, c_signal_real = np.zeros((count, n)), np.full((count, n), -1)
-        signal_sections, c_signal_sections = np.zeros((count, 2, m)), np.full((count, 2, m), -1)
-        at = 0
-        for i, present in enumerate((s.lower, s.upper, s.dead_zone)):
-            if present:
-                c_static[i] = at
-                at += 1
-        if s.integrator:
-            c_residue = at
-            at += 1
-        for i in range(n):
-            c_real[:, i] = at, at + 1
-            at += 2
-        for i in range(m):
-            c_sections[:, i] = range(at, at + 4)
-            at += 4
-        law, length = 0, len(u)
-        forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
-        readings: list[tuple[int, float, FloatArray, FloatArray]] = []
-        for effect in values.effects:
-            if effect.form.column == INNOVATION_COLUMN:
-                if number is not None:
-                    forced[law], forced_by_lag[law] = self._shown[number]
-            elif effect.form.column:
-                shown, by_lag = delayed_column(known, effect.form.column, float(effect.values[-1]), length)
-                if effect.ports is None:
-                    readings.append((at, float(effect.values[0]), shown, by_lag))
-                    at += 2
-                    continue
-                forced[law], forced_by_lag[law] = shown, by_lag
-            if effect.ports is not None:
-                thetas[law, 0] = effect.form.unit_of_signal(self.scale)
-            for slot, value in zip(effect.form.slots(self.scale), effect.values, strict=True):
-                if effect.form.place == "input":
-                    inputs[slot.row], c_inputs[slot.row] = value, at
-                elif effect.form.place == "output":
-                    outputs[slot.row], c_outputs[slot.row] = value, at
-                else:
-                    thetas[law, slot.row], c_thetas[law, slot.row] = value, at
-                at += 1
-            if (own := effect.ports) is None:
-                continue
-            port_real[law], port_sections[law] = own.real, own.sections
-            direct[law] = own.direct
-            c_port_real[law] = np.arange(at, at + n)
-            at += n
-            c_port_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
-            at += 2 * m
-            c_direct[law] = at, at + 1
-            at += 2
-            signal_real[law], signal_sections[law] = own.signal_real, own.signal_sections
-            if own.signal:
-                c_signal_real[law] = np.arange(at, at + n)
-                at += n
-                c_signal_sections[law] = np.arange(at, at + 2 * m).reshape(2, m)
-                at += 2 * m
-            law += 1
-        if not tangents:
-            first = at
-        columns = at - first
-        if first:
-            for c in (c_static, c_inputs, c_outputs, c_real, c_sections, c_thetas, c_port_real,
-                      c_port_sections, c_direct, c_signal_real, c_signal_sections):  # fmt: skip
-                c[...] = np.maximum(c - first, -1)
-            c_residue = max(c_residue - first, -1)
-        delayed = np.zeros(length)
-        delay = s.delay_samples
-        delayed[delay:] = u[: length - delay]
-        work = np.empty((7 + n + 2 * m + 4 * count, max(columns, 1)))
-        rows = np.zeros((columns, length)) if tangents else np.empty((0, 0))
-        run = Simulated(*(np.empty(length) for _ in range(4)), *(np.empty((count, length)) for _ in range(2)))
-        run.y[:] = 0.0
-        for row, gain, shown, by_lag in readings:
-            run.y[:] += gain * shown
-            for column, slope in ((row - first, shown), (row + 1 - first, gain * by_lag)):
-                if tangents and column >= 0:
-                    rows[column] = slope
-        paths = Paths(
-            cascade.integrator_residue, np.ascontiguousarray(cascade.real),
-            np.ascontiguousarray(cascade.sections), port_real, port_sections, direct, signal_real,
-            signal_sections,
-        )  # fmt: skip
-        stepped = Stepped(paths, self.steps)
-        static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
-        p = stepped.fast
-        respond_jointly(
-            delayed, static, inputs, outputs,
-            p.residue, p.real, p.sections, np.array([e.form.law for e in laws], dtype=np.int64),
-            np.array([e.form.base for e in laws], dtype=np.int64),
-            thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
-            forced_by_lag, self.steps, columns, c_static, c_inputs, c_outputs, c_residue, c_real, c_sections,
-            c_thetas, c_port_real, c_port_sections, c_direct, c_signal_real, c_signal_sections, work,
-            run.v, run.w, run.y, run.slope, run.torques, run.signals, rows,
-        )  # fmt: skip
-        if tangents:
-            where = Columns(
-                c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct, c_signal_real,
-                c_signal_sections,
-            )  # fmt: skip
-            stepped.chain(rows, where)
-        return run, rows

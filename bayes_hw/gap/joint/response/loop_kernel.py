@@ -40,9 +40,9 @@ from bayes_hw.gap.joint.forms.effect_codes import (
     WARMING,
     WAVENUMBER,
 )
-from bayes_hw.gap.joint.response.joint_kernel import own_difference
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
+from bayes_hw.gap.joint.response.state_kernel import own_difference
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, descended_each, raced
 from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect
-from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
+from bayes_hw.gap.joint.search.effect_screen import Start, best_starts, screened
 
 STARTS_OF_A_LABEL = 3
 FIRST_STEPS, SECOND_STEPS = 4, 8
@@ -52,15 +53,19 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     starts = screened(fit, free)
     if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
-    trials: list[JointFit] = []
-    for label in dict.fromkeys(s.form.label for s in starts):
-        own = best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        begun = [fit.with_effect(s.form, s.values) for s in own]
-        trials += [t.descended(FIRST_STEPS // 2) for t in begun]
-        if fit.noise_order > 1:
-            trials += [t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2) for t in begun]
-    ranked = sorted(trials, key=lambda t: -t.score)[:KEPT_STARTS]
-    ranked = sorted((t.descended(FIRST_STEPS // 2) for t in ranked), key=lambda t: -t.score)
+    own = [
+        best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
+        for label in dict.fromkeys(s.form.label for s in starts)
+    ]
+    chosen = [start for of_label in own for start in of_label]
+    if fit.labels:
+        chosen = beside_others(own)
+    trials = [fit.with_effect(s.form, s.values) for s in chosen]
+    first = descended_each(trials, FIRST_STEPS // 2)
+    if fit.noise_order > 1:
+        first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
+    ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
+    ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
     kept: list[JointFit] = []
     for t in ranked:
         if (
@@ -68,13 +73,24 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
             and len({k.labels[-1] for k in kept} | {t.labels[-1]}) <= KEPT_LABELS
         ):
             kept.append(t)
-    further = sorted((t.descended(SECOND_STEPS) for t in kept), key=lambda t: -t.score)
+    further = sorted(descended_each(kept, SECOND_STEPS), key=lambda t: -t.score)
     found: dict[str, JointFit] = {}
     for t in further:
         found.setdefault(t.labels[-1], t)
-    final = [t.descended() for t in list(found.values())[: KEPT_AFTER + 1]]
-    final += list(found.values())[KEPT_AFTER + 1 :]
-    return final
+    best = list(found.values())
+    if fit.labels:
+        return raced(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+    return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+
+
+def beside_others(own: Sequence[Sequence[Start]]) -> list[Start]:
+    """Of the starts of every label the first, and those that promise most of all under either noise."""
+    every = [start for of_label in own for start in of_label]
+    kept = {id(of_label[0]) for of_label in own}
+    for noise in range(min((len(start.gains) for start in every), default=0)):
+        ranked = sorted(every, key=lambda s: -s.gains[noise])
+        kept |= {id(start) for start in ranked[: KEPT_STARTS // 2]}
+    return [start for start in every if id(start) in kept]
 
 
 def slow_causes(fit: AnyFit) -> list[AnyFit]:
@@ -82,20 +98,14 @@ def slow_causes(fit: AnyFit) -> list[AnyFit]:
     white or of the first order."""
     if fit.noise_order <= 1:
         return []
-    return [
-        with_slow_noise(fit, cause).descended().with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.labels
-    ]
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.labels]
+    return each(lambda cause: with_slow_noise(fit, cause).descended().with_noise_kept(), causes)
 
 
 def each_cause(fit: AnyFit) -> list[AnyFit]:
     """With either cause of the noise, all else free, through the poles that G now has, exact."""
-    return [
-        with_slow_noise(fit, cause, exact=True).descended().with_noise_kept()
-        for cause in (WIND, WALK)
-        if cause not in fit.effect_labels
-    ]
+    causes = [cause for cause in (WIND, WALK) if cause not in fit.effect_labels]
+    return each(lambda cause: with_slow_noise(fit, cause, exact=True).descended().with_noise_kept(), causes)
 
 
 def with_slow_noise(fit: AnyFit, cause: str, exact: bool = False) -> AnyFit:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
 from bayes_hw.identify.growth.coloured import Whitener
@@ -79,20 +80,20 @@ def noise_screens(fit: JointFit) -> list[NoiseScreen]:
     whiteners = [fit.point.whitener]
     if fit.noise_order > 1:
         whiteners.append(first_order_noise(fit.point.residuals))
-    return [NoiseScreen.of(fit, whitener) for whitener in whiteners]
+    return each(lambda whitener: NoiseScreen.of(fit, whitener), whiteners)
 
 
 def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     """Every start of every form with its promises."""
     noises = noise_screens(fit)
     scale = replace(fit.response.scale, periods=promising_periods(fit, noises))
-    found = []
-    for form in forms:
-        for values in form.starts(scale):
-            larger = fit.with_effect(form, values)
-            tangents = larger.response.effect_tangents(larger.values)
-            found.append(Start(form, tuple(values), tuple(noise.gain(tangents) for noise in noises)))
-    return found
+
+    def promising(one: tuple[Form, Sequence[float]]) -> Start:
+        form, values = one
+        tangents = fit.effect_tangents(form, values)
+        return Start(form, tuple(values), tuple(noise.gain(tangents) for noise in noises))
+
+    return each(promising, [(form, values) for form in forms for values in form.starts(scale)])
 
 
 def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[float, ...]:
@@ -110,14 +111,16 @@ def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[flo
     cycles = cycles[travel / cycles >= fit.response.scale.shortest]
     if not len(cycles):
         return ()
-    gains = np.empty((len(noises), len(cycles)))
-    for j, count in enumerate(cycles):
+
+    def promised(count: float) -> list[float]:
         tangents = []
         for w, direction, slope in waves:
             angle = 2 * np.pi * count / travel * w
             plain = np.stack([np.sin(angle), np.cos(angle)])
             tangents.append(np.concatenate([plain, plain * direction]) * slope)
-        gains[:, j] = [noise.gain(tangents) for noise in noises]
+        return [noise.gain(tangents) for noise in noises]
+
+    gains = np.array(each(promised, list(cycles))).T
     best: set[int] = set()
     for row in gains:
         padded = np.concatenate([[-np.inf], row, [-np.inf]])

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
 from bayes_hw.gap.joint.fit.structure_moves import (
     SLACK_NATS,
     delayed,
@@ -29,6 +30,7 @@ from bayes_hw.gap.joint.search.effect_moves import (
     port_candidates,
     slow_causes,
 )
+from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
@@ -50,6 +52,13 @@ STRUCTURAL_NATS = 5.0
 MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
+
+MOST_RACED = 3
+"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
+
+HALFWAY = 0.5
+"""Share of what verification asks of a label that it must gain at first where others stand: ports and forms
+may make up the rest."""
 
 FOLLOWED_SHARE = 0.7
 """Of the best label's nats, from which another is followed to the end beside it."""
@@ -110,53 +119,18 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     return replace(found, known=known)
 
 
-@dataclass(frozen=True, eq=False)
-class _Path:
-    """An explanation on its way, and the cascade without effects under the same weights of the readings;
-    where it is `settled`, no port, form, pole, finer step nor observer helps it."""
-
-    fit: JointFit
-    base: JointFit
-    readings: Readings
-    settled: bool = False
-
-    @property
-    def gained(self) -> float:
-        """Nats over the cascade without effects."""
-        return self.fit.score - self.base.score
-
-    @property
-    def begun_with(self) -> str:
-        """The label that it explains first: of an effect, else the cause of the noise."""
-        return (self.fit.effect_labels or self.fit.labels)[0]
-
-    def is_without(self, best: _Path) -> bool:
-        """Whether it explains by other labels than `best`, in their place and not beside them."""
-        return not set(self.fit.labels) & set(best.fit.labels)
-
-    def reread(self) -> _Path:
-        """With the readings' faults looked for again, if there were none."""
-        if not self.fit.labels or self.readings.nats:
-            return self
-        later = read_faults(self.fit)
-        if not later.nats:
-            return self
-        return _Path(weighted(self.fit, later.weights), weighted(self.base, later.weights), later)
-
-
 def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
     """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
     the best one is followed to its end as well: which of them is better may show only there."""
-    begun = _Path(base, base, readings)
+    begun = FollowedPath(base, base, readings)
     contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
-    ended = []
     for path in contenders:
         told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
-        ended.append(_followed(path, told))
+    ended = each(lambda path: _followed(path, told), contenders)
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
-        ended = [replace(path, fit=in_observer_form(path.fit)) for path in ended]
+        ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
     ended = [replace(path, fit=named_by_sight(path.fit)) for path in ended]
     if len(ended) > 1:
         ended = _with_exchanged_laws(ended, told)
@@ -180,11 +154,11 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
 
 
-def _with_exchanged_laws(paths: Sequence[_Path], told: Callable[[str], None]) -> list[_Path]:
+def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
     """Of every label the best that it or an exchange of another one's law reaches."""
     found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
-    for path in paths:
-        for fit in (named_by_sight(one) for one in exchanged(path.fit)):
+    for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
+        for fit in map(named_by_sight, fits):
             other = replace(path, fit=fit)
             nats = {label: one.gained for label, one in found.items()}
             if other.gained > nats.get(other.begun_with, 0.0):
@@ -228,10 +202,11 @@ def _structural(fit: JointFit) -> JointFit:
     noise is of high order, which may have taken up what they explain, begun under noise of the first too,
     and with finer steps where none of it helps."""
     trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted((t.descended(FIRST_STEPS) for t in trials), key=lambda t: -t.score)[:3]
+    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
     coloured = fit.noise_order > 1
     if coloured:
-        begun += [t.descended_under(1, FIRST_STEPS) for t in trials]
+        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
+        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
     best = highest([fit, *raced(begun, fit.score)])
     if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
         return best
@@ -252,6 +227,13 @@ def in_observer_form(fit: JointFit) -> JointFit:
         return fit
     best = highest([fit, *raced(observed(fit), fit.score)])
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def seen_through(fit: JointFit, without: JointFit) -> JointFit:
+    """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
+    if fit.observer is None or fit.labels == without.labels:
+        return fit
+    return highest([fit, *raced([fit.without_observer()], fit.score)])
 
 
 def finer(fit: JointFit) -> JointFit:
@@ -278,8 +260,8 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
     near = [t for t in ranked if t.score - fit.score >= CONTEST_SHARE * gained]
     if len(near) < 2 or gained <= 0:
         return ranked[:1]
-    found = []
-    for contender in near:
+
+    def with_what_it_asks(contender: JointFit) -> JointFit:
         say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
@@ -290,8 +272,9 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
                 break
             contender = larger
             say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
-        found.append(contender)
-    return found
+        return contender
+
+    return each(with_what_it_asks, near)
 
 
 def one_more(fit: JointFit) -> list[JointFit]:
@@ -310,7 +293,9 @@ def is_followed(fit: JointFit, without: JointFit) -> bool:
     return not without.added or fit.point.rms <= without.point.rms
 
 
-def _contenders(begun: _Path, say: Callable[[str], None]) -> tuple[list[_Path], dict[str, JointFit]]:
+def _contenders(
+    begun: FollowedPath, say: Callable[[str], None]
+) -> tuple[list[FollowedPath], dict[str, JointFit]]:
     """The best explanations by one label, best first, and every label's; simulations are held against
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
@@ -330,14 +315,17 @@ def _contenders(begun: _Path, say: Callable[[str], None]) -> tuple[list[_Path], 
     return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
 
 
-def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
+def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
     """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
     act within the sample even where the noise is white: a rival whose noise was not may have done so."""
     for _ in range(1, MOST_STEPS):
         fit = path.fit
         best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            best = highest([best, *_settled(fit, one_more(fit), say)])
+            further = [
+                t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)
+            ]
+            best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
@@ -348,7 +336,14 @@ def _followed(path: _Path, say: Callable[[str], None]) -> _Path:
     base, fit, readings = read_again(
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
     )
-    return _Path(fit, base, readings)
+    return FollowedPath(fit, base, readings)
+
+
+def asked_of(fit: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth."""
+    beside = bool(fit.added) and len(fit.labels) > 1
+    doubtful = readings.nats or fit.noise_order > 1 or beside
+    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
 
 
 def verified(
@@ -363,18 +358,16 @@ def verified(
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
-        for label in fit.labels:
-            without = regrown(fit.without(label))
-            weights = fit.response.weights
+        weights = fit.response.weights
+        for label, without in zip(
+            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
+        ):
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
-            without = highest([without, *same])
-            nats[label] = fit.score - without.score
-            alternatives.append(without)
+            alternatives.append(highest([without, *same]))
+            nats[label] = fit.score - alternatives[-1].score
         say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        beside = bool(fit.added) and len(fit.labels) > 1
-        doubtful = readings.nats or fit.noise_order > 1 or beside
-        asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+        asked = asked_of(fit, readings)
         if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
             asked = 0.0
         if nats[fit.labels[weakest]] >= asked:

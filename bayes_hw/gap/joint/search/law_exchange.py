@@ -113,7 +113,7 @@ class _Old:
         return replace(nothing, signal_real=weights[: s.real_poles], signal_sections=seen, signal=True)
 
     def _beside(self, laws: Sequence[Effect]) -> tuple[FloatArray, FloatArray]:
-        """What laws beside the fit through which nothing enters look at, and their torques, (laws, samples)."""
+        """What laws look at through which nothing enters the fit, and their torques, (laws, samples) each."""
         values = self.fit.values
         beside = JointValues(values.cascade, (*values.effects, *laws))
         response = replace(self.fit.response, template=beside.effects)

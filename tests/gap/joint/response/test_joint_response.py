@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joint_axis import CASCADE, STRUCTURE, assert_tangents, command, form, response_with, some_effect, torque
@@ -21,6 +23,23 @@ def test_tangents_are_the_derivatives(law: Form) -> None:
     effect = some_effect(law)
     response, values = response_with((effect,), SAMPLES)
     assert_tangents(response, values, law.full_name)
+
+
+TOGETHER = (
+    ("friction", "presliding, motor"),
+    ("torque_ripple", ""),
+    ("other", "slip beyond the spring"),
+    ("other", "torque limit"),
+)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+@pytest.mark.parametrize("steps", [1, 4])
+def test_tangents_of_several_laws_together_are_the_derivatives(count: int, steps: int) -> None:
+    """Each acts on the signals of the others."""
+    effects = tuple(some_effect(form(*name)) for name in TOGETHER[:count])
+    response, values = response_with(effects, SAMPLES)
+    assert_tangents(replace(response, steps=steps), values, f"{count} laws in {steps} steps")
 
 
 @pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)

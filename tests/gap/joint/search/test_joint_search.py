@@ -34,7 +34,8 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search import joint_search
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
-from bayes_hw.gap.joint.search.joint_search import _Path, search
+from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.joint_search import search
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
@@ -92,8 +93,8 @@ def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
     fit: Any = SimpleNamespace(effect_labels=("other",), labels=("wind", "other"))
     alone: Any = SimpleNamespace(effect_labels=(), labels=("wind",))
     unused: Any = None
-    assert _Path(fit, unused, unused).begun_with == "other"
-    assert _Path(alone, unused, unused).begun_with == "wind"
+    assert FollowedPath(fit, unused, unused).begun_with == "other"
+    assert FollowedPath(alone, unused, unused).begun_with == "wind"
 
 
 def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:

@@ -1,0 +1,46 @@
+"""Starts that are tried beside other labels, and trials that threads share."""
+
+from __future__ import annotations
+
+import numpy as np
+from joint_axis import CASCADE, STRUCTURE, form, measured, scale
+
+from bayes_hw.crew import crew
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search.effect_moves import KEPT_STARTS, beside_others, effect_candidates
+from bayes_hw.gap.joint.search.effect_screen import Start
+from bayes_hw.identify.growth.descent import evaluate
+
+SAMPLES = 400
+
+
+def _start(label: str, number: int, *gains: float) -> Start:
+    return Start(form(label), (float(number),), gains)
+
+
+def test_beside_other_labels_every_label_keeps_its_first_start_and_the_best_keep_theirs() -> None:
+    """The best under either noise: one that only the second shows is kept as well."""
+    poor = [_start("command_bias", i, 0.1 / (i + 1), 0.1) for i in range(3)]
+    rich = [_start("gain_drift", i, 50.0 - i, 1.0) for i in range(KEPT_STARTS)]
+    slow = [_start("gain_asymmetry", 0, 0.5, 3.0), _start("gain_asymmetry", 1, 0.2, 90.0)]
+    kept = beside_others([poor, rich, slow])
+    assert poor[0] in kept and poor[1] not in kept and poor[2] not in kept
+    assert rich[: KEPT_STARTS // 2] == [start for start in kept if start in rich][: KEPT_STARTS // 2]
+    assert rich[-1] not in kept
+    assert slow[0] in kept and slow[1] in kept
+
+
+def test_threads_change_no_number() -> None:
+    bias, drift = form("command_bias"), form("gain_drift")
+    records = measured((Effect(drift, np.array([0.2, 100.0])),), SAMPLES, (1, 2))
+    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+    found = []
+    for threads in (1, 2):
+        with crew(threads):
+            found.append([(t.names, t.score) for t in effect_candidates(fit, [bias, drift])])
+    assert found[0] == found[1]
+    assert found[0][0][0] == ("gain_drift",)
+    assert found[0][0][1] > fit.score
