@@ -15,7 +15,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.following import Following, following
 from bayes_hw.posing import Origin, Posed, Start, posed
-from bayes_hw.quantities import is_speed, speed_of, spelt
+from bayes_hw.quantities import speed_of, spelt
 from bayes_hw.record import Record, Units
 from bayes_hw.record_checks import Finding, mistakes_of, wrong_scale
 
@@ -74,7 +74,7 @@ def enter(
         told = model is not None and "scale" not in accepted and check_response(record, model)
         if not told and "scale" not in accepted:
             warnings += check_scale(record)
-    measures_speed = any(is_speed(record.units.output) for record in everything)
+    measures_speed = any(record.measures_speed for record in everything)
     done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
 
@@ -102,7 +102,7 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
 
     `accepted` and `looked_at` as for `enter`.
     """
-    if not record.has_output or (is_speed(record.units.output) and is_speed(record.units.input)):
+    if not record.has_output or record.measures_speed:
         return []
     warnings = []
     for finding in () if looked_at else record.findings():
@@ -125,7 +125,7 @@ def check_scale(record: Record) -> list[str]:
 
 def scale_finding(record: Record) -> Finding | None:
     """A speed that tells of another unit or of another sample rate than stated; None where nothing does."""
-    if not record.has_output or is_speed(record.units.output):
+    if not record.has_output or record.measures_speed:
         return None
     expected = speed_of(record.units.output, record.units.input)
     return wrong_scale(record.u, record.y, record.sample_rate_hz, expected)

@@ -304,12 +304,14 @@ class Record:
             level_sd=self.level_sd * abs(factors["output"]),
         )
 
-    def findings(self) -> tuple[Finding, ...]:
-        """What looks wrong with the record, the gravest first; see `bayes_hw.record_checks`.
+    @property
+    def measures_speed(self) -> bool:
+        """Whether the output is a speed, behind a command that is one."""
+        return is_speed(self.units.output) and is_speed(self.units.input)
 
-        Nothing is said of an output that is a speed.
-        """
-        if not self.has_output or is_speed(self.units.output):
+    def findings(self) -> tuple[Finding, ...]:
+        """What looks wrong, the gravest first, as `bayes_hw.record_checks` has it; of a speed nothing."""
+        if not self.has_output or self.measures_speed:
             return ()
         return check_signals(
             self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)

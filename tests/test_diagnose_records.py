@@ -67,9 +67,12 @@ def test_records_alone_give_every_file(
     simulate = ["simulate", "plain.csv", "--model", "out/corrected.json", "--out", "run.csv", "--quiet"]
     assert main(simulate) == 0
     np.testing.assert_allclose(_column(Path("run.csv"), "y_model"), _column(prediction, "after"), atol=1e-9)
+    capsys.readouterr()
     assert main(["predict", "plain.csv", "--posterior", "out", "--out", "bands.csv", "--quiet"]) == 0
-    inside = np.array(_column(Path("bands.csv"), "lo")) < np.array(_column(Path("bands.csv"), "y"))
-    assert inside.mean() > 0.8
+    low, y, high = (np.array(_column(Path("bands.csv"), name)) for name in ("lo", "y", "hi"))
+    inside = float(np.mean((low <= y) & (y <= high)))
+    assert inside > 0.8
+    assert f"bands hold {100 * inside:.1f} %" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("folder", "undrawn")

@@ -235,3 +235,11 @@ def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
 )
 def test_messages_speak_python(message: str, words: str) -> None:
     assert python_words(message) == words
+
+
+def test_swapped_columns_are_named_where_units_are_stated(records: tuple[Record, Record, Record]) -> None:
+    """An output in deg/s is let through only behind a command that is a speed too."""
+    first = records[0]
+    swapped = replace(first, u=first.y, y=first.u, units=Units(input="deg", output="deg/s"))
+    with pytest.raises(InputError, match="the two are swapped"):
+        enter([swapped])

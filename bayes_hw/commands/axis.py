@@ -239,11 +239,19 @@ def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping
     model = HammersteinWiener.from_dict(corrected)
     add_known_inputs(parsed, model)
     (record,) = records_of(parsed, [parsed.record], model=model, needs_output=False).records
-    mean, low, high = predict_corrected(corrected, record.u, record.known)
+    mean, low, high = predict_corrected(corrected, record.u, record.known, record.level_sd)
     columns = {name: values for name, values in record.columns().items() if name not in record.known}
     bands = {"mean": mean, "lo": low, "hi": high}
     columns |= {name: band + record.origin for name, band in bands.items()}
     write_csv(out, in_asked_units(parsed, columns, record.units))
+    if record.has_output:
+        inside = (np.abs(record.y - mean) <= (high - low) / 2)[record.measured_samples]
+        rms = float(np.sqrt(np.mean((record.y - mean)[record.measured_samples] ** 2)))
+        say(
+            f"rms error {rms:.3g} {record.units.output}; 94 % bands hold "
+            f"{100 * float(np.mean(inside)):.1f} % of the samples"
+        )
+    say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 
 def write_prediction(path: Path, prediction: Prediction) -> None:

@@ -189,10 +189,13 @@ def simulate_corrected(
 
 
 def predict_corrected(
-    data: Mapping[str, Any], u: FloatArray, known: Mapping[str, FloatArray] = NO_COLUMNS
+    data: Mapping[str, Any],
+    u: FloatArray,
+    known: Mapping[str, FloatArray] = NO_COLUMNS,
+    level_sd: float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean and 94 % band of y (samples,) under a command and known inputs, parameters and noise both
-    counted."""
+    """Mean and 94 % band of y (samples,) under a command and known inputs; parameters, noise and the level
+    that angles count from, known to `level_sd`, are counted."""
     if KEY in data:
         return predict_train(data, u)
     response, coordinates, draws = joint_response_of(data)
@@ -203,7 +206,7 @@ def predict_corrected(
         low, high = np.quantile(drawn, [0.16, 0.84], axis=0)
         spread = (high - low) / 2
     sigma = float(data.get("noise", {}).get("sigma", 0.0))
-    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + sigma**2)
+    half = NORMAL_HALF_WIDTH * np.sqrt(spread**2 + sigma**2 + level_sd**2)
     return mean, mean - half, mean + half
 
 

@@ -97,8 +97,9 @@ def laplace(
             effects.setdefault(name, []).append(value)
     if held is not None:
         base |= _by_whole_normal(held, sections, values, vectors, scale, inflation, rng)
-        # Torques are held while the poles that they enter by move: what follows from both means nothing.
-        effects = {name: draws for name, draws in effects.items() if not name.endswith(".displacement")}
+        # Torques are held while the poles move that they enter by: what follows from both is told of the fit.
+        told = effect_quantities(fit, fit.values)
+        effects |= {name: DRAWS * [told[name]] for name in effects if name.endswith(".displacement")}
     else:
         effects |= torque_draws(fit, drawn)
     base |= unreached_limits(fit, base, rng)
