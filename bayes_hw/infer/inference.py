@@ -22,7 +22,7 @@ from bayes_hw.identify.output_error import levelled, simulated_outputs
 from bayes_hw.infer.centred_weights import CentredWeights
 from bayes_hw.infer.checkpoint import Checkpoint, fingerprint
 from bayes_hw.infer.dead_zone_trade import trade_of
-from bayes_hw.infer.following import sample_followed
+from bayes_hw.infer.following_weights import sample_followed
 from bayes_hw.infer.laplace import CoordinateMap
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, beginnings, sample_long, start_of_long
@@ -45,7 +45,7 @@ from bayes_hw.threads import one_blas_thread
 
 Sampled: TypeAlias = Literal["all", "dominant", "conditional"]
 """What is sampled: the posterior of everything ("all"), the same with the weights of G's poles following the
-rest ("dominant", see `bayes_hw.infer.following`), or that of the dominant parameters given the rest of G."""
+rest ("dominant", see `bayes_hw.infer.following_weights`), or that of the dominant parameters given the rest of G."""
 
 StartCondition: TypeAlias = Literal["rest", "free"]
 START_SAMPLES = 5

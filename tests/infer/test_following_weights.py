@@ -8,7 +8,7 @@ from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer import reweighting
-from bayes_hw.infer.following import DensityAlong, Following
+from bayes_hw.infer.following_weights import DensityAlong, Following
 from bayes_hw.infer.inference import Inference, infer
 from bayes_hw.infer.laplace import Laplace
 from bayes_hw.infer.sampler import SamplerSettings
