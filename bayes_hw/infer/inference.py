@@ -45,8 +45,8 @@ from bayes_hw.threads import one_blas_thread
 
 Sampled: TypeAlias = Literal["all", "dominant", "conditional"]
 """What is sampled: the posterior of everything ("all"), the same with the weights of G's poles following the
-rest ("dominant", see `bayes_hw.infer.following_weights`), or that of the dominant parameters given the rest of
-G."""
+rest ("dominant", see `bayes_hw.infer.following_weights`), or that of the dominant parameters with the rest of
+G as it is ("conditional")."""
 
 StartCondition: TypeAlias = Literal["rest", "free"]
 START_SAMPLES = 5
