@@ -30,7 +30,8 @@ def confirming_report(
     before."""
     first, units, limits = found[0], axis.posterior.axis.model.units, stage.limits
     shrinks = f"to {format_percent(narrowing)} of their width"
-    why = typeset(f" It is {axis.next_experiment}." if axis.next_experiment else "")
+    reason = axis.next_experiment
+    why = typeset(f" {reason[:1].upper()}{reason[1:]}." if reason else "")
     reached = format_interval(float(first.outputs.min()), float(first.outputs.max()), units.output)
     base, largest = axis.posterior.summaries, float(np.abs(first.u).max())
     return Report(
