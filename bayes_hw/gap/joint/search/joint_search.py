@@ -34,7 +34,7 @@ from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
-from bayes_hw.gap.joint.search.sight import named_by_sight
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.record import Record
 
@@ -158,7 +158,7 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     """Of every label the best that it or an exchange of another one's law reaches."""
     found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
     for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in map(named_by_sight, fits):
+        for fit in (named_by_sight(one) for one in fits if not is_hidden_friction(one)):
             other = replace(path, fit=fit)
             nats = {label: one.gained for label, one in found.items()}
             if other.gained > nats.get(other.begun_with, 0.0):

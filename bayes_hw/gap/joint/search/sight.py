@@ -12,12 +12,13 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
-MOSTLY, SPEED_SHARE = 0.5, 0.25
-"""Share of a twist's variance that follows the acceleration, at least, and of that what follows the speed, at
-most."""
+MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.25
+"""Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
+least; the other one over that, at most."""
 
 
 def named_by_sight(fit: JointFit) -> JointFit:
@@ -38,6 +39,23 @@ def named_by_sight(fit: JointFit) -> JointFit:
 
 def sees_twist(fit: JointFit, number: int) -> bool:
     """Whether the law of effect `number` looks at a twist."""
+    by_speed, by_acceleration = shares_of_motion(fit, number)
+    return by_acceleration > MOSTLY and by_speed < LITTLE * by_acceleration
+
+
+def is_hidden_friction(fit: JointFit) -> bool:
+    """Whether a law over the rate of a twist looks at the speed of the axis: what does so rubs."""
+    for number, effect in enumerate(fit.values.effects):
+        if effect.form.base == K.BASE_TWIST_RATE and effect.ports is not None and effect.ports.signal:
+            by_speed, by_acceleration = shares_of_motion(fit, number)
+            if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
+                return True
+    return False
+
+
+def shares_of_motion(fit: JointFit, number: int) -> tuple[float, float]:
+    """Shares of the variance of what effect `number` looks at that follow the speed of the axis and its
+    acceleration."""
     row = sum(effect.ports is not None for effect in fit.values.effects[:number])
     signals, speeds, accelerations = [], [], []
     for record in range(len(fit.response.records)):
@@ -46,9 +64,9 @@ def sees_twist(fit: JointFit, number: int) -> bool:
         speeds.append(np.gradient(run.w))
         accelerations.append(np.gradient(speeds[-1]))
     signal = np.concatenate(signals)
-    by_acceleration = share_following(signal, np.concatenate(accelerations))
-    by_speed = share_following(signal, np.concatenate(speeds))
-    return by_acceleration > MOSTLY and by_speed < SPEED_SHARE * by_acceleration
+    return share_following(signal, np.concatenate(speeds)), share_following(
+        signal, np.concatenate(accelerations)
+    )
 
 
 def share_following(signal: FloatArray, motion: FloatArray) -> float:

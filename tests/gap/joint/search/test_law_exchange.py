@@ -23,8 +23,9 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search import sight
 from bayes_hw.gap.joint.search.law_exchange import exchanged
-from bayes_hw.gap.joint.search.sight import named_by_sight, share_following
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, share_following
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
@@ -79,6 +80,18 @@ def test_a_friction_that_looks_at_a_twist_is_contact_in_a_gap(twist: bool) -> No
     assert named.values.effects[0].form is (BY_TWIST[load] if twist else load)
     np.testing.assert_array_equal(named.point.coordinates, fit.point.coordinates)
     assert named.score == pytest.approx(fit.score)
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "rubs"), [(0.4, 0.02, True), (0.3, 0.2, False), (0.05, 0.0, False)]
+)
+def test_a_hysteresis_that_looks_at_the_speed_is_a_friction(
+    speed: float, acceleration: float, rubs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sight, "shares_of_motion", lambda *_: (speed, acceleration))
+    spring = replace(RUB, form=form("other", "hysteresis of the spring"), values=np.array([0.01]))
+    assert is_hidden_friction(_fit(RUB, spring)) is rubs
+    assert not is_hidden_friction(_fit(RUB, RUB))
 
 
 def test_shares_of_motion() -> None:
