@@ -16,9 +16,12 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
-MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.25
+MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
 least; the other one over that, at most."""
+
+
+TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
 
 def named_by_sight(fit: JointFit) -> JointFit:
@@ -44,9 +47,9 @@ def sees_twist(fit: JointFit, number: int) -> bool:
 
 
 def is_hidden_friction(fit: JointFit) -> bool:
-    """Whether a law over the rate of a twist looks at the speed of the axis: what does so rubs."""
+    """Whether a law over a twist or its rate looks at the speed of the axis: what does so rubs."""
     for number, effect in enumerate(fit.values.effects):
-        if effect.form.base == K.BASE_TWIST_RATE and effect.ports is not None and effect.ports.signal:
+        if effect.form.base in TWISTS and effect.ports is not None and effect.ports.signal:
             by_speed, by_acceleration = shares_of_motion(fit, number)
             if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
                 return True
