@@ -306,8 +306,8 @@ class Record:
 
     @property
     def measures_speed(self) -> bool:
-        """Whether the output is a speed, behind a command that is one."""
-        return is_speed(self.units.output) and is_speed(self.units.input)
+        """Whether the output is a speed, and not that of an angle which stands for the command."""
+        return is_speed(self.units.output) and speed_of(self.units.input, self.units.output) is None
 
     def findings(self) -> tuple[Finding, ...]:
         """What looks wrong, the gravest first, as `bayes_hw.record_checks` has it; of a speed nothing."""

@@ -238,8 +238,10 @@ def test_messages_speak_python(message: str, words: str) -> None:
 
 
 def test_swapped_columns_are_named_where_units_are_stated(records: tuple[Record, Record, Record]) -> None:
-    """An output in deg/s is let through only behind a command that is a speed too."""
+    """An output in deg/s is no speed that was measured where the command is an angle."""
     first = records[0]
     swapped = replace(first, u=first.y, y=first.u, units=Units(input="deg", output="deg/s"))
     with pytest.raises(InputError, match="the two are swapped"):
         enter([swapped])
+    for command, output in (("deg/s", "deg/s"), ("V", "rpm")):
+        assert replace(first, units=Units(input=command, output=output)).measures_speed
