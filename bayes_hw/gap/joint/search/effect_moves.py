@@ -148,7 +148,7 @@ def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[flo
         slots, start = form.slots(scale), form.starts(scale)[0]
         names = [slot.name for slot in slots]
         extends = form.law == present.law and names[: len(own)] == list(own)
-        if extends or form.is_law:
+        if extends or (form.is_law and not form.further):
             kept = [
                 float(np.clip(own.get(slot.name, x), slot.lower, slot.upper))
                 for slot, x in zip(slots, start, strict=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from joint_axis import CASCADE, STRUCTURE, form, measured, scale
+from joint_axis import CASCADE, STRUCTURE, form, measured, scale, some_effect
 
 from bayes_hw.crew import crew
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.search.effect_moves import KEPT_STARTS, beside_others, effect_candidates
+from bayes_hw.gap.joint.search.effect_moves import KEPT_STARTS, beside_others, effect_candidates, other_forms
 from bayes_hw.gap.joint.search.effect_screen import Start
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -44,3 +44,10 @@ def test_threads_change_no_number() -> None:
     assert found[0] == found[1]
     assert found[0][0][0] == ("gain_drift",)
     assert found[0][0][1] > fit.score
+
+
+def test_a_form_that_extends_another_is_offered_to_that_alone() -> None:
+    """A second harmonic to its ripple; a friction over a twist to no other law without a name."""
+    ripple, drag = (some_effect(form(*name)) for name in (("torque_ripple",), ("other", "drag")))
+    assert any(found.further for found, _ in other_forms(ripple, scale(SAMPLES)))
+    assert not any(found.further for found, _ in other_forms(drag, scale(SAMPLES)))
