@@ -22,7 +22,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.infer.convergence import assess
-from bayes_hw.infer.laplace import CoordinateMap, Laplace, LogDensity
+from bayes_hw.infer.laplace import CoordinateMap, Laplace, LogDensity, Through
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.reweighting import Reweighting, reweighted
@@ -81,24 +81,16 @@ class Following:
         return points
 
 
-class DensityAlong:
+class DensityAlong(Through):
     """A log-density as a function of the leading coordinates, the others on their line."""
 
     def __init__(self, density: LogDensity, following: Following) -> None:
-        self.density = density
+        super().__init__(density)
         self.following = following
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.density.names[row] for row in self.following.leading)
-
-    @property
-    def non_finite(self) -> int:
-        return self.density.non_finite
-
-    @non_finite.setter
-    def non_finite(self, count: int) -> None:
-        self.density.non_finite = count
 
     def __call__(self, coordinates: FloatArray) -> FloatArray:
         return self.density(self.following.completed(coordinates))

@@ -42,12 +42,12 @@ class CoordinateMap(Protocol):
         ...
 
 
-class StraightDensity:
-    """A log-density as a function of other coordinates, Jacobian included."""
+class Through:
+    """What a log-density as a function of other coordinates has of that density: its names, and how often it
+    was not finite."""
 
-    def __init__(self, density: LogDensity, mapping: CoordinateMap) -> None:
+    def __init__(self, density: LogDensity) -> None:
         self.density = density
-        self.mapping = mapping
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,6 +60,14 @@ class StraightDensity:
     @non_finite.setter
     def non_finite(self, count: int) -> None:
         self.density.non_finite = count
+
+
+class StraightDensity(Through):
+    """A log-density as a function of other coordinates, Jacobian included."""
+
+    def __init__(self, density: LogDensity, mapping: CoordinateMap) -> None:
+        super().__init__(density)
+        self.mapping = mapping
 
     def __call__(self, coordinates: FloatArray) -> FloatArray:
         plain, log_jacobian = self.mapping.to_plain(coordinates)

@@ -43,7 +43,7 @@ def _torque(seen: Seen, label: str) -> EffectView:
         return error_over_time(seen, label)
     values, records = seen.fit.values, seen.records
     effect = values.effects[number]
-    law = sum(e.ports is not None for e in values.effects[:number])
+    law = values.law_row(number)
     runs = seen.runs(values)
     units = records[0].units
     q = [run.signals[law] for run in runs]

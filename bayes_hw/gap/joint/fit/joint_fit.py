@@ -17,7 +17,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.coloured import Whitener
-from bayes_hw.identify.growth.descent import Point, descend, evaluate
+from bayes_hw.identify.growth.descent import Point, descend, evaluate, triangular_factor
 from bayes_hw.identify.growth.extension import (
     advanced,
     joined_pole,
@@ -120,6 +120,10 @@ class JointFit:
     def noise_order(self) -> int:
         """Of the noise without a cause; what a cause explains has the encoder's own left, of the first."""
         return self.point.whitener.order if self.response.cause is None else 1
+
+    def factor(self) -> FloatArray:
+        """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual."""
+        return triangular_factor(self.response, self.point)
 
     @property
     def free_count(self) -> int:

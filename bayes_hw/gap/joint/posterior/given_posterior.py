@@ -6,9 +6,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.given.free_shape import ShapedFit
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
-from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior, with_torques_held
+from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior, drawn_about
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_units,
     dominant_sections,
@@ -17,7 +16,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import (
     torque_draws,
 )
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate, triangular_factor
+from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units
 
 INFLATION = 1.2
@@ -31,11 +30,9 @@ def laplace_given(
     fit: GivenFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws of likelihood times prior, standard deviations times `inflation`, told with G's sections free."""
-    held = None if isinstance(fit, ShapedFit) else with_torques_held(fit)
-    about = fit if held is None else held
-    if held is not None:
+    about, factor = drawn_about(fit)
+    if about is not fit:
         inflation *= CHAOTIC
-    factor = fit.factor() if isinstance(fit, ShapedFit) else triangular_factor(about.response, about.point)
     size, given = len(factor) - 1, fit.response.given
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     precision = factor[:size, :size].T @ factor[:size, :size] / variance

@@ -20,7 +20,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import (
     torque_draws,
 )
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate, residuals_at, triangular_factor
+from bayes_hw.identify.growth.descent import evaluate, residuals_at
 from bayes_hw.record import Units
 
 DRAWS = 300
@@ -67,11 +67,10 @@ def laplace(
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`; `sections` as `dominant_sections` has them
     where they are not to be found anew."""
-    held = with_torques_held(fit)
-    about = fit if held is None else held
-    if held is not None:
+    about, factor = drawn_about(fit)
+    chaotic = about is not fit
+    if chaotic:
         inflation *= CHAOTIC
-    factor = triangular_factor(about.response, about.point)
     size = len(factor) - 1
     largest = np.abs(factor[:size, :size]).max(axis=0)
     seen = largest > 0
@@ -95,8 +94,8 @@ def laplace(
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
-    if held is not None:
-        base |= _by_whole_normal(held, sections, values, vectors, scale, inflation, rng)
+    if chaotic:
+        base |= _by_whole_normal(about, sections, values, vectors, scale, inflation, rng)
         # Torques are held while the poles move that they enter by: what follows from both is told of the fit.
         told = effect_quantities(fit, fit.values)
         effects |= {name: DRAWS * [told[name]] for name in effects if name.endswith(".displacement")}
@@ -221,13 +220,13 @@ def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
     return np.asarray(a1 * a1 / 4 < a2, dtype=np.bool_)
 
 
-def with_torques_held(fit: JointFit) -> JointFit | None:
-    """Where the motion is chaotic and no observer follows it: the cascade alone, at the same values, on
-    records less what the effects add to the angle; its coordinates are the first of the fit's. None
-    elsewhere."""
+def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
+    """What draws are taken about, and its `factor`: the fit, or where its motion is chaotic and no observer
+    follows it, the cascade alone, at the same values, on records less what the effects add to the angle; its
+    coordinates are the first of the fit's."""
+    whole = fit.factor()
     if fit.observer is not None or not any(effect.ports is not None for effect in fit.response.template):
-        return None
-    whole = triangular_factor(fit.response, fit.point)
+        return fit, whole
     values = JointValues(fit.values.cascade)
     plain = replace(fit.response, template=())
     records = [
@@ -236,7 +235,9 @@ def with_torques_held(fit: JointFit) -> JointFit | None:
     ]
     plain = replace(plain, records=records)
     held = JointFit(plain, evaluate(plain, plain.coordinates(values), fit.point.whitener))
-    count = plain.size
-    linear = np.linalg.norm(triangular_factor(plain, held.point)[:count, :count], axis=0)
+    factor, count = held.factor(), plain.size
+    linear = np.linalg.norm(factor[:count, :count], axis=0)
     moved = np.abs(whole[:, :count]).max(axis=0)
-    return None if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)) else held
+    if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
+        return fit, whole
+    return held, factor

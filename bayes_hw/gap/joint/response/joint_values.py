@@ -52,3 +52,7 @@ class JointValues:
 
     cascade: CascadeValues
     effects: tuple[Effect, ...] = ()
+
+    def law_row(self, number: int) -> int:
+        """Which of a simulation's laws, by their torques and signals, effect `number` is."""
+        return sum(effect.ports is not None for effect in self.effects[:number])

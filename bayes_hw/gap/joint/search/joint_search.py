@@ -160,8 +160,8 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
         for fit in (named_by_sight(one) for one in fits if not is_hidden_friction(one)):
             other = replace(path, fit=fit)
-            nats = {label: one.gained for label, one in found.items()}
-            if other.gained > nats.get(other.begun_with, 0.0):
+            present = found.get(other.begun_with)
+            if other.gained > (0.0 if present is None else present.gained):
                 told(f"{other.gained:.0f} nats by an exchange: {described(fit)}")
                 found[other.begun_with] = other
     return list(found.values())

@@ -68,7 +68,7 @@ class _Old:
     @classmethod
     def of(cls, fit: JointFit, number: int) -> _Old:
         runs = [fit.response.along(fit.values, i) for i in range(len(fit.response.records))]
-        row = sum(effect.ports is not None for effect in fit.values.effects[:number])
+        row = fit.values.law_row(number)
         signal = np.concatenate([run.signals[row] for run in runs])
         torque = np.concatenate([run.torques[row] for run in runs])
         return cls(fit, number, fit.values.effects[number], signal, torque)

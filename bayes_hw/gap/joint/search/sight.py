@@ -59,7 +59,7 @@ def is_hidden_friction(fit: JointFit) -> bool:
 def shares_of_motion(fit: JointFit, number: int) -> tuple[float, float]:
     """Shares of the variance of what effect `number` looks at that follow the speed of the axis and its
     acceleration."""
-    row = sum(effect.ports is not None for effect in fit.values.effects[:number])
+    row = fit.values.law_row(number)
     signals, speeds, accelerations = [], [], []
     for record in range(len(fit.response.records)):
         run = fit.response.along(fit.values, record)

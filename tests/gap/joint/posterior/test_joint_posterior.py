@@ -10,7 +10,7 @@ from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, form, measured, response
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior import joint_posterior
-from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, laplace, with_torques_held
+from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace
 from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities, effect_units
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -51,8 +51,8 @@ def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
     values = JointValues(cascade, (replace(rub, ports=ports),))
     response = JointResponse(replace(STRUCTURE, sections=2), values.effects, records, scale(SAMPLES))
     fit = JointFit(response, evaluate(response, response.coordinates(values)))
-    held = with_torques_held(fit)
-    assert held is not None
+    held, _ = drawn_about(fit)
+    assert held is not fit
     np.testing.assert_allclose(held.point.residuals[0], fit.point.residuals[0], atol=1e-12)
     drawn = laplace(fit, Units(), np.random.default_rng(1)).coordinates
     size = held.response.size
