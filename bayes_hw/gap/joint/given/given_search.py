@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -32,6 +31,7 @@ from bayes_hw.gap.joint.given.given_moves import (
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.given.limit_starts import limit_starts, with_limits_anew
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
@@ -51,9 +51,6 @@ from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
-
-LIMIT_STARTS = (1.0, 0.8, 0.9, 1.1, 1.25)
-"""Multiples of the nominal limits from which the base is tried: a descent does not leave a limit's kinks."""
 
 BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
@@ -132,16 +129,8 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
     response = GivenResponse(structure, (), records, scale, given=given)
     low, high = given.bounds(part=False, further=False)
-
-    def start(theta: FloatArray) -> GivenFit:
-        return GivenFit(response, evaluate(response, np.clip(theta, low, high)))
-
-    starts = []
-    for one, other in itertools.product(LIMIT_STARTS, repeat=2):
-        theta = np.zeros(given.size)
-        theta[:2] = np.log([one, other])
-        starts.append(start(theta))
-    starts.sort(key=lambda fit: fit.point.rms)
+    nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
+    starts = limit_starts(nominal_fit)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
     return best_of([fit.descended() for fit in tried[:2]])
 
@@ -266,7 +255,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = explained_slowly(as_given(finer(best_of(trials))))
+        best = with_limits_anew(explained_slowly(as_given(finer(best_of(trials)))))
         if fit is base and is_shape(base, best_of([base, best])):
             fit = best_of([base, best])
             say("a function of position explains far more")
