@@ -88,7 +88,8 @@ def best_coefficients(
     joined = np.concatenate(list(_whitened(at, columns, whitener)), axis=1)
     tangents, target = joined[:-1], joined[-1]
     count = len(columns[0])
-    norms = np.maximum(np.linalg.norm(tangents, axis=1), 1e-300)
+    norms = np.linalg.norm(tangents, axis=1)
+    norms[norms == 0] = 1.0  # Limits that no command reaches are seen by their prior alone.
     scaled = tangents / norms[:, None]
     # A straight line is a gain too: which of them, the prior says; a ridge what it leaves open.
     gram, product = scaled @ scaled.T + RIDGE * np.eye(len(scaled)), scaled @ target

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     best_of,
-    every_law,
     further_modes,
     later,
     with_further_forms,
@@ -33,8 +33,8 @@ def instead_of(
     rivals: Mapping[str, float],
     alone: Mapping[str, GivenFit],
 ) -> dict[str, GivenFit]:
-    """The explanation and those that have another label in place of its strongest: what has no name, an
-    error of the reading over position included, and labels that alone did nearly as well. Where no effect was
+    """The explanation and those that have another label in place of its strongest: what has no name, by every
+    form and an error of the reading over position included, and labels that alone did nearly as well. Where no effect was
     found, or only noise of a cause: such an error of the reading if it explains all, else none."""
     effects = [label for label in nats if label not in SLOW]
     if not effects:
@@ -52,6 +52,8 @@ def instead_of(
                 continue
             end = best_of(trials)
         found[label] = end
+    if strongest == OTHER:
+        found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape

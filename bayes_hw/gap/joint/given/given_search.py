@@ -16,11 +16,11 @@ from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSIT
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
-    every_law,
     explained_slowly,
     further_modes,
     later,

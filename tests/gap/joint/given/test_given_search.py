@@ -27,11 +27,11 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.given import given_moves, given_search
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
-    every_law,
     explained_slowly,
     further_modes,
     with_further_forms,
