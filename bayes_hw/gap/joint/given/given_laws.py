@@ -41,9 +41,10 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     own, looking at the states of G.
 
     All of its starts are begun, and where the noise is of higher order, which may have taken up what they
-    explain, under noise of the first as well, and under white noise, under which whatever a law leaves counts:
-    neither what a start promises nor a few steps without the states tell which law it is. They are begun on
-    the beginnings of long records. Laws that are periodic in position are left out, their starts are too many.
+    explain, under noise of the first as well, and under white noise, under which all that a law leaves
+    counts: neither what a start promises nor a few steps without the states tell which law it is. They are
+    begun on the beginnings of long records. Laws that are periodic in position are left out, their starts are
+    too many.
     """
     seen = _beginning(fit)
     starts: dict[str, list[GivenFit]] = {}
@@ -65,8 +66,8 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
 
 
 def _closest(starts: Mapping[str, Sequence[GivenFit]]) -> list[tuple[str, GivenFit]]:
-    """By kind, the starts that leave the least after some steps under white noise, after more and after kicks;
-    none where the noise is white or of the first order."""
+    """By kind, the starts that leave the least after some steps under white noise, after more and after
+    kicks; none where the noise is white or of the first order."""
     begun = [
         (kind, as_given(t.descended_under(0, SECOND_STEPS)))
         for kind, own in starts.items()
@@ -124,8 +125,8 @@ def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
 
 def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
     """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
-    the command, from what the loop lacks of it. What has no name also looking at its own signal alone: elsewhere
-    such forms share the few starts of one label."""
+    the command, from what the loop lacks of it. What has no name also looking at its own signal alone:
+    elsewhere such forms share the few starts of one label."""
     last = len(fit.values.effects)
     plain = [fit.with_effect(form, s) for s in form.starts(fit.response.scale)]
     starts = [as_given(s.with_signal(last)) for s in plain]
@@ -159,5 +160,3 @@ def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
 def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
     """The best `count` of some that are in order, after more steps, best first."""
     return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
-
-

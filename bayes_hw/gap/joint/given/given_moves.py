@@ -30,7 +30,6 @@ WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
 """Of a label, begun under white noise; descents under it, while one gains more than a little."""
 
 
-
 def as_given(found: object) -> GivenFit:
     assert isinstance(found, GivenFit)
     return found
