@@ -1,5 +1,5 @@
-"""Limits of a given model begun at several places: a descent leaves neither a limit's kinks nor the plain beyond
-what commands reach."""
+"""Limits of a given model begun at several places: a descent leaves neither a limit's kinks nor the plain
+beyond what commands reach."""
 
 from __future__ import annotations
 

@@ -25,13 +25,13 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
-from bayes_hw.gap.joint.given import given_moves, given_search
+from bayes_hw.gap.joint.given import given_laws, given_moves, given_search
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
-    every_law,
     explained_slowly,
     further_modes,
     with_further_forms,
@@ -331,11 +331,11 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
 
 def test_long_records_are_begun_by_their_beginnings() -> None:
     base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
-    assert given_moves._beginning(base) is base
+    assert given_laws._beginning(base) is base
     with pytest.MonkeyPatch.context() as few:
-        few.setattr(given_moves, "BEGUN_SAMPLES", GIVEN_SAMPLES)
-        short = given_moves._beginning(base)
+        few.setattr(given_laws, "BEGUN_SAMPLES", GIVEN_SAMPLES)
+        short = given_laws._beginning(base)
     assert [len(r) for r in short.response.records] == [GIVEN_SAMPLES // 2] * 2
-    whole = given_moves._whole(short, base)
+    whole = given_laws._whole(short, base)
     assert whole.response.records is base.response.records
     assert whole.score == pytest.approx(base.score)
