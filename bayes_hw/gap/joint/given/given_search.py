@@ -13,6 +13,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.base_starts import limit_starts, with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
@@ -31,7 +32,6 @@ from bayes_hw.gap.joint.given.given_moves import (
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import SLOW, instead_of, is_shape, seen_alike
-from bayes_hw.gap.joint.given.limit_starts import limit_starts, with_limits_anew
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
@@ -272,7 +272,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = with_limits_anew(explained_slowly(as_given(finer(best_of(trials)))))
+        best = with_base_anew(explained_slowly(as_given(finer(best_of(trials)))))
         if fit is base and is_shape(base, best_of([base, best])):
             fit = best_of([base, best])
             say("a function of position explains far more")
