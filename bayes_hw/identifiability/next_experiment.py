@@ -31,7 +31,6 @@ Score: TypeAlias = Callable[[FloatArray], float]
 SEARCH_DRAWS = 12
 FINAL_DRAWS = 64
 STROKE_DRAWS = 32
-DURATION_S = 120.0
 EVALUATIONS = 240
 """Commands scored in each family unless told otherwise."""
 

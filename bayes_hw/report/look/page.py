@@ -30,11 +30,11 @@ from bayes_hw.report.page.rounding import (
     format_number,
     format_percent,
 )
+from bayes_hw.report.page.typography import NO_BREAK_SPACE
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
 SHARED = files("bayes_hw.report.page") / "templates"
-NO_BREAK_SPACE = "\u00a0"
 
 
 def to_html(look: Look, title: str = "") -> str:
