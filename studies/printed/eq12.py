@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ
+from printed.nanshan import SAMPLE_RATE_HZ
 from printed.rounding_box import RoundingBox, RoundingUncertainty, rounding_uncertainty
 
 PRINTED_NUMERATOR = (

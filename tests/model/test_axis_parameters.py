@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from simulated_records import command
 
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.model.parameters import as_coordinates, as_values
 
 
