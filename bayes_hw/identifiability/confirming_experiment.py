@@ -38,10 +38,6 @@ class Stage:
     gain: float
 
     @property
-    def samples(self) -> int:
-        return round(self.duration_s * self.sample_rate_hz)
-
-    @property
     def swing(self) -> float:
         """The largest amplitude of the angle about where the axis begins, at zero."""
         return STROKE_SHARE * max(min(-self.limits.lowest, self.limits.highest), 0.0)

@@ -250,7 +250,7 @@ def design_experiment(
     searched = Belief.of(posterior, SEARCH_DRAWS, search_rng, records)
     rows = belief.rows(about)
     stroke = Stroke(belief, circumstances.limits)
-    chosen = families(circumstances, posterior.axis.model.units.input)
+    chosen = families(circumstances)
 
     def score(u: FloatArray) -> float:
         return expected_gain(searched, u, rows).nats

@@ -81,7 +81,7 @@ def test_a_parameter_is_refuted_where_chance_does_not_explain_its_misses() -> No
 def test_replicates_have_the_tails_of_the_draws() -> None:
     """Student-t noise is simulated with the degrees of freedom, and the standard deviation, of the draw."""
     posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
-    estimate = NoiseEstimate(0.01, np.zeros(0), np.zeros(0), degrees_of_freedom=4.0)
+    estimate = NoiseEstimate(0.01, np.zeros(0), degrees_of_freedom=4.0)
     noise = noise_parameters(estimate, "deg")
     n_axis = len(posterior.axis.parameters)
     values = np.concatenate(

@@ -12,7 +12,7 @@ CIRCUMSTANCES = Circumstances(20.0, 30.0, MotionLimits(1.0, 10.0, -1.0, 1.0), Sa
 
 def test_every_setting_has_its_unit() -> None:
     """The units are those by which the families make their commands."""
-    for family in families(CIRCUMSTANCES, "deg/s"):
+    for family in families(CIRCUMSTANCES):
         for setting in family.settings:
             assert setting_unit(setting.name, "deg/s") == setting.unit
             assert "_" not in setting_words(setting.name)
