@@ -23,10 +23,6 @@ def scattered(axis: AxisParameters, walkers: int, spread: float = 0.05) -> np.nd
     return as_values(axis.parameters, centre + spread * noise)
 
 
-def assert_same_roots(found: np.ndarray, expected: np.ndarray) -> None:
-    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-9)
-
-
 @pytest.mark.parametrize("zeros", [[], [0.3], [0.3, -0.2], [0.3, 0.2, 0.1]])
 def test_the_gain_is_that_of_the_model_whatever_its_zeros(zeros: list[float]) -> None:
     """At the nominal values, and where the gain alone is another."""
