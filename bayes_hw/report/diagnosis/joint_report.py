@@ -45,7 +45,6 @@ class JointPage:
     """What the page and its sections are made from, each computed once."""
 
     diagnosis: JointDiagnosis
-    refuted: Beginning | None
 
     @cached_property
     def tests(self) -> ResidualReport:
@@ -79,7 +78,7 @@ class JointPage:
 def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginning | None = None) -> Report:
     """One page that answers, with the evidence below; `refuted` is a plain model of the same records, whose
     numbers are shown folded, as those of a model that does not hold."""
-    page = JointPage(diagnosis, refuted)
+    page = JointPage(diagnosis)
     sections = [
         evidence_section(diagnosis, page.prediction if page.view is not None else None),
         advice_section(diagnosis),

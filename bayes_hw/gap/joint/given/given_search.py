@@ -139,7 +139,7 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     return best_of([fit.descended() for fit in tried[:2]])
 
 
-def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
+def plainly(fit: GivenFit) -> GivenFit:
     """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
     response, n = fit.response, len(fit.theta)
     low, high = response.given.bounds(response.part, response.further)
@@ -162,7 +162,9 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
 
     inside = 1e-6 * (high - low)
     start = np.clip(fit.theta, low + inside, high - inside)
-    found = least_squares(residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=evaluations)
+    found = least_squares(
+        residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=PLAIN_EVALUATIONS
+    )
     return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
 
 
