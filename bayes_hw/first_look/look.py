@@ -186,10 +186,11 @@ def _seen(records: Sequence[Record]) -> Look:
     found = statics(outputs, commands, rate)
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
-    opened = [found.opened(k, y) for k, y in enumerate(outputs)]
     repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
     noise, sigma = _noise(outputs, commands, rate, response, repeated, white)
-    lag = delay(opened, limited, rate, found.seen)
+    opened = [found.opened(k, y) for k, y in enumerate(outputs)]
+    cleaned = [y - part for y, part in zip(opened, repeated.part, strict=True)]
+    lag = delay(cleaned, limited, rate, found.seen)
     errors = errors_of(outputs, found)
     longest = max(range(len(records)), key=lambda k: len(records[k]))
     return Look(
