@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,19 +41,20 @@ class Advice:
 
 def advice(look: Look) -> Advice:
     """From the measures of a look."""
-    records, statics, response = look.records, look.statics, look.response
+    records, statics, response = look.records, look.apart, look.response
     delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
     repeated = look.repeated
     units = records[0].units
     shows, cannot, following = [], [], []
-    for which, (name, limit, share) in enumerate(
-        (("lower", statics.lower, at_limits[0]), ("upper", statics.upper, at_limits[1]))
+    for name, limit, share in (
+        ("lower", statics.lower, at_limits[0]),
+        ("upper", statics.upper, at_limits[1]),
     ):
         if limit is None:
             cannot.append(f"The {name} limit of the command is not met: it may lie beyond this record.")
         else:
             shows.append(
-                f"The {name} limit, {estimate(limit, statics.sd(which))} {units.input}: "
+                f"The {name} limit, about {limit:.2g} {units.input}: "
                 f"{percent(share)} of the samples ask for more."
             )
     if statics.lower is None or statics.upper is None:
@@ -60,7 +62,7 @@ def advice(look: Look) -> Advice:
     behind = repeated.hysteresis
     if statics.half_width is not None:
         half_width = f"{estimate(statics.half_width, statics.sd(2))} {units.output}"
-        if behind is not None and behind.bound < statics.half_width:
+        if behind is not None and (behind.is_clear or behind.bound < statics.half_width):
             shows.append(f"A dead zone of half width {half_width}.")
         else:
             shows.append(f"A dead zone, or play at every reversal, of half width {half_width}.")
@@ -153,10 +155,16 @@ def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | N
         return "These records tell little of the axis: the command does not stand out from the noise."
     if not cannot:
         return "These records are good to identify from: limits, dead zone, response and delay all show."
-    return (
-        f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them, and lack "
-        f"{listed([short_name(item) for item in cannot])}."
-    )
+    lacking = f"lack {listed([short_name(item) for item in cannot])}"
+    if not shows:
+        return f"These records {lacking}."
+    return f"These records show {listed([seen_name(item) for item in shows])}, and {lacking}."
+
+
+def seen_name(item: str) -> str:
+    """What a sentence of `Advice.shows` is about."""
+    name = re.split(r"[:,]| from | of half width ", item, maxsplit=1)[0]
+    return name[0].lower() + name[1:]
 
 
 def short_name(item: str) -> str:

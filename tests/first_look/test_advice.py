@@ -81,3 +81,10 @@ def test_estimates_are_told_with_what_they_are_known_to(value: float, sd: float,
 def test_a_share_that_is_not_zero_is_not_told_as_zero() -> None:
     assert percent(8 / 4500) == "less than 1 %"
     assert percent(0.0) == "0 %"
+
+
+def test_the_sentence_names_what_is_shown(looks: list[Look]) -> None:
+    for seen in looks:
+        said, _, lacking = seen.advice.sentence.removeprefix("These records show ").partition(", and lack ")
+        assert len(re.split(", | and ", said)) >= len(seen.advice.shows) and lacking
+        assert not any(character.isdigit() for character in said)

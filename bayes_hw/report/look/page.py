@@ -135,7 +135,7 @@ def cards(look: Look) -> list[dict[str, str]]:
 
 def facts(look: Look) -> list[tuple[str, str]]:
     """Names and values of the table at the end."""
-    units, statics = look.records[0].units, look.statics
+    units, statics = look.records[0].units, look.apart
     slope, error = look.drift_per_hour
     rows = [
         ("lower limit", _known(statics.lower, units.input, "not met")),

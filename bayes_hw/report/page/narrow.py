@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import io
+from itertools import combinations
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.gridspec import GridSpec
+from matplotlib.text import Text
 
 from bayes_hw.report.page.svg_size import compact
 
 NARROW_INCHES = 4.5
 """At which letters of 8.5 points are 9 pixels and more in a column of 350."""
 
-LEAST_PANEL_INCHES = 1.9
-"""Panels side by side that would be narrower stand one below the other."""
+MOST_BESIDE = 2
+"""More panels side by side stand one below the other, and fewer where their titles do not fit."""
 
 
 def narrow_svg(canvas: Canvas) -> str | None:
@@ -27,13 +29,40 @@ def narrow_svg(canvas: Canvas) -> str | None:
     if width <= NARROW_INCHES:
         return None
     grid = _grid(canvas)
-    if grid is not None and grid.ncols > 1 and NARROW_INCHES / grid.ncols < LEAST_PANEL_INCHES + 0.35:
-        rows = _stacked(canvas, grid)
-        height *= rows / grid.nrows
     canvas.set_size_inches(NARROW_INCHES, height)
+    _fit_legends(canvas)
+    if grid is not None and grid.ncols > 1 and (grid.ncols > MOST_BESIDE or not _titles_fit(canvas)):
+        canvas.set_size_inches(NARROW_INCHES, height * _stacked(canvas, grid) / grid.nrows)
     buffer = io.StringIO()
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return compact(buffer.getvalue())
+
+
+def _fit_legends(canvas: Canvas) -> None:
+    """Legends of the whole drawing in as many columns as fit its width."""
+    for legend in list(canvas.legends):
+        handles = [handle for handle in legend.legend_handles if handle is not None]
+        labels = [text.get_text() for text in legend.get_texts()]
+        columns = len(labels)
+        while columns > 1 and legend.get_window_extent().width > canvas.bbox.width:
+            columns -= 1
+            legend.remove()
+            legend = canvas.legend(handles, labels, loc="outside upper center", ncols=columns)
+
+
+def _titles_fit(canvas: Canvas) -> bool:
+    """Whether no title of a panel reaches into that of its neighbour, or over the edge."""
+    canvas.draw_without_rendering()
+    said = {(axes, axes.get_title(place)) for axes in canvas.axes for place in ("left", "center", "right")}
+    boxes = [
+        text.get_window_extent()
+        for axes in canvas.axes
+        for text in axes.findobj(Text)
+        if isinstance(text, Text) and text.get_text() and (axes, text.get_text()) in said
+    ]
+    return all(box.x1 <= canvas.bbox.x1 for box in boxes) and not any(
+        one.overlaps(other) for one, other in combinations(boxes, 2)
+    )
 
 
 def _grid(canvas: Canvas) -> GridSpec | None:

@@ -8,7 +8,7 @@ import pytest
 
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
-from bayes_hw.report.page.narrow import NARROW_INCHES
+from bayes_hw.report.page.narrow import NARROW_INCHES, narrow_svg
 
 COLUMN_PIXELS, LETTER_POINTS, LEAST_PIXELS = 361.0, 8.5, 9.0
 """What a page leaves a figure of 390 pixels, the smallest letters of a figure, and how large they must be."""
@@ -50,3 +50,19 @@ def test_panels_stand_below_each_other_with_axes_of_their_own(shared: bool) -> N
 
 def test_a_drawing_that_is_narrow_enough_is_drawn_once() -> None:
     assert _drawn(1, width=NARROW_INCHES).narrow_svg is None
+
+
+def test_a_legend_is_as_wide_as_the_drawing_at_most_and_titles_do_not_meet() -> None:
+    with drawing_settings():
+        canvas = new_canvas(2.5)
+        for axes in canvas.subplots(1, 2):
+            axes.plot([0, 1], [2, 3], label="a long word for a line that needs room")
+            axes.set_title("a title that needs more than half of it")
+        handles = [line for axes in canvas.axes for line in axes.lines]
+        canvas.legend(handles=handles * 2, loc="outside upper center", ncols=4)
+        assert narrow_svg(canvas) is not None
+        canvas.draw_without_rendering()
+        (legend,) = canvas.legends
+        assert legend.get_window_extent().width <= canvas.bbox.width
+        upper, lower = canvas.axes
+        assert upper.get_position().y0 > lower.get_position().y1
