@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="LABEL",
-        help="labels to strike from the catalogue of effects",
+        help="labels to leave out of the catalogue of effects",
     )
     parser.add_argument("--title", default="", help="title of the report (default: the axis's name)")
     parser.add_argument("--no-report", action="store_true", help="leave out report.html and report.pdf")

@@ -23,7 +23,7 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     if isinstance(fit, GivenFit):
         said = [
             "no drive train was read back from the model's G: torques and speeds of the effects enter "
-            "through its poles, at weights of their own (ports)"
+            "through its poles, at weights of their own"
         ]
     else:
         said = [
