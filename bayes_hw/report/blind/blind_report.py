@@ -181,8 +181,8 @@ def _baseline_sections(score: Score, baselines: Mapping[str, Score]) -> tuple[Se
     table = Table(
         ("figure", *scores),
         tuple(rows),
-        "Per cent and, in brackets, the 95 % binomial interval. The last row is the true explained fraction of "
-        "the hold-out over the cases where something was added.",
+        "Per cent and, in brackets, the 95 % binomial interval. The last row is the true explained "
+        "fraction of the hold-out over the cases where something was added.",
         tuple(range(1, len(scores) + 1)),
     )
     return (Section("Baselines on the same cases", (table,)),)
