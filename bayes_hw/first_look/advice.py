@@ -65,8 +65,10 @@ def advice(look: Look) -> Advice:
         if behind is not None and (behind.is_clear or behind.bound < statics.half_width):
             shows.append(f"A dead zone of half width {half_width}.")
         else:
-            shows.append(f"A dead zone, or play at every reversal, of half width {half_width}.")
-            cannot.append("Dead zone apart from play: strokes of a second or more, at two speeds, show it.")
+            shows.append(f"Dead zone or play or friction at reversals: half width {half_width}.")
+            cannot.append(
+                "Dead zone apart from play and friction: strokes of a second or more, at two speeds, show it."
+            )
             following.append(TRIANGLES)
     if behind is not None and repeated.shown_hysteresis is not None:
         shows.append(

@@ -55,7 +55,7 @@ def test_nothing_said_of_dead_zone_and_play_is_false(looks: list[Look]) -> None:
             if denied := re.search(rf"^No dead zone.* above ({NUMBER})", item):
                 assert float(denied[1]) >= PLAY
             assert not item.startswith("A dead zone of")
-            if met := re.search(rf"play at every reversal, of half width ({NUMBER}) ± ({NUMBER})", item):
+            if met := re.search(rf"friction at reversals: half width ({NUMBER}) ± ({NUMBER})", item):
                 assert abs(float(met[1]) - PLAY) <= 2 * float(met[2])
 
 
