@@ -45,7 +45,7 @@ def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     page = confirming_report(parsed.title or model.name, axis, stage, found, narrowing, origin)
     written = render(page, out)
     for one in found:
-        say(f"{one.label:48} {one.nats:.2f} nats")
+        say(f"{one.label:48} expected information gain {one.nats:.2f}")
     say(f"command: {out / 'command.csv'}; play it, and call the record played.csv")
     say_page(page, written)
     say_next(parsed, "report", "played.csv", "--out", "again/")

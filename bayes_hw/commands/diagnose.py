@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,8 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="LABEL",
-        help="labels to strike from the catalogue of effects",
+        help="labels to leave out of the catalogue of effects",
     )
+    parser.add_argument("--title", default="", help="title of the report (default: the axis's name)")
     parser.add_argument("--no-report", action="store_true", help="leave out report.html and report.pdf")
     add_output(
         parser,
@@ -151,6 +153,8 @@ def run(parsed: argparse.Namespace) -> None:
         case, notes = posed_case(
             case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
         )
+    if parsed.title:
+        case = replace(case, name=parsed.title)
     for done in notes:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
@@ -272,7 +276,7 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
-    _joint(parsed, out, begin, given.records, given.holdout, axis_name(parsed.case), ())
+    _joint(parsed, out, begin, given.records, given.holdout, parsed.title or axis_name(parsed.case), ())
 
 
 def _joint(

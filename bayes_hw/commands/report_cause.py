@@ -20,6 +20,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
+from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.gap.joint.posterior.held_out import HeldOut, held_out_of
 from bayes_hw.posing import Posed, Start, posed, rested
@@ -136,5 +137,6 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
 
 def say_corrected(diagnosis: JointDiagnosis) -> None:
     """One line a parameter of the corrected model on stdout."""
+    beyond = standing_outermost(diagnosis.posterior.fit)
     for name, e in {**diagnosis.verdict.parameters, **diagnosis.verdict.base}.items():
-        say_estimate(name, e.mean, e.sd, e.hdi94, e.unit)
+        say_estimate(name, e.mean, e.sd, e.hdi94, e.unit, unreached=name in beyond)

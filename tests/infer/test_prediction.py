@@ -14,7 +14,14 @@ from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
-from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
+from bayes_hw.infer.prediction import (
+    band_coverage,
+    band_holds,
+    coverage,
+    coverage_sentence,
+    noisy_quantiles,
+    predict,
+)
 from bayes_hw.infer.start_state import with_start_state
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model import streaming
@@ -109,6 +116,16 @@ def test_bands_cover_new_records(posterior: Posterior, small_axis: HammersteinWi
     clean = small_axis.simulate(record.u).y
     assert np.mean((clean >= found.lower_parameters - 1e-9) & (clean <= found.upper_parameters + 1e-9)) > 0.8
     assert found.fit_percent > 90
+
+
+def test_coverage_is_said_in_one_sentence(posterior: Posterior, small_axis: HammersteinWiener) -> None:
+    """Its numbers are those of the bands; samples that were not measured count nowhere."""
+    whole = measured(small_axis, 1000, seed=21)
+    record = replace(whole, measured=np.arange(len(whole)) % 7 != 3)
+    found = predict(posterior, record, np.random.default_rng(3))
+    said = coverage_sentence(record, found.mean, band_holds(found))
+    assert f"fit {found.fit_percent:.1f} %" in said
+    assert f"hold {100 * band_coverage(found).achieved:.1f} % of the samples" in said
 
 
 def test_a_wrong_noise_level_is_seen_in_the_coverage(

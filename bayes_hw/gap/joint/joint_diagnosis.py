@@ -64,6 +64,7 @@ from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.gap.joint.search.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
+from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
@@ -311,6 +312,7 @@ def _finished(
         "motion": {
             "velocity": max(float(np.abs(r.u).max()) for r in train),
             "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
+            "commanded": list(extremes(r.u for r in train)),
             "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
         },
         "next_experiment": verdict.next_experiment,

@@ -106,7 +106,7 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginni
 def _subtitle(diagnosis: JointDiagnosis) -> str:
     count = len(diagnosis.train)
     model = (
-        "the given model lacks, found through ports on its G"
+        "the given model lacks, found as torques that act through its G"
         if _around_a_model(diagnosis)
         else "its model lacks"
     )

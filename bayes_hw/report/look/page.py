@@ -119,9 +119,7 @@ def cards(look: Look) -> list[dict[str, str]]:
             "coherence nowhere above 0.8" if band is None else "coherence above 0.8",
         ),
         _card(
-            "warn"
-            if look.delay is None or look.delay.high - look.delay.low > 2.1 * look.delay.step_s
-            else "good",
+            "warn" if look.delay is None or not look.delay.is_close else "good",
             "delay unknown"
             if look.delay is None
             else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
@@ -137,12 +135,12 @@ def cards(look: Look) -> list[dict[str, str]]:
 
 def facts(look: Look) -> list[tuple[str, str]]:
     """Names and values of the table at the end."""
-    units, statics = look.records[0].units, look.statics
+    units, statics = look.records[0].units, look.apart
     slope, error = look.drift_per_hour
     rows = [
         ("lower limit", _known(statics.lower, units.input, "not met")),
         ("upper limit", _known(statics.upper, units.input, "not met")),
-        ("dead zone, half width", _known(statics.half_width, units.output, "none seen")),
+        ("dead zone, half width", _known(statics.half_width, units.output, _no_dead_zone(look))),
         *_repeated(look),
         ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output) + _beside(look)),
         ("white part of it", format_number(look.white_sigma, 3, units.output)),
@@ -222,6 +220,11 @@ def _following(column: KnownColumn) -> str:
 
 def _card(state: str, label: str, detail: str) -> dict[str, str]:
     return {"state": state, "label": visible(label), "detail": visible(detail)}
+
+
+def _no_dead_zone(look: Look) -> str:
+    """What to say of one that was not found: nothing where the strokes do not tell."""
+    return "not to be told from these records" if look.repeated.hysteresis is None else "none seen"
 
 
 def _known(value: float | None, unit: str, otherwise: str) -> str:

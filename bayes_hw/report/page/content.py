@@ -106,6 +106,7 @@ def _figure(figure: Figure, number: int) -> dict[str, Any]:
         "kind": "figure",
         "number": number,
         "svg": figure.svg,
+        "narrow_svg": figure.narrow_svg,
         "caption": visible(figure.caption),
         "alt": visible(figure.alt_text),
         "width_inches": figure.width_inches,

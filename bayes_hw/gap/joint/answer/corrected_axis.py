@@ -11,7 +11,13 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, posterior_of_draws, said_in
+from bayes_hw.gap.answer.axis_with_effects import (
+    AxisWithEffects,
+    as_drawn,
+    commanded_in,
+    posterior_of_draws,
+    said_in,
+)
 from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.joint.answer.corrected_model import joint_response_of, section_pole
 from bayes_hw.gap.joint.response.effect_loop import EffectLoop
@@ -50,10 +56,12 @@ class CorrectedAxis(AxisWithEffects):
             drawn = AxisParameters(one, "all", output_scale=response.scale.travel)
             if drawn.names == axis.names:
                 kept.append(coordinates)
-                rows.append(drawn.nominal)
+                rows.append(as_drawn(drawn))
         if not rows:
             raise InputError(f"{CORRECTED}: none of its draws has the poles of its model; diagnose again")
-        posterior = posterior_of_draws(axis, model.noise_sigma, np.array(rows), axis.nominal)
+        posterior = posterior_of_draws(
+            axis, model.noise_sigma, np.array(rows), as_drawn(axis), commanded_in(data)
+        )
         largest = max(abs(nominal.saturation.lower), nominal.saturation.upper)
         said = said_in(data, largest, response.scale.travel)
         return cls(posterior, *said, response, np.array(kept), centre)

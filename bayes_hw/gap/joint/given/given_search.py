@@ -50,6 +50,7 @@ from bayes_hw.gap.joint.search.joint_search import (
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 
 BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
@@ -281,7 +282,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
             break
         if best.score <= fit.score or _is_doubtful(best, fit):
             break
-        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
@@ -354,7 +355,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:
             return fit
-        say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)} by an exchange: {described(best)}")
         fit = best
     return fit
 
@@ -395,7 +396,7 @@ def _verified(
             if len(fit.labels) == 1:
                 without = best_of([without, base])
             nats[label], rest[label] = fit.score - without.score, without
-        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         if _is_too_small(fit):
             weakest = fit.added[-1]
         else:

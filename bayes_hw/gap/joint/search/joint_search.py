@@ -36,6 +36,7 @@ from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 
 VERIFIED_NATS = 25.0
@@ -104,7 +105,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
-        told(f"known input {one.column} as a {one.way}: {one.nats:.0f} nats")
+        told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
     if any(one.accepted for one in known) and not readings.nats:
         readings = read_faults(base)
         if readings.nats:
@@ -112,7 +113,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     found = _explained(base, readings, told)
     tone = tone_in(base)
     if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
-        told(f"a line at {tone.frequency_hz:.3g} Hz: {tone.without.score - base.score:.0f} nats")
+        told(f"a line at {tone.frequency_hz:.3g} Hz: {log_evidence(tone.without.score - base.score)}")
         without, found = found, _explained(tone.without, readings, told)
         nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
         found = replace(found, nats=nats, tone=tone)
@@ -126,7 +127,7 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
-        told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
+        told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
     ended = each(lambda path: _followed(path, told), contenders)
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
@@ -162,7 +163,7 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
             other = replace(path, fit=fit)
             present = found.get(other.begun_with)
             if other.gained > (0.0 if present is None else present.gained):
-                told(f"{other.gained:.0f} nats by an exchange: {described(fit)}")
+                told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
                 found[other.begun_with] = other
     return list(found.values())
 
@@ -262,7 +263,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
         return ranked[:1]
 
     def with_what_it_asks(contender: JointFit) -> JointFit:
-        say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+        say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
             contender = pruned(contender)
@@ -271,7 +272,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
             if larger.score < contender.score + STRUCTURAL_NATS:
                 break
             contender = larger
-            say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+            say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
         return contender
 
     return each(with_what_it_asks, near)
@@ -329,7 +330,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
-        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         path = replace(path, fit=best, settled=False).reread()
     fit = within_sample(pruned(delayed(pruned(path.fit))))
     say(f"pruned: {described(fit)}")
@@ -365,7 +366,7 @@ def verified(
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
             alternatives.append(highest([without, *same]))
             nats[label] = fit.score - alternatives[-1].score
-        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
         asked = asked_of(fit, readings)
         if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
