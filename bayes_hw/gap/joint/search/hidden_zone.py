@@ -17,6 +17,8 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
+from bayes_hw.gap.joint.search.effect_moves import each_cause
+from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Record
@@ -47,11 +49,12 @@ def clear_of_zone(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...
 
 
 def deep_inside(fit: JointFit, records: Sequence[Record]) -> list[BoolArray]:
-    """Which samples (samples,) of every record were measured so deep inside the zone that no slow error of
-    the size that the fit leaves shows; none where these are too few."""
+    """Which samples (samples,) of every record, of those that the fit has not seen, were measured so deep
+    inside the zone that no slow error of the size that it leaves shows; none where these are too few."""
     depth = fit.values.cascade.half_width - _shift(fit)
     found = [
-        (np.abs(w) < depth) & r.measured_samples for w, r in zip(_motion(fit, records), records, strict=True)
+        (np.abs(w) < depth) & r.measured_samples & ~own.measured_samples
+        for w, r, own in zip(_motion(fit, records), records, fit.response.records, strict=True)
     ]
     enough = sum(int(mask.sum()) for mask in found) >= FEWEST_INSIDE
     return found if enough else [np.zeros_like(mask) for mask in found]
@@ -73,6 +76,18 @@ def nats_inside(fit: JointFit, records: Sequence[Record], inside: Sequence[BoolA
         return every - _log_likelihood(whitener, errors, clear, variance)
     own = Whitener.of_partial(np.array([whitener.memory]))
     return _log_likelihood(own, errors, inside, variance)
+
+
+def likelier_cause(
+    path: FollowedPath, whole: Sequence[Record]
+) -> tuple[FollowedPath, float, list[FollowedPath]]:
+    """The likelier cause of the noise, by how many nats it leads, and each: by what the fit's records show,
+    and by what of the `whole` records lies inside the zone where they are less than those."""
+    caused = [replace(path, fit=one) for one in each_cause(path.fit)]
+    inside = deep_inside(max(caused, key=lambda one: one.gained).fit, whole)
+    worth = [one.gained + nats_inside(one.fit, whole, inside) for one in caused]
+    ranked = np.argsort(worth)
+    return caused[ranked[-1]], float(worth[ranked[-1]] - worth[ranked[0]]), caused
 
 
 def _shift(fit: JointFit) -> float:

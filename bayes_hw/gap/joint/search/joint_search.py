@@ -25,13 +25,12 @@ from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, re
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import (
     FIRST_STEPS,
-    each_cause,
     effect_candidates,
     port_candidates,
     slow_causes,
 )
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
-from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, deep_inside, nats_inside
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
@@ -114,9 +113,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     return replace(_searched(clear, records, told), clear_of_zone=True)
 
 
-def _searched(
-    records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]
-) -> JointAnswer:
+def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
     """`search` of records, which are `whole` but for samples that are left out."""
     base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
@@ -159,7 +156,7 @@ def _explained(
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
-        best, lead, caused = _of_causes(best, whole)
+        best, lead, caused = likelier_cause(best, whole)
         told(f"{best.fit.added[-1]} leads by {lead:.0f} nats")
         for one in caused:
             label = one.fit.added[-1]
@@ -174,21 +171,6 @@ def _explained(
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
-
-
-def _of_causes(
-    path: FollowedPath, whole: Sequence[Record]
-) -> tuple[FollowedPath, float, list[FollowedPath]]:
-    """The likelier cause of the noise, by how many nats it leads, and both: by what is clear of the dead zone
-    and by what lies deep inside."""
-    caused = [replace(path, fit=one) for one in each_cause(path.fit)]
-    worth = [one.gained for one in caused]
-    if path.fit.response.records is not whole:
-        inside = deep_inside(max(caused, key=lambda one: one.gained).fit, whole)
-        worth = [one.gained + nats_inside(one.fit, whole, inside) for one in caused]
-    ranked = np.argsort(worth)
-    lead = float(worth[ranked[-1]] - worth[ranked[0]])
-    return caused[ranked[-1]], lead, caused
 
 
 def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
