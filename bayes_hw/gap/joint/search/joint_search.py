@@ -101,10 +101,15 @@ class JointAnswer:
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
-    """Grow, prune, verify; `say` is told of every step."""
+    """Grow, prune, verify; `say` is told of every step.
+
+    Where that ends with noise of a cause, or with nothing but colour, all begins again on the samples that lie
+    clear of the dead zone.
+    """
     told = say or silent
     found = _searched(records, records, told)
-    if found.fit.response.cause is None and (found.fit.labels or not leaves_a_cause(found.fit)):
+    unnamed = not found.fit.labels and leaves_a_cause(found.fit)
+    if found.fit.response.cause is None and not unnamed:
         return found
     clear = clear_of_zone(found.fit, records)
     if clear is None:
