@@ -39,8 +39,8 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     said += of_followed(fit)
     if found.clear_of_zone:
         said.append(
-            "what a slow error of the axis may shift into the dead zone, where it does not show, was left out "
-            "of the fit"
+            "what a slow error of the axis may shift into the dead zone, where it does not show, was left "
+            "out of the fit"
         )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
