@@ -101,8 +101,8 @@ class JointAnswer:
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
-    """Grow, prune, verify; `say` is told of every step. Where noise of a cause, or colour alone, is found, all
-    begins again on the samples that lie clear of the dead zone."""
+    """Grow, prune, verify; `say` is told of every step. Where noise of a cause, or colour alone, is found,
+    all begins again on the samples that lie clear of the dead zone."""
     told = say or silent
     found = _searched(records, records, told)
     unnamed = not found.fit.labels and leaves_a_cause(found.fit)
