@@ -101,11 +101,12 @@ class JointAnswer:
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
-    """Grow, prune, verify; `say` is told of every step. Where noise of a cause, or colour alone, is found,
-    all begins again on the samples that lie clear of the dead zone."""
+    """Grow, prune, verify; `say` is told of every step. Where noise of a cause is found, or colour that is
+    not of a law's own motion, all begins again on the samples that lie clear of the dead zone."""
     told = say or silent
     found = _searched(records, records, told)
-    unnamed = not found.fit.labels and leaves_a_cause(found.fit)
+    laws = any(effect.ports is not None for effect in found.fit.response.template)
+    unnamed = not laws and leaves_a_cause(found.fit)
     if found.fit.response.cause is None and not unnamed:
         return found
     clear = clear_of_zone(found.fit, records)
