@@ -59,6 +59,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.search.observer import unobserved
@@ -235,7 +236,8 @@ def _finished(
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
     train = tuple(r.counted_from(float(level)) for r, level in zip(train, fit.levels, strict=True))
-    starts = Starts.of(fit, train, holdout, lead, start)
+    seen = clear_of_zone(fit, holdout) if found.clear_of_zone else None
+    starts = Starts.of(fit, train, holdout, lead, start, seen)
     holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
     if found.readings.taken_off:

@@ -38,6 +38,11 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             "machine nearby may"
         )
     said += of_followed(fit)
+    if found.clear_of_zone:
+        said.append(
+            "what a slow error of the axis may shift into the dead zone, where it does not show, was left "
+            "out of the fit"
+        )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
         f"without {label}: {log_evidence(-found.nats[label])}, {again}"

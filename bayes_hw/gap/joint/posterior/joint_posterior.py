@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.fit.leading_sample import leading_draws
+from bayes_hw.gap.joint.fit.leading_sample import leading_draws, second_sample
 from bayes_hw.gap.joint.fit.unreached_limits import unreached_limits
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_quantities,
@@ -102,7 +102,8 @@ def laplace(
     else:
         effects |= torque_draws(fit, drawn)
     base |= unreached_limits(fit, base, rng)
-    base["gain"] = leading_draws(fit, np.array(base["gain"]), inflation, rng).tolist()
+    second = np.array([second_sample(fit.response.values(x)) for x in drawn])
+    base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
