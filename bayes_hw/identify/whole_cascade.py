@@ -113,7 +113,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
-        best = with_slow_poles(best)
+        best = with_slow_poles(best, misfit)
         slow = best.structure.order - chosen_order
     if experiment is whole:
         best = with_free_onset(best)
