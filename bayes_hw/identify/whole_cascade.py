@@ -16,7 +16,13 @@ from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
-from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.delay import (
+    coarse_delay,
+    safe_delay,
+    too_long,
+    with_longer_delay,
+    with_shorter_delay,
+)
 from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_slow_poles
@@ -96,9 +102,12 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
-            found = with_longer_delay(found)
-            wanted.append(found.structure.delay_samples)
-        tried += [*grown, found]
+            smaller = [item for item in grown if item.structure.order < found.structure.order]
+            sooner = chosen([found, *(with_shorter_delay(item) for item in smaller)], misfit)
+            later = with_longer_delay(found)
+            wanted += [sooner.structure.delay_samples, later.structure.delay_samples]
+            tried += [sooner, later]
+        tried += grown
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))

@@ -3,7 +3,7 @@
 A delay that is too short costs a pole or two, one that is too long cannot be made good. A small cascade may
 ask for too long a one, since it has few poles for the lag: where a sample less is worth its parameter to the
 grown cascade, growth begins again below. The chosen cascade then takes up delay for as long as that costs
-less.
+less. Fewer poles ask for less delay: every smaller cascade is tried at the delay that suits it.
 """
 
 from __future__ import annotations
@@ -81,6 +81,16 @@ def too_long(item: Grown) -> bool:
 def safe_delay(item: Grown) -> int:
     """A delay that is short enough, in samples, where that of `item` is not."""
     return max(0, int(np.floor(SAFE_SHARE * item.structure.delay_samples)) - 1)
+
+
+def with_shorter_delay(item: Grown) -> Grown:
+    """`item` with less delay, sample by sample, for as long as it is likelier."""
+    while item.structure.delay_samples:
+        moved = at_delay(item, item.structure.delay_samples - 1).descended()
+        if moved.log_likelihood <= item.log_likelihood:
+            return item
+        item = moved
+    return item
 
 
 def with_longer_delay(item: Grown) -> Grown:
