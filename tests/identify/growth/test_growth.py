@@ -14,7 +14,7 @@ from bayes_hw.identify.experiment import prepare
 from bayes_hw.identify.growth import cascade_response
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
-from bayes_hw.identify.growth.delay import at_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.delay import at_delay, too_long, with_longer_delay, with_shorter_delay
 from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.identify.growth.extension import with_real_pole, with_section, with_separate_pole
 from bayes_hw.identify.growth.onset import ONSET_POLES, earlier, with_free_onset
@@ -199,6 +199,15 @@ def test_a_free_onset_fits_as_well_and_widens_what_is_said_of_resonances(
         deviations.append(spread[first : first + 8])
     assert np.all(deviations[1] > 0.99 * deviations[0])
     assert np.max(deviations[1] / deviations[0]) > 1.05
+
+
+def test_a_delay_too_long_is_taken_back(twin_pool: tuple[dict[int, Grown], float]) -> None:
+    pool, _ = twin_pool
+    late = at_delay(pool[9], 4).descended()
+    found = with_shorter_delay(late)
+    assert late.log_likelihood < pool[9].log_likelihood - 50
+    assert found.structure.delay_samples <= 2
+    assert found.log_likelihood > pool[9].log_likelihood - 1
 
 
 @pytest.mark.parametrize("free_start", [False, True])
