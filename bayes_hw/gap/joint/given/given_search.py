@@ -216,7 +216,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
-            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+            asked = VERIFIED_BESIDE_NATS if beside.noise_order > 1 else VERIFIED_NATS
+            if beside.score > trail.fit.score + asked:
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")
