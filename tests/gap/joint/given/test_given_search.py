@@ -278,6 +278,31 @@ def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None
     assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
 
 
+def test_a_heavy_mode_moves_the_dominant_poles_further_than_a_nominal_model_is_off() -> None:
+    """One coupled to the first mode: its pole moves by a quarter, where the model's is known to 0.035."""
+    given = GivenModel.of(model(), 1e-6)
+    response = replace(
+        best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response,
+        structure=given.structure(False, True),
+        further=True,
+    )
+    hz = given.modes[0].frequency_hz
+    loose = np.zeros(len(given.loose_sd))
+    first = 2 * (len(given.pairs) + int(np.sum(given.zeros.imag > 0)))
+    loose[first] = np.log(1.25)
+    mode = [np.log(0.6 * hz), np.log(0.02), np.log(0.7 * hz), np.log(0.02)]
+    values = response.values(np.concatenate([np.zeros(given.size), mode, loose]))
+    rng = np.random.default_rng(8)
+    records = []
+    for seed in (1, 2):
+        y = response.simulate(values, command(GIVEN_SAMPLES, seed)).y
+        records.append(record(y + SIGMA * rng.standard_normal(len(y)), seed))
+    (found,) = further_modes(best_base(records, model()))
+    assert found.noise_order <= 1
+    assert found.point.rms < 1.05 * SIGMA
+    assert np.exp(found.theta[given.size]) == pytest.approx(0.6 * hz, rel=0.05)
+
+
 def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
     """Nats that are enough on white noise are not where an autoregression is left."""
     kept = {}
