@@ -82,8 +82,8 @@ where something without a name remains, or where an observer makes up for what a
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What was found from records alone; predictions (samples,) are of the first record held out: the angle of
-    the axis before and after, and the band of what the encoder shows, its drift included."""
+    """What was found from records alone; predictions (samples,) are of the first record held out: the angle
+    of the axis before and after, and the band of what the encoder shows, its drift included."""
 
     name: str
     train: tuple[Record, ...]
