@@ -51,7 +51,8 @@ class ShapedFit(GivenFit):
         whitener, size = self.point.whitener, self.response.size
         joined = np.concatenate(list(_whitened(self, self.hats, whitener)), axis=1)
         factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
-        factor = factor[self.taken : self.taken + size + 1, self.taken :]
+        columns = len(self.hats[0])
+        factor = factor[columns : columns + size + 1, columns:]
         variance = float(factor[-1, -1] ** 2) / self.point.samples
         root = np.sqrt(self.response.prior_precision() * variance)
         known = np.column_stack([np.diag(root), -root * self.point.coordinates])

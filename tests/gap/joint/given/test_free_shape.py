@@ -64,6 +64,7 @@ def test_a_disc_that_slides_is_told_from_a_function_of_position() -> None:
     base = best_base(slid((1, 2)), model())
     shaped = free_shape(base)
     assert shaped.slides
+    assert shaped.factor().shape == (shaped.response.size + 1,) * 2
     assert shaped.score > base.score + 100
     assert shaped.point.rms == pytest.approx(SIGMA, rel=0.2)
     assert shaped.values.cascade.upper == pytest.approx(0.3, rel=0.02)
