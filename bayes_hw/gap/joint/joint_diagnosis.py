@@ -84,8 +84,8 @@ where something without a name remains, or where an observer makes up for what a
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What was found from records alone; predictions (samples,) are of the first record held out: what the
-    encoder shows, its drift included, and the band of it."""
+    """What was found from records alone; predictions (samples,) are of the first record held out: the angle
+    of the axis before and after, and the band of what the encoder shows, its drift included."""
 
     name: str
     train: tuple[Record, ...]
@@ -278,6 +278,7 @@ def _finished(
     # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
+    after = starts.predict(fit, holdout[0], of_axis(fit.values))[lead:] if drifts else last
     half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
     if fit.observer is not None:
         # No simulation follows the motion, whatever the parameters: as far off as on the training records.
@@ -322,7 +323,7 @@ def _finished(
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
-        name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
+        name, train, holdout, found, decision, posterior, verdict, first, after, last - half, last + half,
         corrected, advice,
     )  # fmt: skip
 

@@ -31,7 +31,9 @@ HARD_SHARES = np.geomspace(0.004, 0.1, 150)
 LIMIT_NUMBERS = 3
 """What a limit costs that is the best of many, numbers."""
 
-ROUNDS, SLIDING_ROUNDS = 2, 8
+ROUNDS, SLIDING_ROUNDS, PATIENCE = 2, 24, 8
+"""Rounds of an error's numbers and the base in turn, and those without a gain that are waited for."""
+
 RIDGE = 1e-9
 
 
@@ -49,7 +51,8 @@ class ShapedFit(GivenFit):
         whitener, size = self.point.whitener, self.response.size
         joined = np.concatenate(list(_whitened(self, self.hats, whitener)), axis=1)
         factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
-        factor = factor[self.taken : self.taken + size + 1, self.taken :]
+        columns = len(self.hats[0])
+        factor = factor[columns : columns + size + 1, columns:]
         variance = float(factor[-1, -1] ** 2) / self.point.samples
         root = np.sqrt(self.response.prior_precision() * variance)
         known = np.column_stack([np.diag(root), -root * self.point.coordinates])
@@ -115,23 +118,27 @@ def _slides(at: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
 
 
 def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> ShapedFit:
-    """`fit`, which begins as `base`, with an error of these columns taken out of the readings."""
-    whitener = base.point.whitener
-    if whitener.order > 1:
-        whitener = first_order_noise(base.point.residuals)
+    """`fit`, which begins as `base`, with an error of these columns taken out of the readings: the best of
+    some rounds, each under noise of the first order at most, which takes up little of it."""
+    found = [fit]
     for _ in range(rounds):
+        whitener = fit.point.whitener
+        if whitener.order > 1:
+            whitener = first_order_noise(fit.point.residuals)
         at = replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
         own = columns(at, _angles(fit))
         shape = best_coefficients(fit, base, own, whitener)
         if not np.isfinite(shape).all():
-            return fit
+            break
         pairs = zip(base.response.records, own, strict=True)
         bent = tuple(replace(r, y=r.y - shape @ column) for r, column in pairs)
         response = replace(fit.response, records=bent)
         point = descend(response, evaluate(response, fit.point.coordinates), FULL_STEPS)
         fit = replace(fit, response=response, point=point, hats=tuple(own))
-        whitener = fit.point.whitener
-    return fit
+        found.append(fit)
+        if len(found) > PATIENCE and fit.score < max(one.score for one in found[:-PATIENCE]):
+            break
+    return max(found[1:] or found, key=lambda one: one.score)
 
 
 def best_coefficients(

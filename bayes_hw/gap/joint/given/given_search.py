@@ -31,8 +31,9 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_rivals import SLOW, instead_of, is_shape, seen_alike
+from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
+from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
 from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
@@ -59,10 +60,6 @@ LARGEST = 1e9
 
 MOST_STEPS = 5
 RIVALS, EXCHANGES = 4, 2
-SECONDS, SECONDS_FINISHED = 6, 2
-"""Labels beside which one more is sought though another explains more alone; of all these pairs, those that
-go on to their ends."""
-
 LEADING = 3
 """Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
 
@@ -208,7 +205,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
-            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+            asked = VERIFIED_BESIDE_NATS if beside.noise_order > 1 else VERIFIED_NATS
+            if beside.score > trail.fit.score + asked:
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")
@@ -238,7 +236,7 @@ def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         found += with_further_forms(found) + with_signals(found)
         found += further_modes(begun) + later(begun) + begun_under_white_noise(begun)
         if something_is_left(begun, []):
-            found += _beside_each(others)
+            found += beside_each(others)
         if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
@@ -246,14 +244,6 @@ def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     if begun.response.cause is not None and trials:
         trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
     return trials
-
-
-def _beside_each(others: Sequence[GivenFit]) -> list[GivenFit]:
-    """The best explanations with one label more than any of these, the best of all to their ends."""
-    found = [as_given(t) for other in others for t in effect_candidates(other, FORMS)]
-    found.sort(key=lambda t: -t.score)
-    leading = found[:SECONDS_FINISHED]
-    return found + [explained_slowly(t) for t in leading + with_signals(leading)]
 
 
 def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
@@ -265,7 +255,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         steps += 1
         slow = slow_causes(fit) if causes else []
         begun = best_of([fit, *slow])
-        others = _second_to(begun, alone) if len(set(fit.labels)) == 1 else []
+        others = second_to(begun, alone) if len(set(fit.labels)) == 1 else []
         trials = [*_trials(begun, others), *slow, *carried]
         carried = []
         if not trials:
@@ -301,14 +291,6 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if finished:
             break
     return _Trail(fit, base, whole, readings, rivals, alone)
-
-
-def _second_to(fit: GivenFit, alone: Mapping[str, GivenFit]) -> list[GivenFit]:
-    """Of what labels alone reached, the best few that are not of the fit's label or of slow noise."""
-    found = [
-        one for label, one in alone.items() if label not in (*fit.labels, *SLOW) and seen_alike(one, fit)
-    ]
-    return sorted(found, key=lambda one: -one.score)[:SECONDS]
 
 
 def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:

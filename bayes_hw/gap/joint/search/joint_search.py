@@ -161,7 +161,7 @@ def _explained(
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
         best, lead, caused = likelier_cause(best, whole)
-        told(f"{best.fit.added[-1]} leads by {lead:.0f} nats")
+        told(f"{best.fit.added[-1]} leads by {log_evidence(lead)}")
         for one in caused:
             label = one.fit.added[-1]
             ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
