@@ -132,12 +132,11 @@ def whitened_over_holes(
 class Holes:
     """The holes of one record, with what of its residual decides their part of a likelihood.
 
-    `near` (k,) are the samples up to `order` before or behind a hole; in them runs begin at `begins`, are
-    `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another in
-    `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
+    `near` (k,) are the samples up to the noise's order before or behind a hole; in them runs begin at
+    `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another
+    in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
     """
 
-    order: int
     missing: int
     near: IntArray
     begins: IntArray
@@ -168,7 +167,6 @@ class Holes:
             pattern_of.append(known[key])
         ends = np.cumsum([0, *map(len, parts)])
         return cls(
-            order,
             int(np.count_nonzero(~measured)),
             near,
             begins,

@@ -100,6 +100,28 @@ class JointDiagnosis:
     corrected: dict[str, object]
     advice: tuple[str, ...] = ()
 
+    def sentence(self) -> str:
+        """What the axis does, what its model lacks and how sure that is."""
+        follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
+        return f"{follows} {sentence(self)}".strip()
+
+    def write(self, out: Path) -> None:
+        """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
+        first = self.holdout[0]
+        angles = {
+            "before": self.before,
+            "after": self.after,
+            "lo": self.low,
+            "hi": self.high,
+            "y": first.y_or_nan,
+        }
+        columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
+        with staged(out, instead_of=["free_residual.csv"]) as place:
+            write_csv(place / "holdout_prediction.csv", columns)
+            self.verdict.write(place / "verdict.json")
+            text = json.dumps(self.corrected, indent=1, allow_nan=False) + "\n"
+            (place / "corrected.json").write_text(text, encoding="utf-8")
+
 
 def diagnose_records(
     records: Sequence[Record],
@@ -370,27 +392,3 @@ def _regimes(
         "reversing": np.convolve(turning, np.ones(10), "full")[: len(e)] > 0,
     }
     return {n: float(np.mean(e[m] ** 2) / sigma**2) for n, m in masks.items() if m.sum() >= 20}
-
-
-def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
-    """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
-    first = diagnosis.holdout[0]
-    angles = {
-        "before": diagnosis.before,
-        "after": diagnosis.after,
-        "lo": diagnosis.low,
-        "hi": diagnosis.high,
-        "y": first.y_or_nan,
-    }
-    columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
-    with staged(out, instead_of=["free_residual.csv"]) as place:
-        write_csv(place / "holdout_prediction.csv", columns)
-        diagnosis.verdict.write(place / "verdict.json")
-        text = json.dumps(diagnosis.corrected, indent=1, allow_nan=False) + "\n"
-        (place / "corrected.json").write_text(text, encoding="utf-8")
-
-
-def summary(diagnosis: JointDiagnosis) -> str:
-    """What the axis does, what its model lacks and how sure that is."""
-    follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
-    return f"{follows} {sentence(diagnosis)}".strip()

@@ -51,9 +51,14 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     if OTHER in decision.answer:
         said += of_unnamed(fit)
         if isinstance(fit, ShapedFit):
+            kind = (
+                "an encoder whose disc slides on its shaft where that accelerates hard"
+                if fit.slides
+                else "an error of the reading that is a function of position"
+            )
             said.append(
-                "what has no name is most like an error of the reading that is a function of position; its "
-                "size is that of what is left, and no part of the prediction"
+                f"what has no name is most like {kind}; its size is that of what is left, and no part of the "
+                "prediction"
             )
     return said + [
         f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable

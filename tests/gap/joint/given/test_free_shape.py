@@ -64,14 +64,15 @@ def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
-    """Whatever else is said in place of it is worth less, by what it costs."""
+    """Whatever else is said in place of it is worth less than nothing, by what it costs."""
     uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
     base = best_base(measured((uneven,), SAMPLES, (1, 2)), model())
     fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     own = fit.score - base.score
     ends = instead_of(fit, base, {"gain_asymmetry": own}, {"gain_asymmetry": own}, {})  # type: ignore[arg-type]
     assert ends["gain_asymmetry"] is fit
-    assert fit.score - 20 > ends["other"].score
+    assert fit.score > ends["other"].score
+    assert base.score - 20 > ends["other"].score
     assert instead_of(fit, base, {"wind": own}, {}, {}) == {}  # type: ignore[arg-type]
 
 
