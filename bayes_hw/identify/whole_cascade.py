@@ -27,10 +27,10 @@ from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
-    NEAR_INTEGRATOR,
     OrderCandidate,
     Progress,
     forgets_within,
+    freed_integrator,
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
@@ -195,12 +195,9 @@ def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
 def _without_integrator(item: Grown) -> Grown | None:
     """`item` with its integrator's pole set free, where that is decisively better and forgets; see
     `integrator_rejected`."""
-    structure, values = item.structure, item.values
-    if not structure.integrator:
+    if not item.structure.integrator:
         return None
-    freed = replace(structure, integrator=False, real_poles=structure.real_poles + 1)
-    pole = np.array([[NEAR_INTEGRATOR], [values.integrator_residue]])
-    moved = replace(values, integrator_residue=0.0, real=np.concatenate([pole, values.real], axis=1))
+    freed, moved = freed_integrator(item.structure, item.values)
     found = Grown.at(freed, moved, item.response.records).descended()
     forgets = forgets_within(found.values, item.response.records)
     return found if forgets and found.criterion < item.criterion - DECISIVE else None

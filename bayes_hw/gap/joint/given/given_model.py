@@ -30,7 +30,7 @@ STATIC = 4
 FURTHER = 4
 """Coordinates of a further mode: logarithms of frequency (Hz) and damping of its poles, then of its zeros."""
 
-LOOSE_FREQUENCY_SD, LOOSE_DAMPING_SD = 0.04, 0.3
+LOOSE_FREQUENCY_SD, LOOSE_DAMPING_SD = 0.08, 0.5
 """Standard deviations of logarithms by which a further mode moves the other roots of G, poles and zeros."""
 
 WIDEST = 4.0
@@ -112,7 +112,7 @@ class GivenModel:
     @cached_property
     def loose_sd(self) -> FloatArray:
         """Standard deviations of the coordinates that loosen the other roots beside a further mode."""
-        pairs = len(self.pairs) + int(np.sum(self.zeros.imag > 0))
+        pairs = len(self.pairs) + int(np.sum(self.zeros.imag > 0)) + len(self.modes)
         real = int(np.sum(_loosened(self.real))) + int(np.sum(_loosened(_real(self.zeros))))
         return np.array([LOOSE_FREQUENCY_SD, LOOSE_DAMPING_SD] * pairs + [LOOSE_FREQUENCY_SD] * real)
 
@@ -122,10 +122,12 @@ class GivenModel:
         open_ended = np.full(int(part) + FURTHER * int(further), np.inf)
         return np.concatenate([self.prior_sd(), open_ended, loose])
 
-    def _with_loose(self, loose: FloatArray) -> tuple[FloatArray, ComplexArray, ComplexArray]:
-        """Real poles, pairs and zeros moved by these coordinates."""
+    def _with_loose(
+        self, light: ComplexArray, loose: FloatArray
+    ) -> tuple[FloatArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Real poles, `light` poles of the modes, other pairs and zeros moved by these coordinates."""
         upper = self.zeros[self.zeros.imag > 0]
-        roots = np.concatenate([self.pairs, upper])
+        roots = np.concatenate([self.pairs, upper, light])
         count = 2 * len(roots)
         moved = _scaled(roots, loose[:count:2], loose[1:count:2])
         real, zeros = self.real.copy(), _real(self.zeros)
@@ -135,8 +137,8 @@ class GivenModel:
             n = int(chosen.sum())
             values[chosen] = np.exp(np.log(values[chosen]) * np.exp(loose[at : at + n]))
             at += n
-        pairs, upper = moved[: len(self.pairs)], moved[len(self.pairs) :]
-        return real, pairs, np.concatenate([upper, upper.conj(), zeros.astype(np.complex128)])
+        pairs, upper, light = np.split(moved, [len(self.pairs), len(self.pairs) + len(upper)])
+        return real, light, pairs, np.concatenate([upper, upper.conj(), zeros.astype(np.complex128)])
 
     def structure(self, part: bool, further: bool, extra_delay: int = 0) -> Structure:
         """That of `cascade`."""
@@ -171,22 +173,26 @@ class GivenModel:
         """The cascade at coordinates: base, part of a sample of delay, a further mode and what it loosens."""
         gain = self.gain * float(np.exp(theta[3]))
         moved = np.exp(theta[STATIC : self.size].reshape(-1, 2))
-        light = [
-            Mode(m.frequency_hz * f, min(m.damping_ratio * d, 0.99)).pole(self.rate_hz)
-            for m, (f, d) in zip(self.modes, moved, strict=True)
-        ]
+        light = np.array(
+            [
+                Mode(m.frequency_hz * f, min(m.damping_ratio * d, 0.99)).pole(self.rate_hz)
+                for m, (f, d) in zip(self.modes, moved, strict=True)
+            ],
+            dtype=np.complex128,
+        )
         zeros, pairs, fixed = self.zeros, self.pairs, self.real
         if further:
             begin = self.size + int(part)
-            fixed, pairs, zeros = self._with_loose(theta[begin + FURTHER :])
-            gain *= self._unmoved(fixed, pairs, zeros)
+            plain = self.real, np.concatenate([self.pairs, light]), self.zeros
+            fixed, light, pairs, zeros = self._with_loose(light, theta[begin + FURTHER :])
+            gain *= _at_rest(*plain) / _at_rest(fixed, np.concatenate([pairs, light]), zeros)
             f, d, f_zero, d_zero = np.exp(theta[begin : begin + FURTHER])
             pole = Mode(float(f), float(d)).pole(self.rate_hz)
             zero = Mode(float(f_zero), float(d_zero)).pole(self.rate_hz)
-            light.append(pole)
+            light = np.append(light, pole)
             zeros = np.append(zeros, [zero, np.conjugate(zero)])
             gain *= abs(1 - pole) ** 2 / abs(1 - zero) ** 2
-        upper = np.concatenate([pairs, np.array(light, dtype=np.complex128)])
+        upper = np.concatenate([pairs, light])
         real = np.append(1.0, fixed) if self.integrator else fixed
         poles = np.concatenate([real.astype(np.complex128), upper, upper.conj()])
         count = len(real) + len(upper)
@@ -217,14 +223,6 @@ class GivenModel:
             np.zeros((0, order)), theta,
         )  # fmt: skip
 
-    def _unmoved(self, real: FloatArray, pairs: ComplexArray, zeros: ComplexArray) -> float:
-        """Factor on the gain that keeps G at rest what it is while these roots move."""
-        at_rest = [
-            float(np.prod(np.abs(1 - z)) * np.prod(np.abs(1 - p) ** -2.0) / np.prod(np.abs(1 - r)))
-            for r, p, z in ((self.real, self.pairs, self.zeros), (real, pairs, zeros))
-        ]
-        return at_rest[0] / at_rest[1]
-
     def named(self, theta: FloatArray) -> dict[str, float]:
         """Base parameters, named as in posterior.json, less the noise."""
         lower, upper, half_width, gain = np.exp(theta[:STATIC]) * [
@@ -248,6 +246,12 @@ class GivenModel:
 
 def _real(roots: ComplexArray) -> FloatArray:
     return roots[roots.imag == 0].real.copy()
+
+
+def _at_rest(real: FloatArray, pairs: ComplexArray, zeros: ComplexArray) -> float:
+    """Response at rest of unit gain, but for its sign."""
+    over = np.prod(np.abs(1 - pairs) ** -2.0) / np.prod(np.abs(1 - real))
+    return float(np.prod(np.abs(1 - zeros)) * over)
 
 
 def _loosened(real: FloatArray) -> BoolArray:
