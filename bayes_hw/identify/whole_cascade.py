@@ -119,10 +119,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         tried.append(released)
         best = released
     best, evidence, rms_without = _drop_blocks(best)
-    simulating = _simulating(best)
-    if simulating is not best and resumed and best.structure.integrator:
-        simulating = _simulating(_with_blocks_of(chosen(resumed, misfit), best))
-    best = simulating
+    best = _that_simulates(best, resumed)
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
@@ -182,7 +179,7 @@ def _grown(
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
     plain = list(grow(start, largest_order, told).values())
     pool += plain
-    resumed = chosen(plain, misfit=True)
+    resumed = chosen(plain, True)
     if _simulating(resumed) is resumed:
         pool += grow(resumed, largest_order, told).values()
     return pool, [resumed]
@@ -235,6 +232,18 @@ def _simulating(item: Grown) -> Grown:
         return item
     plain = item.under_noise(0).descended()
     return plain if item.point.rms > CARRIED * plain.point.rms else item
+
+
+def _that_simulates(item: Grown, resumed: list[Grown]) -> Grown:
+    """`item` where it simulates; else the best of `resumed`, those grown on plain residuals, with its blocks.
+
+    An order that the likelihood of coloured noise asked for, while that carried what the axis does, says
+    nothing of how the axis moves.
+    """
+    simulating = _simulating(item)
+    if simulating is item or not resumed or not item.structure.integrator:
+        return simulating
+    return _simulating(_with_blocks_of(chosen(resumed, True), item))
 
 
 def _with_blocks_of(item: Grown, other: Grown) -> Grown:
