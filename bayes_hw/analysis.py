@@ -222,23 +222,29 @@ def discard_checkpoints(folder: Path) -> None:
     discard_checkpoint(folder)
 
 
+STEPS = 4
+"""Of the identification, each of which reports how far it is."""
+
+
 def identify_with_progress(
     records: Sequence[Record],
     name: str,
     start: StartCondition,
     progress: Progress,
 ) -> Identification:
-    """The four-step estimate, its stages shown as one task, with the known inputs of the records."""
-    with progress.task("four-step identification", 1000) as task:
+    """The four-step estimate, its stages shown as one task that never goes back, with the known inputs of the
+    records."""
+    with progress.task("four-step identification, %", 100) as task:
         stages: list[str] = []
 
         def report(stage: str, done: int, total: int) -> None:
             if stage not in stages:
                 stages.append(stage)
-            task.reach(min(999, 1000 * done // max(total, 1)), stage)
+            whole = (stages.index(stage) + done / max(total, 1)) / max(STEPS, len(stages))
+            task.reach(max(task.done, min(99, int(100 * whole))), stage)
 
         found = identify(records, name=name, free_start=start == "free", report=report)
-        task.reach(1000)
+        task.reach(100)
     return with_known(found, records)
 
 

@@ -112,6 +112,13 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
     return warnings
 
 
+def check_whole(record: Record, accepted: Collection[str] = ()) -> list[str]:
+    """What a record alone warns of, its scale as well, in words; raises InputError at what would be fitted to
+    nonsense and is not `accepted`."""
+    warnings = check_record(record, accepted)
+    return warnings if "scale" in accepted else [*warnings, *check_scale(record)]
+
+
 def check_scale(record: Record) -> list[str]:
     """What a record's speed warns of, in words; raises InputError where it tells of another unit or rate than
     stated."""
@@ -128,7 +135,7 @@ def scale_finding(record: Record) -> Finding | None:
     if not record.has_output or record.measures_speed:
         return None
     expected = speed_of(record.units.output, record.units.input)
-    return wrong_scale(record.u, record.y, record.sample_rate_hz, expected)
+    return wrong_scale(record.u, record.y, record.sample_rate_hz, expected, record.clock)
 
 
 def check_response(record: Record, model: SimulatedAxis) -> bool:
@@ -152,7 +159,7 @@ def check_response(record: Record, model: SimulatedAxis) -> bool:
             f"{_place(record)}: moves against what the model says of its command (correlation of the speeds "
             f"{found.signed:.2f}): the sign of the angle or of the command is inverted; turn one of them"
         )
-    guesses = mistakes_of(found.gain, record.sample_rate_hz)
+    guesses = mistakes_of(found.gain, record.sample_rate_hz, record.clock)
     if guesses:
         raise InputError(
             f"{_place(record)}: moves {found.gain:.3g} times as fast as the model says of its command: "

@@ -20,7 +20,7 @@ from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
-from bayes_hw.record_checks import Finding, check_signals
+from bayes_hw.record_checks import NO_CLOCK, Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import FileContent, parts_of_table, read_parts
 from bayes_hw.units import Units
@@ -51,7 +51,8 @@ class Record:
     neighbours, whatever was given there, zero where there are none. It is None where every sample was
     measured. A command without any output is a record of which no sample was measured. `known` are further
     measured columns (samples,) by name, in `known_units`. `stated_units` are the roles whose unit the file
-    or the reader stated; the others are taken for granted.
+    or the reader stated; the others are taken for granted. `clock` is the unit that the stamps were taken
+    to count, empty of stamps that say it themselves, and "none" where the rate was stated and not recorded.
 
     Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
@@ -71,6 +72,7 @@ class Record:
     stated_units: frozenset[str] = frozenset()
     origin: float = 0.0
     level_sd: float = 0.0
+    clock: str = "s"
 
     def __post_init__(self) -> None:
         for column in ("t", "u"):
@@ -151,7 +153,8 @@ class Record:
         if angle is None:
             angle, measured = np.zeros(len(command)), np.zeros(len(command), dtype=np.bool_)
         held = units if isinstance(units, Units) else Units.from_dict(units or {})
-        return cls(name, stamps, command, angle, rate, held, measured=measured)
+        clock = NO_CLOCK if t is None else "s"
+        return cls(name, stamps, command, angle, rate, held, measured=measured, clock=clock)
 
     @classmethod
     def from_dataframe(
@@ -263,6 +266,7 @@ class Record:
             known_units=content.known_units,
             stated_units=frozenset(content.units),
             level_sd=content.level_sd,
+            clock=content.clock,
         )
 
     @classmethod

@@ -19,12 +19,11 @@ from bayes_hw.log.resample import MOST_SAMPLES
 from bayes_hw.quantities import conversion, spelt, with_step
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
-from bayes_hw.record_parts import Part, cut_into_parts
+from bayes_hw.record_parts import FEWEST_SAMPLES, Part, cut_into_parts
 from bayes_hw.record_start import reading_noise
 
 __all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
 
-FEWEST_SAMPLES = 32
 MOST_BYTES = 512 * 2**20
 
 LARGEST_VALUE = 1e12
@@ -37,7 +36,7 @@ LEAST_CHANGE = 1e-14
 class FileContent(NamedTuple):
     """What a file holds of a record: columns (samples,), rate, which outputs were measured, known signals,
     digest, what was done to them, and the units by role ("input", "output") that they are in, as far as file
-    or options state them."""
+    or options state them; `clock` as in `bayes_hw.record.Record`."""
 
     t: FloatArray
     u: FloatArray
@@ -50,6 +49,7 @@ class FileContent(NamedTuple):
     units: Mapping[str, str]
     known_units: Mapping[str, str]
     level_sd: float = 0.0
+    clock: str = "s"
 
 
 def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
@@ -108,7 +108,7 @@ def _of_tables(
         raise InputError(f"{path}: has more than {MOST_SAMPLES:,} samples; cut the record into parts")
     _check_values(path, log, options)
     parts = cut_into_parts(path, log, options)
-    contents = [_content(path, part, log, options, digest) for part in parts]
+    contents = [_content(path, part, log, options, digest)._replace(clock=log.clock) for part in parts]
     if options.unwrap is not None:
         contents = [content._replace(level_sd=reading_noise(content.y)) for content in contents]
     return _those_that_move(path, contents, log, options)
@@ -248,7 +248,7 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
             raise InputError(
                 f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
                 f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
-                "larger unit"
+                "larger unit" + (", such as --time-unit ms" if role == "time" else "")
             )
 
 

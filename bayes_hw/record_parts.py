@@ -16,7 +16,8 @@ from bayes_hw.log.log_columns import LogColumns
 from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.log.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 from bayes_hw.reading_options import ReadingOptions
-from bayes_hw.record_checks import clock_change
+from bayes_hw.record_checks import CLOCKS, clock_change
+from bayes_hw.record_columns import RATE_TOLERANCE
 
 FEWEST_SAMPLES = 32
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6
@@ -24,9 +25,6 @@ LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6
 
 MOST_GAPS = 0.5
 """Largest part of a record, in time, that resampling may bridge."""
-
-RATE_TOLERANCE = 0.01
-"""Largest relative difference between a given sample rate and that of the time stamps."""
 
 SAME_RATE = 1e-3
 """Parts of one log whose rates differ by less have the rate of the longest."""
@@ -73,7 +71,7 @@ def cut_into_parts(path: Path, log: LogColumns, options: ReadingOptions) -> list
     """
     turns = _turning_points(path, log, options)
     if log.is_clock:
-        _check_step(path, log.t)
+        _check_step(path, log.t, log.clock)
     if options.resample_hz is not None and options.gaps == "refuse":
         return [_resampled_whole(path, log, options, options.resample_hz)]
     grids: list[Grid] = []
@@ -128,19 +126,23 @@ def _turning_points(path: Path, log: LogColumns, options: ReadingOptions) -> lis
     return [(0, fault), (fault, len(log.t))]
 
 
-def _check_step(path: Path, t: FloatArray) -> None:
+def _check_step(path: Path, t: FloatArray, clock: str) -> None:
     median = float(np.median(np.diff(t)))
     if not 1 / HIGHEST_RATE_HZ <= median <= 1 / LOWEST_RATE_HZ:
         raise InputError(
             f"{path}: time stamps step by {median:.4g} (median); give times in s, at a rate of "
-            f"{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz{_in_another_unit(median)}"
+            f"{LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz{_in_another_unit(median, clock)}"
         )
 
 
-def _in_another_unit(step: float) -> str:
-    """What to do where a step would be one of 1 to 1000 Hz in another unit than s; nothing elsewhere."""
-    for unit, seconds in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", 86_400.0)):
-        if 1e-3 <= step * seconds <= 1.0:
+def _in_another_unit(step: float, clock: str) -> str:
+    """What to do where a step, in s of what the `clock` was taken to count, would be one of 1 to 1000 Hz in
+    another unit; nothing elsewhere."""
+    if clock not in CLOCKS:
+        return ""
+    step /= CLOCKS[clock][0]
+    for unit, seconds in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", 86_400.0)):
+        if unit != clock and 1e-3 <= step * seconds <= 1.0:
             return (
                 f"; if they are in {unit}, which makes {1 / (step * seconds):.6g} Hz, give --time-unit {unit}"
             )

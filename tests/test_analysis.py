@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,13 @@ import numpy as np
 import pytest
 from simulated_records import measured
 
-from bayes_hw.analysis import Analysis, analyse, discard_checkpoints
+from bayes_hw import analysis as analysis_module
+from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.errors import InputError
 from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.progress import Progress, Task
 from bayes_hw.record import Record
 
 SHORT = SamplerSettings(walkers=32, max_steps=50)
@@ -99,3 +102,29 @@ def test_held_out_record_of_another_rate_is_refused(
     other = Record("fast", small_record.t / 2, small_record.u, small_record.y, 40.0, small_record.units)
     with pytest.raises(InputError, match="fast: sampled at 40 Hz"):
         analysed(small_axis, small_record, [other])
+
+
+def test_progress_of_the_identification_never_goes_back(
+    monkeypatch: pytest.MonkeyPatch, small_record: Record
+) -> None:
+    """Each of its steps begins at nothing again, and the last is repeated from several starts."""
+    reached: list[int] = []
+
+    def identified(*_: object, report: Callable[[str, int, int], None], **__: object) -> str:
+        for stage, done in (("linear block", 1), ("input nonlinearity", 0), ("input nonlinearity", 1)):
+            report(stage, done, 1)
+        for done in (0, 50, 20, 90, 30):
+            report("whole cascade", done, 100)
+        return "found"
+
+    monkeypatch.setattr(analysis_module, "identify", identified)
+    monkeypatch.setattr(analysis_module, "with_known", lambda found, _: found)
+
+    def reach(task: Task, done: int, note: str = "") -> None:
+        del note
+        task.done = done
+        reached.append(done)
+
+    monkeypatch.setattr(Task, "reach", reach)
+    identify_with_progress([small_record], "axis", "rest", Progress(quiet=True))
+    assert reached == sorted(reached) and reached[-1] == 100 and len(set(reached)) > 4

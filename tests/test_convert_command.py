@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_files import files_below, write_axis
 
+import bayes_hw as hw
 from bayes_hw.cli import main
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -66,3 +68,48 @@ def test_bad_usage_is_one_line(
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert files_below(folder) == before
+
+
+def _log(path: Path, header: str, stamps: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """A unit-gain axis at 100 Hz, with whole stamps or none."""
+    u = np.repeat(np.random.default_rng(3).uniform(-0.5, 0.5, 60), 50)
+    y = 231.4 + np.concatenate([[0.0], np.cumsum(u)[:-1]]) / 100
+    columns = [u, y] if stamps is None else [stamps, u, y]
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return u, y
+
+
+@pytest.mark.parametrize(("stated", "doubted"), [("250", True), ("40", True), ("100", False)])
+def test_a_stated_rate_that_the_motion_contradicts_is_doubted_on_both_doors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: str, doubted: bool
+) -> None:
+    path = tmp_path / "log.csv"
+    u, y = _log(path, "u,y", None)
+    reading = (str(path), "--time", "none", "--sample-rate", stated)
+    assert main(["convert", *reading, "--out", str(tmp_path / "out.csv")]) == 0
+    said = capsys.readouterr().err
+    assert ("rather about" in said) == doubted
+    assert "(--sample-rate)" in said or not doubted
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        hw.look(hw.Record.from_arrays(u=u, y=y, sample_rate_hz=float(stated)))
+    found = [str(one.message) for one in caught if "rather about" in str(one.message)]
+    assert bool(found) == doubted
+    assert all("`sample_rate_hz`" in one for one in found)
+
+
+def test_milliseconds_called_microseconds_are_named_on_both_doors(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "log.csv"
+    _log(path, "t,u,y", 10.0 * np.arange(3000) + 1_794_603_847)
+    reading = (str(path), "--time-unit", "us")
+    assert main(["convert", *reading, "--out", str(tmp_path / "out.csv")]) == 0
+    assert "(--time-unit ms)" in capsys.readouterr().err
+    assert main(["look", *reading, "--out", str(tmp_path / "look")]) == 2
+    assert "(--time-unit ms)" in capsys.readouterr().err
+    record = hw.Record.read(path, options=hw.ReadingOptions(time_unit="us"))
+    with pytest.raises(hw.InputError, match="counts in ms"):
+        hw.look(record)
+    hw.look(hw.Record.read(path, options=hw.ReadingOptions(time_unit="ms")))

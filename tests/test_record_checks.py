@@ -128,3 +128,28 @@ def test_a_small_gain_that_no_mistake_explains_well_is_doubted_and_not_refused(
     u = np.convolve(rng.standard_normal(4000), np.ones(40) / 40, "same")
     found = wrong_scale(u, np.cumsum(gain * u) / 20, 20.0, 1.0)
     assert found is not None and found.severity == severity
+
+
+@pytest.mark.parametrize("factor", [2.5, 1 / 2.5])
+def test_a_rate_that_nothing_recorded_is_doubted_where_the_motion_speaks_against_it(factor: float) -> None:
+    """With stamps the same speed is the axis's own."""
+    found = wrong_scale(U, Y, factor * RATE_HZ, 1.0, "none")
+    assert found is not None and (found.kind, found.severity) == ("rate", "warning")
+    assert f"about {RATE_HZ:.3g} Hz" in str(found).replace("19.9", "20").replace("20.1", "20")
+    assert wrong_scale(U, Y, factor * RATE_HZ, 1.0, "s") is None
+    assert wrong_scale(U, Y, RATE_HZ, 1.0, "none") is None
+
+
+@pytest.mark.parametrize(
+    ("taken", "true", "factor"), [("us", "ms", 1e3), ("ms", "us", 1e-3), ("s", "min", 60.0)]
+)
+def test_a_clock_of_another_unit_is_named_by_the_option_that_says_it(
+    taken: str, true: str, factor: float
+) -> None:
+    found = wrong_scale(U, Y, factor * RATE_HZ, 1.0, taken)
+    assert found is not None and f"--time-unit {true})" in str(found)
+
+
+def test_stamps_that_say_what_they_are_leave_the_clock_out() -> None:
+    found = wrong_scale(U, Y, 60 * RATE_HZ, 1.0, "")
+    assert found is not None and "--time-unit" not in str(found)

@@ -30,7 +30,7 @@ from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.doubts import said_of
 from bayes_hw.infer.inference import discard_checkpoint, infer
 from bayes_hw.infer.posterior import Posterior
-from bayes_hw.infer.prediction import Prediction, band_coverage, predict
+from bayes_hw.infer.prediction import Prediction, band_holds, coverage_sentence, predict
 from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
@@ -225,12 +225,7 @@ def predict_command(parsed: argparse.Namespace) -> None:
         warn(f"the posterior has not converged: {'; '.join(posterior.problems)}")
     warn_of_refuted(posterior)
     if record.has_output:
-        achieved = band_coverage(prediction)
-        low, high = achieved.interval
-        say(
-            f"fit {prediction.fit_percent:.1f} %; 94 % bands hold {100 * achieved.achieved:.1f} % of the"
-            f" samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
-        )
+        say(coverage_sentence(record, prediction.mean, band_holds(prediction)))
     say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 
@@ -246,11 +241,7 @@ def _predict_corrected(parsed: argparse.Namespace, out: Path, corrected: Mapping
     write_csv(out, in_asked_units(parsed, columns, record.units))
     if record.has_output:
         inside = (np.abs(record.y - mean) <= (high - low) / 2)[record.measured_samples]
-        rms = float(np.sqrt(np.mean((record.y - mean)[record.measured_samples] ** 2)))
-        say(
-            f"rms error {rms:.3g} {record.units.output}; 94 % bands hold "
-            f"{100 * float(np.mean(inside)):.1f} % of the samples"
-        )
+        say(coverage_sentence(record, mean, inside.astype(np.float64)))
     say_next(parsed, "design", "--posterior", parsed.posterior, "--out", "design/")
 
 
@@ -266,7 +257,8 @@ def say_estimates(posterior: Posterior) -> None:
     for name, summary in posterior.reported.items():
         if name.startswith("noise.") and name != "noise.sigma":
             continue
-        say_estimate(name, summary.mean, summary.sd, summary.hdi94, summary.unit)
+        beyond = name in posterior.unreached
+        say_estimate(name, summary.mean, summary.sd, summary.hdi94, summary.unit, unreached=beyond)
     if posterior.trade is not None:
         say(posterior.trade.sentence)
 

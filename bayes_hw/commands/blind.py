@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--practice", action="store_true", help="accept a set whose truth lies open; the verdicts say so"
     )
     run_step.add_argument(
-        "--without", metavar="LABEL", help="strike this effect from the catalogue of the diagnosis"
+        "--without", metavar="LABEL", help="leave this effect out of the catalogue of the diagnosis"
     )
     run_step.add_argument(
         "--from-records",

@@ -17,11 +17,10 @@ from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
+from bayes_hw.identifiability.next_experiment import SCHEMA
 from bayes_hw.provenance import provenance
 from bayes_hw.report.experiment.confirming_report import confirming_report
 from bayes_hw.report.page.render import render
-
-SCHEMA = "bayes-hw/experiment/1"
 
 
 def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
@@ -46,7 +45,7 @@ def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     page = confirming_report(parsed.title or model.name, axis, stage, found, narrowing, origin)
     written = render(page, out)
     for one in found:
-        say(f"{one.label:48} {one.nats:.2f} nats")
+        say(f"{one.label:48} expected information gain {one.nats:.2f}")
     say(f"command: {out / 'command.csv'}; play it, and call the record played.csv")
     say_page(page, written)
     say_next(parsed, "report", "played.csv", "--out", "again/")

@@ -43,6 +43,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_file
     from bayes_hw.formats.json_file import is_model as is_model_file
+    from bayes_hw.inspection.mends import findings_of
     from bayes_hw.record import Record
 
     source, out = Path(parsed.source), Path(parsed.out)
@@ -71,7 +72,7 @@ def run(parsed: argparse.Namespace) -> None:
         say(f"{target}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
         for treatment in record.treatment:
             say(treatment)
-        for finding in record.findings():
+        for finding in findings_of(record):
             warn(f"{source}: {finding}")
     say_next(parsed, "report", *map(str, targets), *options_of(records), "--out", "axis/")
 

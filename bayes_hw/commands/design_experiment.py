@@ -129,9 +129,9 @@ def run(parsed: argparse.Namespace) -> None:
     if check is not None and not check.passed:
         warn(f"predicted and obtained widths differ by {100 * check.largest_error:.0f} %")
     for candidate in design.candidates:
-        say(f"{candidate.label:32} {candidate.score:.2f} nats")
+        say(f"{candidate.label:32} expected information gain {candidate.score:.2f}")
     if design.repeated is not None:
-        say(f"{design.repeated.label:32} {design.repeated.score:.2f} nats")
+        say(f"{design.repeated.label:32} expected information gain {design.repeated.score:.2f}")
     if check is not None:
         say(f"widths obtained over predicted: within {100 * check.largest_error:.0f} %")
     say(f"command: {out / 'command.csv'}; play it, and call the record played.csv")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,8 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="LABEL",
-        help="labels to strike from the catalogue of effects",
+        help="labels to leave out of the catalogue of effects",
     )
+    parser.add_argument("--title", default="", help="title of the report (default: the axis's name)")
     parser.add_argument("--no-report", action="store_true", help="leave out report.html and report.pdf")
     add_output(
         parser,
@@ -80,12 +82,11 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands import inputs
     from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.answer.sentence import sentence
     from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
     from bayes_hw.gap.case.posed_case import posed_case
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
-    from bayes_hw.gap.diagnosis import diagnose, write_results
+    from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
     from bayes_hw.progress import Progress
@@ -152,6 +153,8 @@ def run(parsed: argparse.Namespace) -> None:
         case, notes = posed_case(
             case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
         )
+    if parsed.title:
+        case = replace(case, name=parsed.title)
     for done in notes:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
@@ -175,7 +178,7 @@ def run(parsed: argparse.Namespace) -> None:
         progress=progress,
         full=None if axis is None else full_simulator(axis, parsed.jobs),
     )
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     if axis is not None:
         write_corrected_simulator(axis, diagnosis, out / CORRECTED, rng)
     remove_pages(out)
@@ -189,7 +192,7 @@ def run(parsed: argparse.Namespace) -> None:
             page = diagnosis_report(diagnosis, origin)
             written = render(page, out)
     if parsed.no_report:
-        say(sentence(diagnosis))
+        say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
     else:
         say_page(page, written)
@@ -273,7 +276,7 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
-    _joint(parsed, out, begin, given.records, given.holdout, axis_name(parsed.case), ())
+    _joint(parsed, out, begin, given.records, given.holdout, parsed.title or axis_name(parsed.case), ())
 
 
 def _joint(
@@ -291,7 +294,7 @@ def _joint(
 
     from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
-    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
+    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
     from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render
 
@@ -311,7 +314,7 @@ def _joint(
         start=parsed.start,
         jobs=parsed.jobs,
     )
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
@@ -324,6 +327,6 @@ def _joint(
             written = render(page, out)
         say_page(page, written)
     else:
-        say(summary(diagnosis))
+        say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
     say_next(parsed, "design", "--posterior", str(out), "--out", "design/")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 
 from bayes_hw.arrays import FloatArray
@@ -14,12 +16,41 @@ from bayes_hw.posing import Posed, rested
 from bayes_hw.quantities import conversion, with_step
 from bayes_hw.record import Record, Units
 
+GENERIC = {
+    "csv", "data", "dataset", "download", "downloads", "file", "files", "log", "logs",
+    "measurement", "measurements", "night", "nights", "record", "recording", "recordings",
+    "records", "run", "runs", "sample", "samples", "telemetry", "temp", "test", "tests", "tmp",
+    "train", "training",
+}  # fmt: skip
+"""Words that name no axis."""
+
+_WORD_ENDS = re.compile(r"[\W_]+")
+
 
 def axis_name(records: Sequence[str]) -> str:
-    """What the axis of some records is called: the folder that holds them all, else the first record."""
+    """What the axis of some records is called: what their names begin with in common, else the folder that
+    holds them all, else the first record; words that any log has are no name."""
+    stems = [Path(record).stem for record in records]
+    if (common := _beginning(stems)) is not None:
+        return common
     folders = {Path(record).resolve().parent for record in records}
     name = folders.pop().name if len(folders) == 1 else ""
-    return name or Path(records[0]).stem
+    return stems[0] if name.lower() in {"", *GENERIC} else name
+
+
+def _beginning(stems: Sequence[str]) -> str | None:
+    """The words that all of some names begin with, as the first of them spells these; None where they name
+    nothing."""
+    words = [_WORD_ENDS.split(stem) for stem in stems]
+    shared = [held[0] for held in takewhile(lambda held: len(set(held)) == 1, zip(*words, strict=False))]
+    while shared and (shared[-1].lower() in GENERIC or not any(map(str.isalpha, shared[-1]))):
+        shared.pop()
+    if not shared or all(word.lower() in GENERIC for word in shared):
+        return None
+    place = 0
+    for word in shared:
+        place = stems[0].index(word, place) + len(word)
+    return stems[0][:place]
 
 
 def in_asked_units(

@@ -27,14 +27,18 @@ def rounded(value: float, sd: float) -> str:
     return f"{round(value, decimals):.{max(decimals, 0)}f}"
 
 
-def say_estimate(name: str, mean: float, sd: float, hdi94: tuple[float, float], unit: str) -> None:
-    """A parameter on stdout; one without any spread was held where it is."""
+def say_estimate(
+    name: str, mean: float, sd: float, hdi94: tuple[float, float], unit: str, *, unreached: bool = False
+) -> None:
+    """A parameter on stdout; one without any spread was held where it is, an `unreached` limit met by no
+    command of the records."""
     after = f" {unit}" if unit else ""
     if sd == 0:
         say(f"{name:32} {mean:.4g}{after}, held")
         return
     at, spread, low, high = (rounded(value, sd) for value in (mean, sd, *hdi94))
-    say(f"{name:32} {at} +- {spread}{after}, 94 % HDI [{low}, {high}]")
+    doubt = "; no command reaches it, and how far beyond it lies is its prior's" if unreached else ""
+    say(f"{name:32} {at} +- {spread}{after}, 94 % HDI [{low}, {high}]{doubt}")
 
 
 def say(message: str) -> None:

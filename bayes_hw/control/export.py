@@ -169,6 +169,7 @@ def _controller(loop: LoopReport, input_unit: str, output_unit: str) -> dict[str
 def _plant(plant: PlantSummary) -> dict[str, Any]:
     return {
         "quantities": {name: _quantity(quantity) for name, quantity in plant.quantities.items()},
+        "unreached": list(plant.unreached),
         "transport_delay": {
             "value": plant.transport_delay_samples,
             "unit": "samples",

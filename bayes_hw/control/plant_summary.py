@@ -41,7 +41,8 @@ class PlantSummary:
     `draws` maps the same names to values (draws,). `transport_delay_samples` is the whole delay of the model
     with the excess of its poles over its zeros; sampling does not move it. `equivalent_delay_hz` is where the
     quantity "equivalent_delay" is read off. `magnitude_db` and `phase_deg` have shape (2, frequencies), and
-    `nominal_response` is that of the point estimate.
+    `nominal_response` is that of the point estimate. `unreached` are the limits, and speeds at them, that
+    no command of the records reached: how far beyond they lie is prior.
     """
 
     quantities: Mapping[str, Quantity]
@@ -55,6 +56,7 @@ class PlantSummary:
     phase_deg: FloatArray
     antiresonances: tuple[Antiresonance, ...]
     minimum_phase: float
+    unreached: tuple[str, ...] = ()
 
     @property
     def modes(self) -> int:
@@ -106,4 +108,7 @@ def plant_summary(
         phase_deg=np.rad2deg(np.quantile(phase, tails, axis=0)),
         antiresonances=antiresonances(axis, nominal),
         minimum_phase=float(np.mean(minimum_phase(zeros(axis)))),
+        unreached=tuple(
+            name for limit in posterior.unreached for name in (limit, limit.replace("saturation", "speed"))
+        ),
     )

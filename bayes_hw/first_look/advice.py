@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 COHERENT = 0.8
 SHORT_S = 120.0
+TRIANGLES = "Slow triangles at two speeds, ten reversals each, for dead zone, play and friction."
 FEW = 4
 FEW_REVERSALS = 6
 
@@ -38,7 +41,7 @@ class Advice:
 
 def advice(look: Look) -> Advice:
     """From the measures of a look."""
-    records, statics, response = look.records, look.statics, look.response
+    records, statics, response = look.records, look.apart, look.response
     delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
     repeated = look.repeated
     units = records[0].units
@@ -51,14 +54,22 @@ def advice(look: Look) -> Advice:
             cannot.append(f"The {name} limit of the command is not met: it may lie beyond this record.")
         else:
             shows.append(
-                f"The {name} limit, about {limit:.3g} {units.input}: "
-                f"{100 * share:.0f} % of the samples ask for more."
+                f"The {name} limit, about {limit:.2g} {units.input}: "
+                f"{percent(share)} of the samples ask for more."
             )
     if statics.lower is None or statics.upper is None:
         following.append("A sweep or steps whose command exceeds both limits, to both sides.")
-    if statics.half_width is not None:
-        shows.append(f"A dead zone of half width about {statics.half_width:.2g} {units.output}.")
     behind = repeated.hysteresis
+    if statics.half_width is not None:
+        half_width = f"{estimate(statics.half_width, statics.sd(2))} {units.output}"
+        if behind is not None and (behind.is_clear or behind.bound < statics.half_width):
+            shows.append(f"A dead zone of half width {half_width}.")
+        else:
+            shows.append(f"Dead zone or play or friction at reversals: half width {half_width}.")
+            cannot.append(
+                "Dead zone apart from play and friction: strokes of a second or more, at two speeds, show it."
+            )
+            following.append(TRIANGLES)
     if behind is not None and repeated.shown_hysteresis is not None:
         shows.append(
             f"Hysteresis: by direction of motion the angle stays behind by {-behind.half_width:.2g} "
@@ -70,14 +81,13 @@ def advice(look: Look) -> Advice:
         following.append(
             "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
         )
-    elif statics.half_width is None and statics.bound is not None:
-        bound = max(statics.bound, 0.0 if behind is None else behind.bound)
-        name = "dead zone" if behind is None else "dead zone or hysteresis"
-        if behind is None:
-            cannot.append("Hysteresis apart from a lag: strokes of a second or more, at two speeds, show it.")
-            following.append("Slow triangles at two speeds, for hysteresis by direction of motion.")
+    elif statics.half_width is None and behind is None:
+        cannot.append("Dead zone and play: strokes of a second or more, at two speeds, tell them from a lag.")
+        following.append(TRIANGLES)
+    elif statics.half_width is None and behind is not None and statics.bound is not None:
         shows.append(
-            f"No {name} of half width above {bound:.2g} {units.output} (94 %), in {reversals} reversals."
+            f"No dead zone or hysteresis of half width above {max(statics.bound, behind.bound):.2g} "
+            f"{units.output} (94 %), in {reversals} reversals."
         )
     shows += [_ripple(ripple, units.output, look.turn) for ripple in repeated.ripples]
     band = coherent_band(response)
@@ -96,13 +106,15 @@ def advice(look: Look) -> Advice:
             )
             following.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
     if delay is not None:
-        if delay.high - delay.low <= 2.1 * delay.step_s:
+        if delay.is_close:
             shows.append(
                 f"The delay, dead time and a slow start together: the axis is first seen to move "
                 f"{delay.low:.3g} to {delay.high:.3g} s after its command."
             )
         else:
-            cannot.append(f"The delay closer than {delay.low:.3g} to {delay.high:.3g} s.")
+            cannot.append(
+                f"The delay closer than {delay.low:.3g} to {delay.high:.3g} s: a slow start looks alike."
+            )
             following.append("Steps of the command, each held until the axis has settled, for the delay.")
     if feedback is not None and feedback.closed_loop:
         cannot.append(
@@ -117,6 +129,17 @@ def advice(look: Look) -> Advice:
     if not all(_rests(record) for record in records):
         following.append("A second or more of rest before and after each command.")
     return Advice(_sentence(shows, cannot, band), tuple(shows), tuple(cannot), tuple(following))
+
+
+def estimate(value: float, sd: float) -> str:
+    """A value with twice its standard deviation, to the second digit of that."""
+    decimals = max(0, 1 - math.floor(math.log10(2 * sd))) if sd > 0 else 3
+    return f"{value:.{decimals}f} ± {2 * sd:.{decimals}f}" if sd > 0 else f"{value:.3g}"
+
+
+def percent(share: float) -> str:
+    """A share that is not zero is not written as zero."""
+    return "less than 1 %" if 0 < share < 0.005 else f"{100 * share:.0f} %"
 
 
 def coherent_band(response: MeasuredResponse | None) -> tuple[float, float] | None:
@@ -134,10 +157,16 @@ def _sentence(shows: list[str], cannot: list[str], band: tuple[float, float] | N
         return "These records tell little of the axis: the command does not stand out from the noise."
     if not cannot:
         return "These records are good to identify from: limits, dead zone, response and delay all show."
-    return (
-        f"These records show {len(shows)} of the {len(shows) + len(cannot)} things asked of them, and lack "
-        f"{listed([short_name(item) for item in cannot])}."
-    )
+    lacking = f"lack {listed([short_name(item) for item in cannot])}"
+    if not shows:
+        return f"These records {lacking}."
+    return f"These records show {listed([seen_name(item) for item in shows])}, and {lacking}."
+
+
+def seen_name(item: str) -> str:
+    """What a sentence of `Advice.shows` is about."""
+    name = re.split(r"[:,]| from | of half width ", item, maxsplit=1)[0]
+    return name[0].lower() + name[1:]
 
 
 def short_name(item: str) -> str:

@@ -93,6 +93,11 @@ class Look:
         """A whole turn in the output's unit, where it has one."""
         return TURNS.get(self.records[0].units.output)
 
+    @property
+    def apart(self) -> Statics:
+        """Limits and dead zone apart from what repeats with direction and angle, where that is seen."""
+        return self.repeated.statics if self.repeated.is_seen else self.statics
+
     def __repr__(self) -> str:
         return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
 
@@ -129,9 +134,9 @@ class Look:
             else {"frequency_hz": _list(self.noise.frequency_hz), "density": _list(self.noise.density)},
             "resolution": self.resolution,
             "drift_per_hour": {"mean": self.drift_per_hour[0], "standard_error": self.drift_per_hour[1]},
-            "saturation": {"lower": self.statics.lower, "upper": self.statics.upper}
+            "saturation": {"lower": self.apart.lower, "upper": self.apart.upper}
             | {"share_at_lower": self.at_limits[0], "share_at_upper": self.at_limits[1]},
-            "dead_zone": {"half_width": self.statics.half_width},
+            "dead_zone": {"half_width": self.apart.half_width},
             "hysteresis": None if self.repeated.hysteresis is None else self.repeated.hysteresis.to_dict(),
             "ripples": [asdict(ripple) for ripple in self.repeated.ripples],
             "reversals": self.reversals,
@@ -186,10 +191,11 @@ def _seen(records: Sequence[Record]) -> Look:
     found = statics(outputs, commands, rate)
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
-    opened = [found.opened(k, y) for k, y in enumerate(outputs)]
     repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
     noise, sigma = _noise(outputs, commands, rate, response, repeated, white)
-    lag = delay(opened, limited, rate, found.seen)
+    opened = [found.opened(k, y) for k, y in enumerate(outputs)]
+    cleaned = [y - part for y, part in zip(opened, repeated.part, strict=True)]
+    lag = delay(cleaned, limited, rate, found.seen)
     errors = errors_of(outputs, found)
     longest = max(range(len(records)), key=lambda k: len(records[k]))
     return Look(
@@ -211,7 +217,7 @@ def _seen(records: Sequence[Record]) -> Look:
         position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
         regimes=regimes(outputs, commands, rate, sigma),
         reversals=sum(reversals(y, max(6 * white, 0.02 * float(np.ptp(y)))) for y in outputs),
-        at_limits=_at_limits(found, np.concatenate(commands)),
+        at_limits=_at_limits(repeated.statics if repeated.is_seen else found, np.concatenate(commands)),
         known=known_columns(records, errors, rate),
     )
 

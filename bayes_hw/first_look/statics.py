@@ -5,7 +5,9 @@
 d the dead zone: w - min(max(w, -half width), half width). Taps, limits and half width together minimise the
 sum of squares of the residual's increments, whitened by an autoregression: Gauss-Newton with the exact
 gradient. The taps shrink to zero with their lag. A limit or a half width counts as met where it stands
-clear of none, by its own standard deviation.
+clear of none, by its own standard deviation: that of the curvature, or of the scores summed over blocks of
+time where that is larger, as it is where the axis does something else besides (White 1982, doi
+10.2307/1912526).
 """
 
 from __future__ import annotations
@@ -32,6 +34,9 @@ NOISE_ORDER = 6
 ITERATIONS = 24
 CLEAR = 4.0
 """Standard deviations that a limit lies within the command's range, a half width above zero, to be met."""
+
+BLOCK_S = 5.0
+"""Stretches of time over which scores are summed."""
 
 STARTS = (0.0, 0.03, 0.15)
 """Half widths to start from, in units of what 95 % of the angles lie within."""
@@ -61,6 +66,10 @@ class Statics:
     spread: FloatArray = field(default_factory=lambda: np.zeros((3, 0)))
     undisturbed: tuple[FloatArray, ...] = ()
     bound: float | None = None
+
+    def sd(self, which: int) -> float:
+        """Standard deviation of the lower limit (0), the upper (1) or the half width (2)."""
+        return float(np.linalg.norm(self.spread[which]))
 
     @property
     def seen(self) -> float:
@@ -136,7 +145,7 @@ def _scaled_statics(
     best = fit.best()
     if best is None:
         return Statics()
-    values, covariance = best
+    values, covariance = fit.robust(*best)
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     met = np.array(
         [
@@ -185,6 +194,30 @@ class _Fit:
         final = min(finals, key=lambda found: found[0])
         self.taps = final[2]
         return final[1], final[3]
+
+    def robust(self, values: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values, and their covariance widened to that of their scores over blocks where that is larger."""
+        residuals, gradients = self._linearised(values, self.taps)
+        noise = _autoregression(residuals)
+        size = max(2, round(BLOCK_S * SLOW_RATE_HZ))
+        pairs = [
+            (_whitened(r, noise), _whitened(g, noise)) for r, g in zip(residuals, gradients, strict=True)
+        ]
+        rows = sum(len(white) for white, _ in pairs)
+        variance = max(sum(float(white @ white) for white, _ in pairs) / rows, 1e-300)
+        scores = [
+            np.add.reduceat(table * white[:, None], np.arange(0, len(white), size), axis=0) / variance
+            for white, table in pairs
+        ]
+        normal = sum((table.T @ table for _, table in pairs), np.zeros((3 + TAPS, 3 + TAPS))) / variance
+        normal[3:, 3:] += np.diag(self.penalty**2)
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        inner = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+        influence = linalg.solve(inner, (np.concatenate(scores) / scale).T, assume_a="pos")[:3]
+        spread = np.sqrt(np.sum((influence / scale[:3, None]) ** 2, axis=1))
+        own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        wider = np.maximum(spread / own, 1.0)
+        return values, covariance * np.outer(wider, wider)
 
     def _limits_clear_of_zero(self) -> FloatArray | None:
         """Limits from the increments of angles clear of zero, which a dead zone leaves as they are; None

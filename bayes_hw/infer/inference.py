@@ -28,7 +28,7 @@ from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.long_records import are_long, beginnings, sample_long, start_of_long
 from bayes_hw.infer.noise import is_student_t, noise_order
 from bayes_hw.infer.pole_labels import PoleLabels
-from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.posterior import Posterior, extremes
 from bayes_hw.infer.reparameterisation import Reparameterisation
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.infer.reweighting import Reweighting
@@ -185,6 +185,7 @@ def infer(
         reweighting=reweighting,
         trade=trade_of(axis, values, records),
         power=origin.power,
+        commanded=extremes(record.u for record in records),
     )
     residuals = residual_report(posterior, records)
     return Inference(replace(posterior, failed_tests=residuals.failures), sampling, origin, residuals)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from xarray import DataTree
 
 SCHEMA = "bayes-hw/posterior/1"
+LIMITS = ("saturation.lower", "saturation.upper")
 STORED_DRAWS = 40_000
 MOST_DRAWS = 10_000_000
 """Most draws of a parameter that are read back."""
@@ -49,7 +50,8 @@ class Posterior:
     read back from file, which keeps `converged` and `problems`. `failed_tests` say in words which tests of
     the residuals failed: a model that they refute. `reweighting` says how well something simpler stood in
     for the exact posterior, where it did; `trade` what trades places with the dead zone; `power` is that
-    of the likelihood, below one where the model leaves far more than noise. None of them is read back.
+    of the likelihood, below one where the model leaves far more than noise. None of these three is read
+    back. `commanded` are the smallest and the largest command of the records, None where nobody said.
     """
 
     axis: AxisParameters
@@ -65,6 +67,7 @@ class Posterior:
     reweighting: Reweighting | None = None
     trade: Trade | None = None
     power: float = 1.0
+    commanded: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         state = "converged" if self.converged else "NOT CONVERGED"
@@ -82,6 +85,15 @@ class Posterior:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def unreached(self) -> tuple[str, ...]:
+        """Limits beyond which nothing was commanded in most of the draws: their prior says how far."""
+        if self.commanded is None:
+            return ()
+        low, high = self.commanded
+        lower, upper = (np.median(self.chains(name)) for name in LIMITS)
+        return tuple(name for name, met in zip(LIMITS, (lower > low, upper < high), strict=True) if not met)
 
     @property
     def conditional_on(self) -> tuple[str, ...]:
@@ -175,6 +187,7 @@ class Posterior:
             "priors": {p.name: p.prior.describe(p.unit) for p in self.parameters},
             "free": self.axis.free,
             "conditional_on": list(self.conditional_on),
+            "unreached": list(self.unreached),
             "held_poles": list(self.axis.held_poles),
             "start": "rest" if self.axis.start_positions is None else "free",
             "ensembles": self.values.shape[0],
@@ -264,7 +277,6 @@ class Posterior:
             estimate = NoiseEstimate(
                 state["noise_sigma"],
                 np.array(state["noise_partial"]),
-                np.zeros(0),
                 state["noise_degrees_of_freedom"],
             )
             ensembles = int(state["ensembles"])
@@ -284,6 +296,7 @@ class Posterior:
                 tuple(str(problem) for problem in state["problems"]),
                 float(state["seconds"]),
                 failed_tests=tuple(str(test) for test in state.get("failed_tests", [])),
+                commanded=_pair(state.get("commanded")),
             )
         except (OSError, LookupError, TypeError, ValueError, ArithmeticError, AttributeError, RuntimeError):
             raise InputError(f"{path}: damaged or not written by bayes-hw; sample again") from None
@@ -313,8 +326,23 @@ class Posterior:
             "problems": list(self.problems),
             "failed_tests": list(self.failed_tests),
             "seconds": self.seconds,
+            "commanded": None if self.commanded is None else list(self.commanded),
         }
         return {"bayes_hw": json.dumps(state)}
+
+
+def _pair(stored: Any) -> tuple[float, float] | None:
+    """Two numbers as stored, None where there are none; raises ValueError or TypeError on anything else."""
+    if stored is None:
+        return None
+    low, high = map(float, stored)
+    return low, high
+
+
+def extremes(commands: Iterable[FloatArray]) -> tuple[float, float]:
+    """The smallest and the largest of all commands, each of shape (samples,)."""
+    ends = [(float(u.min()), float(u.max())) for u in commands]
+    return min(low for low, _ in ends), max(high for _, high in ends)
 
 
 def _stored(dataset: Any) -> FloatArray:

@@ -89,6 +89,21 @@ class Coverage:
         return self.interval[0] <= self.nominal <= self.interval[1]
 
 
+def coverage_sentence(record: Record, mean: FloatArray, inside: FloatArray) -> str:
+    """How far a prediction (samples,) is from a record, and how much of it the bands hold; `inside` (measured
+    samples,) is one where they do."""
+    known = record.measured_samples
+    error, centred = (record.y - mean)[known], record.y[known] - record.y[known].mean()
+    fit = 100 * (1 - float(np.linalg.norm(error) / np.linalg.norm(centred)))
+    held = coverage(inside)
+    low, high = held.interval
+    rms = float(np.sqrt(np.mean(error**2)))
+    return (
+        f"rms error {rms:.3g} {record.units.output}, fit {fit:.1f} %; 94 % bands hold "
+        f"{100 * held.achieved:.1f} % of the samples (95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
+    )
+
+
 def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> Prediction:
     """Bands of y for `record` under the posterior.
 
@@ -156,9 +171,14 @@ def coverage(inside: FloatArray, nominal: float = INTERVAL_PROBABILITY) -> Cover
 
 def band_coverage(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY) -> Coverage:
     """Coverage of the central bands of probability `nominal`, noise included, on the record's own y."""
+    return coverage(band_holds(prediction, nominal), nominal)
+
+
+def band_holds(prediction: Prediction, nominal: float = INTERVAL_PROBABILITY) -> FloatArray:
+    """Where the band of probability `nominal` holds the measured y: ones and zeros (measured samples,)."""
     probability = prediction.predicted_probability
     inside = np.abs(2 * probability[~np.isnan(probability)] - 1) <= nominal
-    return coverage(inside.astype(np.float64), nominal)
+    return inside.astype(np.float64)
 
 
 def _simulated(axis: AxisParameters, draws: FloatArray, record: Record) -> Iterator[tuple[int, FloatArray]]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bayes_hw.entrance import check_whole
 from bayes_hw.first_look import look as first_look
 from bayes_hw.interface.arguments import records_given
+from bayes_hw.interface.doors import warn_of
+from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.look import page
 
@@ -38,9 +41,13 @@ class SeenRecords:
         page.write(self.look, Path(folder), title)
 
 
-def look(records: Record | Sequence[Record]) -> SeenRecords:
+def look(records: Record | Sequence[Record], *, accept: Collection[str] = ()) -> SeenRecords:
     """What `records` of one axis show, no model needed; as `bayes-hw look`.
 
-    Raises InputError on arguments that are no records, and on records that differ in rate or units.
+    Raises InputError on arguments that are no records, on records that differ in rate or units, and on one
+    that is not what it is said to be, such as a "swapped" one, unless `accept` names that.
     """
-    return SeenRecords(first_look.look(records_given(records)))
+    given = records_given(records)
+    with in_python():
+        warn_of(sentence for record in given for sentence in check_whole(record, accept))
+    return SeenRecords(first_look.look(given))

@@ -69,12 +69,13 @@ class Stamps(NamedTuple):
     """Seconds (samples,), NaN where there is no stamp, and what was taken for what.
 
     `origin_ns` is the Unix time in ns at which seconds are zero, None where the clock counts from nowhere
-    known.
+    known. `unit` is what plain numbers were taken to count, empty of stamps that say it themselves.
     """
 
     seconds: FloatArray
     origin_ns: int | None
     said: str
+    unit: str = ""
 
 
 class StampError(InputError):
@@ -131,14 +132,14 @@ def _from_numbers(values: Column, name: str, unit: str | None) -> Stamps:
         for lower, upper, scale, word in UNIX:
             if lower <= size <= upper:
                 return _absolute(values, scale, 0, f"Unix stamps in {word}")
-        return Stamps(np.asarray(values, dtype=np.float64), None, "")
+        return Stamps(np.asarray(values, dtype=np.float64), None, "", "s")
     if stated not in UNITS:
         raise InputError(f"states its times in {unit!r}; give --time-unit s, ms, us, ns, min, h or d")
     scale = UNITS[stated]
     if 1e8 <= size * scale <= 1e10:
         return _absolute(values, scale, 0, f"Unix stamps in {stated}")
     seconds = _scaled(values, scale)
-    return Stamps(seconds, None, "" if scale == 1 else f"times converted from {unit} to s")
+    return Stamps(seconds, None, "" if scale == 1 else f"times converted from {unit} to s", stated)
 
 
 def _days(values: Column, size: float, step: float, label: str) -> Stamps | None:

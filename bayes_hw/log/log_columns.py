@@ -17,6 +17,7 @@ from bayes_hw.log.clock import StampError, Stamps, read_stamps
 from bayes_hw.log.clock_offset import clock_offset
 from bayes_hw.log.time_grid import MOST_BRIDGED
 from bayes_hw.reading_options import ReadingOptions
+from bayes_hw.record_checks import NO_CLOCK
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,8 @@ class LogColumns:
 
     NaN is what was not measured. `rows` are the rows of the file, which `place` names in its words,
     `is_clock`
-    whether the stamps are the file's, `is_absolute` whether they were seconds as they are.
+    whether the stamps are the file's, `is_absolute` whether they were seconds as they are; `clock` as in
+    `bayes_hw.record.Record`.
     """
 
     t: FloatArray
@@ -39,6 +41,7 @@ class LogColumns:
     is_clock: bool
     is_plain: bool
     said: tuple[str, ...]
+    clock: str = "s"
 
     def place_of(self, index: int) -> str:
         """Where in the file the row of an index stands."""
@@ -122,6 +125,7 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         stamps is not None,
         stamps is None or stamps.origin_ns is None,
         tuple(said),
+        NO_CLOCK if stamps is None else stamps.unit,
     )
     is_joined = len(tables) > 1 or bool(table.clocks) or options.output_time is not None
     return _in_part(path, _trimmed(_in_order(path, log), is_joined), options)

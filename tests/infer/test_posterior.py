@@ -190,3 +190,18 @@ def test_contraction_tells_data_from_prior(small_axis: HammersteinWiener) -> Non
     )
     ignorant = replace(informed, values=from_priors)
     assert ignorant.prior_dominated == ignorant.names
+
+
+def test_a_limit_that_no_command_reaches_is_said_wherever_the_posterior_goes(
+    small_axis: HammersteinWiener, tmp_path: Path
+) -> None:
+    """Met below and not above; of a posterior whose commands nobody said nothing is known."""
+    plain = posterior_of(small_axis)
+    upper = float(np.median(plain.chains("saturation.upper")))
+    lower = float(np.median(plain.chains("saturation.lower")))
+    posterior = replace(plain, commanded=(1.5 * lower, 0.9 * upper))
+    posterior.write(tmp_path)
+    for one in (posterior, Posterior.read(tmp_path)):
+        assert one.unreached == ("saturation.upper",)
+    assert json.loads((tmp_path / "posterior.json").read_text())["unreached"] == ["saturation.upper"]
+    assert plain.unreached == ()

@@ -14,7 +14,14 @@ from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior
-from bayes_hw.infer.prediction import band_coverage, coverage, noisy_quantiles, predict
+from bayes_hw.infer.prediction import (
+    band_coverage,
+    band_holds,
+    coverage,
+    coverage_sentence,
+    noisy_quantiles,
+    predict,
+)
 from bayes_hw.infer.start_state import with_start_state
 from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model import streaming
@@ -111,6 +118,16 @@ def test_bands_cover_new_records(posterior: Posterior, small_axis: HammersteinWi
     assert found.fit_percent > 90
 
 
+def test_coverage_is_said_in_one_sentence(posterior: Posterior, small_axis: HammersteinWiener) -> None:
+    """Its numbers are those of the bands; samples that were not measured count nowhere."""
+    whole = measured(small_axis, 1000, seed=21)
+    record = replace(whole, measured=np.arange(len(whole)) % 7 != 3)
+    found = predict(posterior, record, np.random.default_rng(3))
+    said = coverage_sentence(record, found.mean, band_holds(found))
+    assert f"fit {found.fit_percent:.1f} %" in said
+    assert f"hold {100 * band_coverage(found).achieved:.1f} % of the samples" in said
+
+
 def test_a_wrong_noise_level_is_seen_in_the_coverage(
     posterior: Posterior, small_axis: HammersteinWiener
 ) -> None:
@@ -127,7 +144,7 @@ def test_rate_mismatch(posterior: Posterior, small_record: Record) -> None:
 def test_free_start_begins_where_the_record_does(small_axis: HammersteinWiener, position: float) -> None:
     """A posterior with free initial conditions predicts a record that starts elsewhere."""
     axis = AxisParameters(small_axis, output_scale=2.0, start_positions=np.array([0.1]))
-    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0)), "deg")
     nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
     values = np.tile(nominal, (1, 2, 5, 1))
     posterior = Posterior(axis, noise, values, np.zeros((1, 2, 5)), nominal, True, (), 0.0)
@@ -145,7 +162,7 @@ def test_free_start_without_an_integrator(small_axis: HammersteinWiener, small_r
     poles[poles == 1.0] = 0.9
     model = replace(small_axis, linear=replace(small_axis.linear, poles=poles))
     axis = AxisParameters(model, output_scale=2.0, start_positions=np.array([0.1]))
-    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0)), "deg")
     nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
     posterior = Posterior(
         axis, noise, np.tile(nominal, (1, 2, 5, 1)), np.zeros((1, 2, 5)), nominal, True, (), 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from matplotlib.image import imread
 from page_checks import check_page
 
 from bayes_hw.report.page.document import Report
+from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
 from bayes_hw.report.page.html import to_html
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
@@ -21,6 +23,7 @@ PAGES = sorted(REPORTS.glob("*/report.html"))
 MOST_BYTES = 5 * 2**20
 HOSTILE = '<img src=x onerror="alert(1)"></title><script>alert(1)</script><style>body{display:none}</style>'
 
+SMALLEST_LETTER_POINTS = 8.5
 TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
 PIXELS = """
@@ -189,3 +192,23 @@ def test_printing_shows_the_still_picture_in_place_of_the_zoomable_one(
 def page_count(document: bytes) -> int:
     """Pages of a PDF whose page objects are not compressed, as those of Chromium and Typst."""
     return len(re.findall(rb"/Type\s*/Page\b", document))
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_letters_of_a_figure_are_nine_pixels_on_a_telephone(
+    browser: Browser, report_of: Callable[[str], Report], tmp_path: Path, dark: bool
+) -> None:
+    """The drawing made for it is shown there, and the wide one on a screen."""
+    with drawing_settings():
+        canvas = new_canvas(2.0)
+        canvas.subplots().plot([0, 1], [2, 3])
+        figure = finished(canvas, "what is drawn", "a line")
+    page = tmp_path / "report.html"
+    page.write_text(to_html(replace(report_of("text"), key_figure=figure)))
+    sizes = "(({width, naturalWidth}) => [width, naturalWidth])(document.querySelector('.picture img'))"
+    browser.open(page, width=390, dark=dark)
+    check_page(browser)
+    width, own = browser.evaluate(sizes)
+    assert SMALLEST_LETTER_POINTS * 96 / 72 * width / own >= 9.0
+    browser.open(page, width=1280, dark=dark)
+    assert browser.evaluate(sizes)[1] == pytest.approx(96 * figure.width_inches, abs=1)

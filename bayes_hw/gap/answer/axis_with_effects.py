@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.errors import InputError
 from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.answer.words_of_answer import words_of_answer
 from bayes_hw.identify.noise import NoiseEstimate
@@ -76,12 +77,37 @@ def said_in(
     )
 
 
+def as_drawn(axis: AxisParameters) -> FloatArray:
+    """The parameters (parameters,) of an axis as they are: where a sampler would begin at a small dead zone,
+    none."""
+    values = axis.nominal.copy()
+    values[axis.names.index("dead_zone.half_width")] = axis.model.dead_zone.half_width
+    return values
+
+
+def commanded_in(data: Mapping[str, Any]) -> tuple[float, float] | None:
+    """The smallest and the largest command of the records behind a corrected.json; None where it is silent.
+    Raises InputError where it says something else."""
+    stored = dict(data.get("motion", {})).get("commanded")
+    if stored is None:
+        return None
+    try:
+        low, high = map(float, stored)
+    except (TypeError, ValueError):
+        raise InputError("motion.commanded: must be two numbers; diagnose again") from None
+    return low, high
+
+
 def posterior_of_draws(
-    axis: AxisParameters, sigma: float, draws: FloatArray, estimate: FloatArray
+    axis: AxisParameters,
+    sigma: float,
+    draws: FloatArray,
+    estimate: FloatArray,
+    commanded: tuple[float, float] | None = None,
 ) -> Posterior:
     """Of `draws` (draws, parameters) of an axis whose noise is white, of standard deviation `sigma`, about an
-    `estimate` (parameters,)."""
-    white = noise_parameters(NoiseEstimate(sigma, np.zeros(0), np.zeros(0)), axis.model.units.output)
+    `estimate` (parameters,); `commanded` as in `Posterior`."""
+    white = noise_parameters(NoiseEstimate(sigma, np.zeros(0)), axis.model.units.output)
     columns = np.column_stack([draws, np.full(len(draws), sigma)])
     return Posterior(
         axis,
@@ -92,4 +118,5 @@ def posterior_of_draws(
         converged=True,
         problems=(),
         seconds=0.0,
+        commanded=commanded,
     )

@@ -19,6 +19,7 @@ from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Units
 
@@ -79,6 +80,7 @@ def corrected_train(
     found["motion"] = {
         "velocity": max(float(np.abs(r.u).max()) for r in case.train),
         "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in case.train),
+        "commanded": list(extremes(r.u for r in case.train)),
         "stroke": [min(float(r.y.min()) for r in case.train), max(float(r.y.max()) for r in case.train)],
     }
     found["next_experiment"] = verdict.next_experiment

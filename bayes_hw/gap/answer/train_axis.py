@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, posterior_of_draws, said_in
+from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, commanded_in, posterior_of_draws, said_in
 from bayes_hw.gap.answer.corrected_train import hypothesis_of
 from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
@@ -65,7 +65,7 @@ class TrainAxis(AxisWithEffects):
         nominal, count = builder.model, hypothesis.base_count
         name, sigma = str(data.get("name", nominal.name)), float(data["noise"]["sigma"])
         axis = AxisParameters(replace(nominal, name=name, noise_sigma=sigma))
-        posterior = posterior_of_draws(axis, sigma, draws[:, :count], values[:count])
+        posterior = posterior_of_draws(axis, sigma, draws[:, :count], values[:count], commanded_in(data))
         said = said_in(data, float(np.abs(values[:2]).max()), hypothesis.scale.travel)
         return cls(posterior, *said, hypothesis, values, draws)
 

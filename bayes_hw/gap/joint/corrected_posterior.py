@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.infer.posterior import SCHEMA
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 
-SCHEMA = "bayes-hw/posterior/1"
 METHOD = (
     "independent draws of a normal about the joint fit of axis, effect and noise, deviations widened; "
-    "no chains, so that r_hat is 1 by construction"
+    "no chains, so that there is no r_hat"
 )
 
 
@@ -46,6 +46,6 @@ def _entry(estimate: Estimate, median: float, count: int) -> dict[str, object]:
         "median": median,
         "ess_bulk": float(count),
         "ess_tail": float(count),
-        "r_hat": 1.0,
+        "r_hat": None,
         "mcse_mean": estimate.sd / float(np.sqrt(count)),
     }

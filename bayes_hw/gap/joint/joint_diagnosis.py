@@ -59,11 +59,13 @@ from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.gap.joint.search.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
+from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
@@ -98,6 +100,28 @@ class JointDiagnosis:
     high: FloatArray
     corrected: dict[str, object]
     advice: tuple[str, ...] = ()
+
+    def sentence(self) -> str:
+        """What the axis does, what its model lacks and how sure that is."""
+        follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
+        return f"{follows} {sentence(self)}".strip()
+
+    def write(self, out: Path) -> None:
+        """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
+        first = self.holdout[0]
+        angles = {
+            "before": self.before,
+            "after": self.after,
+            "lo": self.low,
+            "hi": self.high,
+            "y": first.y_or_nan,
+        }
+        columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
+        with staged(out, instead_of=["free_residual.csv"]) as place:
+            write_csv(place / "holdout_prediction.csv", columns)
+            self.verdict.write(place / "verdict.json")
+            text = json.dumps(self.corrected, indent=1, allow_nan=False) + "\n"
+            (place / "corrected.json").write_text(text, encoding="utf-8")
 
 
 def diagnose_records(
@@ -212,7 +236,8 @@ def _finished(
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
     train = tuple(r.counted_from(float(level)) for r, level in zip(train, fit.levels, strict=True))
-    starts = Starts.of(fit, train, holdout, lead, start)
+    seen = clear_of_zone(fit, holdout) if found.clear_of_zone else None
+    starts = Starts.of(fit, train, holdout, lead, start, seen)
     holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
     if found.readings.taken_off:
@@ -290,6 +315,7 @@ def _finished(
         "motion": {
             "velocity": max(float(np.abs(r.u).max()) for r in train),
             "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
+            "commanded": list(extremes(r.u for r in train)),
             "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
         },
         "next_experiment": verdict.next_experiment,
@@ -369,27 +395,3 @@ def _regimes(
         "reversing": np.convolve(turning, np.ones(10), "full")[: len(e)] > 0,
     }
     return {n: float(np.mean(e[m] ** 2) / sigma**2) for n, m in masks.items() if m.sum() >= 20}
-
-
-def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
-    """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
-    first = diagnosis.holdout[0]
-    angles = {
-        "before": diagnosis.before,
-        "after": diagnosis.after,
-        "lo": diagnosis.low,
-        "hi": diagnosis.high,
-        "y": first.y_or_nan,
-    }
-    columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
-    with staged(out, instead_of=["free_residual.csv"]) as place:
-        write_csv(place / "holdout_prediction.csv", columns)
-        diagnosis.verdict.write(place / "verdict.json")
-        text = json.dumps(diagnosis.corrected, indent=1, allow_nan=False) + "\n"
-        (place / "corrected.json").write_text(text, encoding="utf-8")
-
-
-def summary(diagnosis: JointDiagnosis) -> str:
-    """What the axis does, what its model lacks and how sure that is."""
-    follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
-    return f"{follows} {sentence(diagnosis)}".strip()

@@ -172,12 +172,17 @@ def _baseline_sections(score: Score, baselines: Mapping[str, Score]) -> tuple[Se
         if "interval" not in name
     ]
     rows.append(("Brier score", *(format_number(one.brier) for one in scores.values())))
-    rows.append(("gap closed, median", *(_median_closed(one) for one in scores.values())))
+    rows.append(
+        (
+            "explained fraction of the reducible error, median",
+            *(_median_closed(one) for one in scores.values()),
+        )
+    )
     table = Table(
         ("figure", *scores),
         tuple(rows),
-        "Per cent and, in brackets, the 95 % binomial interval. The last row is the true closed fraction of "
-        "the hold-out over the cases where something was added.",
+        "Per cent and, in brackets, the 95 % binomial interval. The last row is the true explained "
+        "fraction of the hold-out over the cases where something was added.",
         tuple(range(1, len(scores) + 1)),
     )
     return (Section("Baselines on the same cases", (table,)),)

@@ -117,7 +117,7 @@ def reliability_diagram(classes: Sequence[ReliabilityBin], answers: Sequence[Rel
 
 
 def closure_scatter(closures: Sequence[Closure]) -> Figure:
-    """Claimed against true closed fraction on the noise-free hold-out."""
+    """Claimed against true explained fraction on the noise-free hold-out."""
     low, high = CLOSURE_RANGE
     with drawing_settings():
         canvas = new_canvas(3.6, 4.2)
@@ -132,7 +132,7 @@ def closure_scatter(closures: Sequence[Closure]) -> Figure:
             axes.plot(x, claimed, marker, color=colour, markersize=3.5, markerfacecolor="none")
         axes.axhline(0, color=MUTED, linewidth=0.5)
         axes.axvline(0, color=MUTED, linewidth=0.5)
-        axes.set(xlim=(low, high), ylim=(low, high), xlabel="true closed fraction", ylabel="claimed")
+        axes.set(xlim=(low, high), ylim=(low, high), xlabel="true explained fraction", ylabel="claimed")
         return finished(
             canvas,
             "How far the gap shrinks: fraction of the squared hold-out error removed, claimed (with 94 % "

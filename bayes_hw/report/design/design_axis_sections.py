@@ -25,7 +25,10 @@ WORDS = {
 def axis_section(design: Design) -> Section:
     """Intervals of what the loop depends on, the response of G, its zeros, and where notches must reach."""
     plant, units = design.plant, design.nominal.units
-    rows = [_quantity_row(WORDS.get(n) or parameter_name(n).words, q) for n, q in plant.quantities.items()]
+    rows = [
+        _quantity_row(WORDS.get(n) or parameter_name(n).words, q, n in plant.unreached)
+        for n, q in plant.quantities.items()
+    ]
     rows += [
         (f"antiresonance {i}", *_draws_cells(pair.frequency_hz, pair.nominal_hz), "Hz")
         for i, pair in enumerate(plant.antiresonances, start=1)
@@ -34,15 +37,18 @@ def axis_section(design: Design) -> Section:
         (f"damping ratio of antiresonance {i}", *_draws_cells(pair.damping_ratio, pair.nominal_damping), "")
         for i, pair in enumerate(plant.antiresonances, start=1)
     ]
-    delay = plant.transport_delay_samples
     blocks: list[Block] = [
         Table(
             ("quantity", "point estimate", "94 % HDI", "unit"),
             tuple(rows),
-            f"The axis in numbers. The model's whole delay, {delay} sample{'s' * (delay != 1)} "
-            f"({delay / design.nominal.sample_rate_hz:g} s), is held in sampling; the equivalent delay is "
+            f"The axis in numbers. {_delay_in_words(design)} The equivalent delay is "
             "the lag of G beyond the 90 deg of its integrator at "
-            f"{format_number(plant.equivalent_delay_hz, 3, 'Hz')}, as time.",
+            f"{format_number(plant.equivalent_delay_hz, 3, 'Hz')}, as time."
+            + (
+                " A limit that is “beyond” was met by no command of the records: its interval is the prior's."
+                if plant.unreached
+                else ""
+            ),
             (1, 2),
         ),
         axis_response(plant, design.notches, units),
@@ -151,8 +157,22 @@ def controllers_section(design: Design) -> Section:
     )
 
 
-def _quantity_row(words: str, quantity: Quantity) -> tuple[str, ...]:
+def _delay_in_words(design: Design) -> str:
+    """The whole delay of the model: what it has as dead time, and the sample that a held command takes."""
+    own = design.posterior.axis.model.linear.delay_samples
+    held = design.plant.transport_delay_samples - own
+    step = 1 / design.nominal.sample_rate_hz
+    return (
+        f"The model's dead time, {own} sample{'s' * (own != 1)} ({own * step:g} s) beside the {held} that a "
+        "command held from sample to sample takes to show, is held in sampling."
+    )
+
+
+def _quantity_row(words: str, quantity: Quantity, unreached: bool) -> tuple[str, ...]:
     low, high = quantity.hdi94
+    if unreached:
+        beyond = min((low, high), key=abs)
+        return (words, f"beyond {format_number(beyond, 3)}", format_interval(low, high), quantity.unit)
     if quantity.sd == 0:
         return (words, format_number(quantity.nominal, 4), "held", quantity.unit)
     return (words, format_value(quantity.nominal, quantity.sd), format_interval(low, high), quantity.unit)

@@ -153,8 +153,9 @@ def _badges(design: Design) -> tuple[Badge, ...]:
     if design.effects is not None:
         sampled = [Badge("draws of the corrected model", "good", drawn)]
     badges = [*_holds(design), *sampled]
-    if posterior.prior_dominated:
-        names = ", ".join(parameter_name(name).words for name in posterior.prior_dominated)
+    weak = dict.fromkeys((*posterior.unreached, *posterior.prior_dominated))
+    if weak:
+        names = ", ".join(parameter_name(name).words for name in weak)
         badges.append(Badge("not all shown", "warn", f"the prior decides on: {names}"))
     for loop in design.loops:
         if _is_tuned_on_point(design, loop):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.simulator import SimulatorWithDoors
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
@@ -77,7 +76,7 @@ def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
 
 def _verdict(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
-    parts = [typeset(sentence(diagnosis))]
+    parts = [typeset(diagnosis.sentence())]
     if verdict.confusable:
         rivals = ", ".join(label_words(other) for _, other in verdict.confusable)
         parts.append(f"These records cannot rule out {rivals} instead.")
@@ -114,14 +113,14 @@ def _closed_badge(diagnosis: Diagnosis) -> Badge:
     verdict, gap = diagnosis.verdict, diagnosis.verdict.gap_holdout
     low, high = gap.closed_hdi94
     if not verdict.answer:
-        return Badge("nothing to close", "good", "the error held out is the noise, as far as can be told")
+        return Badge("nothing to explain", "good", "the error held out is the noise, as far as can be told")
     if verdict.answer == OTHER:
-        return Badge("nothing closed", "bad", "the model stays as it was")
+        return Badge("nothing explained", "bad", "the model stays as it was")
     if diagnosis.decision.explanation.cause_of_noise is not None and gap.closed < HALF:
         return Badge("not to be tracked", "warn", "the effect is random; the band is what improves")
     state = "good" if low >= MOST else "warn" if gap.closed >= HALF else "bad"
     return Badge(
-        f"closes {format_percent(gap.closed)}",
+        f"explains {format_percent(gap.closed)}",
         state,  # type: ignore[arg-type]
         f"of the avoidable error held out (94 %: {share_interval(low, high)})",
     )
@@ -193,7 +192,7 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         "the output as another does carries the other's name.",
         f"Gaps below {SMALLEST_GAP:g} of the noise: how often those are named right is not established, and "
         "“nothing is missing” does not deny them.",
-        f"Other motions: the closed share was measured on {held} record{'s' * (held != 1)} held out; it "
+        f"Other motions: the explained share was measured on {held} record{'s' * (held != 1)} held out; it "
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
         _structure(diagnosis),

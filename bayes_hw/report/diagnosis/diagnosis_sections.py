@@ -203,14 +203,21 @@ def ranking_table(diagnosis: Diagnosis) -> Table:
     floor = diagnosis.verdict.gap_train.noise_floor
     ranked = ranking(diagnosis.attribution, floor, diagnosis.left_out)
     return Table(
-        ("effect", "gain in log-evidence", "left-out blocks", "weight", f"rmse left ({unit})", "would close"),
+        (
+            "effect",
+            "gain in log-evidence",
+            "left-out blocks",
+            "weight",
+            f"rmse left ({unit})",
+            "would explain",
+        ),
         tuple(_ranked_row(row, diagnosis.decision.explanation.labels) for row in ranked[:RANKED_SHOWN]),
         "Ranking of what was tried, the best form of every effect and pair, on the training records. The "
         f"gain is over the re-estimated model with coloured noise; {NO_NUMBER} in its column: fitted on "
         "plain residuals only, and not among the best. “Left-out blocks”, of the first few that have "
         "one: log predictive density of every twelfth of a record given the rest, less that of the best, ± "
         "its standard error; “weight”: in the mixture of predictions that is best at it (stacking). "
-        "“Would close”: share of the avoidable squared error that it removes; a stochastic effect alone "
+        "“Would explain”: share of the avoidable squared error that it removes; a stochastic effect alone "
         f"leaves it ({NO_NUMBER}). ▸ the explanation chosen. The "
         "probabilities above are less sure than these evidences alone would make them; how far they can be "
         "relied on is what a blind check measures.",

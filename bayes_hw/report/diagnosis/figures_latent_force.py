@@ -37,9 +37,9 @@ def latent_force_figure(found: LatentForce, record_name: str, units: tuple[str, 
         return finished(
             canvas,
             f"The free residual of “{record_name}” as a force at the drive: the torque over time that "
-            "would close the gap of the re-estimated model (mean and 94 % band), and its mean and quartiles "
-            "by speed and by position. A step at zero speed is friction's, waves over position are a "
-            "ripple's; a curve that follows neither is of the surroundings or of another block.",
+            "would explain the error of the re-estimated model (mean and 94 % band), and its mean and "
+            "quartiles by speed and by position. A step at zero speed is friction's, waves over position are "
+            "a ripple's; a curve that follows neither is of the surroundings or of another block.",
             "Estimated missing force over time, by speed and by position.",
         )
 

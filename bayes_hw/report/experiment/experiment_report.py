@@ -78,7 +78,7 @@ def _verdict(design: Design, check: WidthCheck | None) -> str:
     )
     sentences = [
         f"Play {_article(winner.label)} of {format_duration(design.circumstances.duration_s)}: it is "
-        f"expected to tell {winner.score:.1f} nats about {len(design.about)} parameters"
+        f"expected to tell {winner.score:.1f} nats of information about {len(design.about)} parameters"
         + (
             f", where the first record's command again would tell {design.repeated.score:.1f}."
             if design.repeated is not None

@@ -11,7 +11,6 @@ import hashlib
 import json
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
@@ -21,6 +20,7 @@ from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
+from bayes_hw.report.page.html import script_json
 from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.rounding import (
@@ -30,11 +30,11 @@ from bayes_hw.report.page.rounding import (
     format_number,
     format_percent,
 )
+from bayes_hw.report.page.typography import NO_BREAK_SPACE
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
 SHARED = files("bayes_hw.report.page") / "templates"
-NO_BREAK_SPACE = "\u00a0"
 
 
 def to_html(look: Look, title: str = "") -> str:
@@ -60,7 +60,7 @@ def to_html(look: Look, title: str = "") -> str:
             facts=facts(look),
             records=[record.name for record in look.records],
             distortion=look.distortion,
-            plots=_script_json(plots(look)),
+            plots=script_json(plots(look)),
             has_response=look.response is not None,
             has_noise=look.noise is not None,
             limited=is_limited(look),
@@ -119,9 +119,7 @@ def cards(look: Look) -> list[dict[str, str]]:
             "coherence nowhere above 0.8" if band is None else "coherence above 0.8",
         ),
         _card(
-            "warn"
-            if look.delay is None or look.delay.high - look.delay.low > 2.1 * look.delay.step_s
-            else "good",
+            "warn" if look.delay is None or not look.delay.is_close else "good",
             "delay unknown"
             if look.delay is None
             else f"delay {format_interval(look.delay.low, look.delay.high, 's')}",
@@ -137,12 +135,12 @@ def cards(look: Look) -> list[dict[str, str]]:
 
 def facts(look: Look) -> list[tuple[str, str]]:
     """Names and values of the table at the end."""
-    units, statics = look.records[0].units, look.statics
+    units, statics = look.records[0].units, look.apart
     slope, error = look.drift_per_hour
     rows = [
         ("lower limit", _known(statics.lower, units.input, "not met")),
         ("upper limit", _known(statics.upper, units.input, "not met")),
-        ("dead zone, half width", _known(statics.half_width, units.output, "none seen")),
+        ("dead zone, half width", _known(statics.half_width, units.output, _no_dead_zone(look))),
         *_repeated(look),
         ("noise, standard deviation", format_number(look.noise_sigma, 3, units.output) + _beside(look)),
         ("white part of it", format_number(look.white_sigma, 3, units.output)),
@@ -224,6 +222,11 @@ def _card(state: str, label: str, detail: str) -> dict[str, str]:
     return {"state": state, "label": visible(label), "detail": visible(detail)}
 
 
+def _no_dead_zone(look: Look) -> str:
+    """What to say of one that was not found: nothing where the strokes do not tell."""
+    return "not to be told from these records" if look.repeated.hysteresis is None else "none seen"
+
+
 def _known(value: float | None, unit: str, otherwise: str) -> str:
     return otherwise if value is None else format_number(value, 3, unit)
 
@@ -245,8 +248,3 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-
-
-def _script_json(value: Any) -> Markup:
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

@@ -100,7 +100,8 @@ class Figure:
 
     `svg` is a complete SVG document; `alt_text` says in one sentence what is to be seen, `caption` what
     it shows and how to read it; `width_inches` is the width at which its text has the intended size.
-    `breaks` are heights, as shares from the top, where nothing is drawn and a page may end.
+    `breaks` are heights, as shares from the top, where nothing is drawn and a page may end. `narrow_svg` is
+    the same drawn for a page as narrow as a telephone's, None where the first is narrow enough.
     """
 
     svg: str
@@ -108,6 +109,7 @@ class Figure:
     alt_text: str
     width_inches: float = TEXT_WIDTH_INCHES
     breaks: tuple[float, ...] = ()
+    narrow_svg: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

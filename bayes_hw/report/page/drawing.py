@@ -19,6 +19,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report.page import document
+from bayes_hw.report.page.narrow import narrow_svg
 from bayes_hw.report.page.palette import PAPER, SETTINGS
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.svg_size import compact
@@ -35,6 +36,10 @@ MOST_BREAKS = 2
 
 PLAIN_DECADES = (0.9e-3, 1.1e4)
 """Ends of a logarithmic axis within which its labels are plain numbers."""
+
+HISTOGRAM_BINS = 40
+PANEL_CHARACTERS = 19
+"""Characters of tick labels for which one of four panels beside each other has room."""
 
 COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
@@ -63,7 +68,8 @@ def new_canvas(
 
 
 def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int = 0) -> document.Figure:
-    """The drawing as SVG, the same bytes for the same drawing; call within `drawing_settings`.
+    """The drawing as SVG, the same bytes for the same drawing; call within `drawing_settings`. It is narrowed
+    afterwards, for the telephone.
 
     A page may end after every `rows_together` rows of panels, nowhere where that is 0.
     """
@@ -73,7 +79,7 @@ def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int 
     breaks: tuple[float, ...] = ()
     if rows_together:
         breaks = few_of(gaps_between_rows(canvas)[rows_together - 1 :: rows_together])
-    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width, breaks)
+    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width, breaks, narrow_svg(canvas))
 
 
 def few_of(gaps: tuple[float, ...]) -> tuple[float, ...]:

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.answer.corrected_train import KEY, TrainSimulation, predict_train, simulate_train
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.unreached_limits import LOWER, UPPER, standing_outermost
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
@@ -86,9 +87,20 @@ def corrected_model(
         ],
         "steps": fit.response.steps,
         "coordinates": fit.point.coordinates.tolist(),
-        "draws": posterior.coordinates[:DRAWS_KEPT, kept_coordinates].tolist(),
+        "draws": _drawn(posterior, kept_coordinates).tolist(),
     }  # fmt: skip
     return found
+
+
+def _drawn(posterior: JointPosterior, kept: IntArray) -> FloatArray:
+    """Draws (draws, size) of the coordinates; a limit that no command reaches is drawn as it is reported."""
+    draws = posterior.coordinates[:DRAWS_KEPT, kept].copy()
+    structure = posterior.fit.structure
+    limits = [name for name, present in ((LOWER, structure.lower), (UPPER, structure.upper)) if present]
+    for name in standing_outermost(posterior.fit):
+        if name in limits and name in posterior.base:
+            draws[:, limits.index(name)] = posterior.base[name][:DRAWS_KEPT]
+    return draws
 
 
 def model_of(
@@ -99,7 +111,7 @@ def model_of(
     values, rate = fit.values, fit.response.scale.rate_hz
     cascade = values.cascade
     largest = max(float(np.abs(r.u).max()) for r in train)
-    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in sections]
+    modes = [Mode.from_pole(section_pole(*cascade.sections[:2, i]), rate) for i in sections]
     return HammersteinWiener(
         name=name,
         sample_rate_hz=rate,
@@ -141,7 +153,8 @@ def known_input_of(fit: JointFit, effect: Effect, unit: str) -> KnownInput:
     return KnownInput(column, TORQUE, gain, delay, cycles, unit, everywhere[0], everywhere[1] / gain)
 
 
-def _pole(a1: float, a2: float) -> complex:
+def section_pole(a1: float, a2: float) -> complex:
+    """The upper pole of a section; on the real axis where its poles are real."""
     return complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 0.0)))
 
 

@@ -11,6 +11,7 @@ from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.observer import unobserved
+from bayes_hw.phrases import log_evidence
 
 SHAPES = ("reading over position", "torque over position")
 """Forms without a name that are too wide to be told as a period."""
@@ -22,7 +23,7 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     if isinstance(fit, GivenFit):
         said = [
             "no drive train was read back from the model's G: torques and speeds of the effects enter "
-            "through its poles, at weights of their own (ports)"
+            "through its poles, at weights of their own"
         ]
     else:
         said = [
@@ -37,9 +38,14 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             "machine nearby may"
         )
     said += of_followed(fit)
+    if found.clear_of_zone:
+        said.append(
+            "what a slow error of the axis may shift into the dead zone, where it does not show, was left "
+            "out of the fit"
+        )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
-        f"without {label} the records are {found.nats[label]:.0f} nats less likely, {again}"
+        f"without {label}: {log_evidence(-found.nats[label])}, {again}"
         for label in fit.labels
         if label in found.nats and label in decision.answer
     ]

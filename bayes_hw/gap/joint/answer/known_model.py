@@ -17,6 +17,7 @@ from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
+from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 
 
@@ -40,7 +41,7 @@ def with_known(identification: Identification, records: Sequence[Record]) -> Ide
     start = JointFit(response, evaluate(response, response.coordinates(JointValues(values))))
     fit, found = with_known_inputs(start.descended())
     said_of = [
-        f"known input {one.column}: the angle follows it {WAYS[one.way]}, worth {one.nats:.0f} nats"
+        f"known input {one.column}: the angle follows it {WAYS[one.way]}, {log_evidence(one.nats)}"
         if one.accepted
         else f"known input {one.column} is left out: the records do not show that the angle follows it "
         f"(probability {doubtful(one.nats):.2g})"

@@ -49,11 +49,9 @@ class JointFit:
     taken: int = 0
 
     @classmethod
-    def of_grown(
-        cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None
-    ) -> JointFit:
+    def of_grown(cls, grown: Grown, scale: JointScale) -> JointFit:
         """A cascade without any effect."""
-        response = JointResponse(grown.structure, (), grown.response.records, scale, weights)
+        response = JointResponse(grown.structure, (), grown.response.records, scale)
         coordinates = response.coordinates(JointValues(grown.values))
         return cls(response, evaluate(response, coordinates))
 
@@ -110,11 +108,7 @@ class JointFit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        effects = (
-            effect.form.full_name + ("+" if effect.ports is not None and effect.ports.signal else "")
-            for effect in self.response.template
-        )
-        return (*self.added, *effects)
+        return (*self.added, *map(_named, self.response.template))
 
     @property
     def noise_order(self) -> int:
@@ -346,3 +340,11 @@ def descended_each(items: Sequence[AnyFit], steps: int = FULL_STEPS) -> list[Any
 def highest(items: Sequence[JointFit]) -> JointFit:
     """The one of the best score."""
     return max(items, key=lambda item: item.score)
+
+
+def _named(effect: Effect) -> str:
+    """The words for an effect: what its law looks at is a motion of its own where that is fitted."""
+    if effect.form.law == K.INNOVATION:
+        return "prediction-error form"
+    is_own = effect.ports is not None and effect.ports.signal
+    return effect.form.full_name + (" over a motion of its own" if is_own else "")

@@ -100,9 +100,12 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
 
 def _at_full_strength(fit: GivenFit) -> GivenFit:
     """The last effect as least squares with the base free ask for it, but the base where it is: at the kinks
-    of its limits no step of both together may gain, however small."""
+    of its limits no step of both together may gain, however small. Where derivatives overflow, as it is."""
     response, before = fit.response, fit.point.coordinates
-    factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    try:
+        factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    except FloatingPointError:
+        return fit
     step = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=None)[0]
     moved, own = before.copy(), response.effect_sizes[-1]
     moved[-own:] += step[-own:]

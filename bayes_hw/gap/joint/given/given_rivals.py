@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law
 from bayes_hw.gap.joint.given.given_moves import (
@@ -54,7 +55,7 @@ def instead_of(
             if not trials:
                 continue
             end = best_of(trials)
-        found[label] = end
+        found[label] = with_base_anew(end)
     if strongest == OTHER and not _is_begun_anywhere(fit):
         found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +13,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.base_starts import limit_starts, with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
@@ -51,10 +51,8 @@ from bayes_hw.gap.joint.search.joint_search import (
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
-
-LIMIT_STARTS = (1.0, 0.8, 0.9, 1.1, 1.25)
-"""Multiples of the nominal limits from which the base is tried: a descent does not leave a limit's kinks."""
 
 BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
@@ -133,21 +131,13 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
     response = GivenResponse(structure, (), records, scale, given=given)
     low, high = given.bounds(part=False, further=False)
-
-    def start(theta: FloatArray) -> GivenFit:
-        return GivenFit(response, evaluate(response, np.clip(theta, low, high)))
-
-    starts = []
-    for one, other in itertools.product(LIMIT_STARTS, repeat=2):
-        theta = np.zeros(given.size)
-        theta[:2] = np.log([one, other])
-        starts.append(start(theta))
-    starts.sort(key=lambda fit: fit.point.rms)
+    nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
+    starts = limit_starts(nominal_fit)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
     return best_of([fit.descended() for fit in tried[:2]])
 
 
-def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
+def plainly(fit: GivenFit) -> GivenFit:
     """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
     response, n = fit.response, len(fit.theta)
     low, high = response.given.bounds(response.part, response.further)
@@ -170,7 +160,9 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
 
     inside = 1e-6 * (high - low)
     start = np.clip(fit.theta, low + inside, high - inside)
-    found = least_squares(residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=evaluations)
+    found = least_squares(
+        residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=PLAIN_EVALUATIONS
+    )
     return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
 
 
@@ -273,14 +265,14 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = explained_slowly(as_given(finer(best_of(trials))))
+        best = with_base_anew(explained_slowly(as_given(finer(best_of(trials)))))
         if fit is base and is_shape(base, best_of([base, best])):
             fit = best_of([base, best])
             say("a function of position explains far more")
             break
         if best.score <= fit.score or _is_doubtful(best, fit):
             break
-        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         if best.response.cause is not None and base is whole and not _is_too_small(best):
             clear = away_from_zero(best, base)
             if clear is not None:
@@ -345,7 +337,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         best = pruned(best_of([fit, *trials]))
         if best.score <= fit.score:
             return fit
-        say(f"exchanged, {best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)} by an exchange: {described(best)}")
         fit = best
     return fit
 
@@ -386,7 +378,7 @@ def _verified(
             if len(fit.labels) == 1:
                 without = best_of([without, base])
             nats[label], rest[label] = fit.score - without.score, without
-        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         if _is_too_small(fit):
             weakest = fit.added[-1]
         else:

@@ -25,17 +25,18 @@ from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, re
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import (
     FIRST_STEPS,
-    each_cause,
     effect_candidates,
     port_candidates,
     slow_causes,
 )
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 
 VERIFIED_NATS = 25.0
@@ -75,7 +76,8 @@ class JointAnswer:
     label, the best score over the base's that every label reached alone (those that were followed to the end
     in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
-    frequency in time that was taken out of the records of both."""
+    frequency in time that was taken out of the records of both. Fits are to samples that are `clear_of_zone`
+    where a slow error asks for that."""
 
     fit: JointFit
     base: JointFit
@@ -86,6 +88,7 @@ class JointAnswer:
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
     ends: Mapping[str, JointFit] = field(default_factory=dict)
+    clear_of_zone: bool = False
 
     @property
     def followed(self) -> tuple[str, ...]:
@@ -99,34 +102,51 @@ class JointAnswer:
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
-    """Grow, prune, verify; `say` is told of every step."""
+    """Grow, prune, verify; `say` is told of every step. Where noise of a cause is found, or colour that is
+    not of a law's own motion, all begins again on the samples that lie clear of the dead zone."""
     told = say or silent
+    found = _searched(records, records, told)
+    laws = any(effect.ports is not None for effect in found.fit.response.template)
+    unnamed = not laws and leaves_a_cause(found.fit)
+    if found.fit.response.cause is None and not unnamed:
+        return found
+    clear = clear_of_zone(found.fit, records)
+    if clear is None:
+        return found
+    told("what a slow error may shift into the dead zone is left out")
+    return replace(_searched(clear, records, told), clear_of_zone=True)
+
+
+def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
+    """`search` of records, which are `whole` but for samples that are left out."""
     base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
-        told(f"known input {one.column} as a {one.way}: {one.nats:.0f} nats")
+        told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
     if any(one.accepted for one in known) and not readings.nats:
         readings = read_faults(base)
         if readings.nats:
             base = weighted(base, readings.weights)
-    found = _explained(base, readings, told)
+    found = _explained(base, readings, whole, told)
     tone = tone_in(base)
     if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
-        told(f"a line at {tone.frequency_hz:.3g} Hz: {tone.without.score - base.score:.0f} nats")
-        without, found = found, _explained(tone.without, readings, told)
+        told(f"a line at {tone.frequency_hz:.3g} Hz: {log_evidence(tone.without.score - base.score)}")
+        without, found = found, _explained(tone.without, readings, whole, told)
         nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
         found = replace(found, nats=nats, tone=tone)
     return replace(found, known=known)
 
 
-def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
+def _explained(
+    base: JointFit, readings: Readings, whole: Sequence[Record], told: Callable[[str], None]
+) -> JointAnswer:
     """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = FollowedPath(base, base, readings)
     contenders, alone = _contenders(begun, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
-        told(f"{path.fit.score - base.score:.0f} nats: {described(path.fit)}")
+        told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
     ended = each(lambda path: _followed(path, told), contenders)
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
@@ -140,15 +160,18 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
-        caused = sorted((replace(best, fit=one) for one in each_cause(fit)), key=lambda p: p.gained)
-        best = caused[-1]
+        best, lead, caused = likelier_cause(best, whole)
+        told(f"{best.fit.added[-1]} leads by {log_evidence(lead)}")
         for one in caused:
             label = one.fit.added[-1]
             ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
         more = best.fit.score - fit.score
         named = dict(zip(fit.labels, best.fit.labels, strict=True))
         nats = {named[label]: value + more for label, value in nats.items()}
-    rivals |= {label: end.gained for label, end in ends.items()}
+        rivals |= {label: end.gained for label, end in ends.items()}
+        rivals |= {one.fit.added[-1]: best.gained - lead for one in caused if one is not best}
+    else:
+        rivals |= {label: end.gained for label, end in ends.items()}
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
@@ -162,7 +185,7 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
             other = replace(path, fit=fit)
             present = found.get(other.begun_with)
             if other.gained > (0.0 if present is None else present.gained):
-                told(f"{other.gained:.0f} nats by an exchange: {described(fit)}")
+                told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
                 found[other.begun_with] = other
     return list(found.values())
 
@@ -262,7 +285,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
         return ranked[:1]
 
     def with_what_it_asks(contender: JointFit) -> JointFit:
-        say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+        say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
         if contender.structure.order > LARGE_ORDER:
             # A G that grew to stand in for the effect is in its way.
             contender = pruned(contender)
@@ -271,7 +294,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
             if larger.score < contender.score + STRUCTURAL_NATS:
                 break
             contender = larger
-            say(f"{contender.score - fit.score:.0f} nats, held against others: {described(contender)}")
+            say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
         return contender
 
     return each(with_what_it_asks, near)
@@ -329,7 +352,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         best = finer(best)
         if best.score < fit.score + SLACK_NATS:
             break
-        say(f"{best.score - fit.score:.0f} nats: {described(best)}")
+        say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         path = replace(path, fit=best, settled=False).reread()
     fit = within_sample(pruned(delayed(pruned(path.fit))))
     say(f"pruned: {described(fit)}")
@@ -365,7 +388,7 @@ def verified(
             same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
             alternatives.append(highest([without, *same]))
             nats[label] = fit.score - alternatives[-1].score
-        say("verified: " + ", ".join(f"{label} {value:.0f} nats" for label, value in nats.items()))
+        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
         asked = asked_of(fit, readings)
         if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):

@@ -9,6 +9,8 @@ import pytest
 from joint_axis import CASCADE, STRUCTURE, measured, scale
 
 from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.gap.joint.answer.corrected_axis import CorrectedAxis
+from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import axis_words
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior, laplace
@@ -16,6 +18,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.cascade_response import outermost_limits
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.axis_parameters import LIMIT_LOG_SD
 from bayes_hw.record import Units
 
@@ -48,3 +51,16 @@ def test_a_sentence_names_limits_that_are_reached() -> None:
     both = {"saturation.lower": known, "saturation.upper": beyond}
     assert axis_words(both) == "The axis follows commands up to -0.3 deg/s"
     assert "reaches no limit" in axis_words({"saturation.upper": beyond})
+
+
+def test_what_a_corrected_model_draws_is_what_was_reported(posterior: JointPosterior) -> None:
+    """Limits that are reached and not, and a dead zone that some draws do not have."""
+    records = posterior.fit.response.records
+    drawn = replace(posterior, coordinates=posterior.coordinates.copy())
+    drawn.coordinates[::2, 2] = 0.0
+    motion = {"motion": {"commanded": list(extremes(r.u for r in records))}}
+    read = CorrectedAxis.of(corrected_model("axis", records, drawn, 1e-3) | motion).posterior
+    assert read.unreached == ("saturation.upper",)
+    upper, half_width = read.chains("saturation.upper").ravel(), read.chains("dead_zone.half_width").ravel()
+    np.testing.assert_allclose(upper, posterior.base["saturation.upper"][: len(upper)])
+    np.testing.assert_allclose(half_width, drawn.coordinates[: len(half_width), 2])

@@ -41,6 +41,7 @@ from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.identify.growth import descent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.linear import LinearBlock
 
@@ -252,6 +253,14 @@ def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_st
     begun = given_moves._at_full_strength(as_given(base.with_effect(form("command_bias"), (0.0,))))
     assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
     np.testing.assert_array_equal(begun.theta, base.theta)
+
+
+def test_where_derivatives_overflow_a_label_begins_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A torque whose motion does not settle has derivatives beyond all bounds."""
+    base = best_base(measured((), FEW, (1, 2)), model())
+    begun = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    monkeypatch.setattr(descent, "LARGEST_DERIVATIVE", 1e-30)
+    assert given_moves._at_full_strength(begun) is begun
 
 
 def test_a_second_harmonic_is_tried_where_the_first_is() -> None:
