@@ -19,12 +19,11 @@ from bayes_hw.log.resample import MOST_SAMPLES
 from bayes_hw.quantities import conversion, spelt, with_step
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
-from bayes_hw.record_parts import Part, cut_into_parts
+from bayes_hw.record_parts import FEWEST_SAMPLES, Part, cut_into_parts
 from bayes_hw.record_start import reading_noise
 
 __all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
 
-FEWEST_SAMPLES = 32
 MOST_BYTES = 512 * 2**20
 
 LARGEST_VALUE = 1e12

@@ -17,6 +17,7 @@ from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.log.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record_checks import clock_change
+from bayes_hw.record_columns import RATE_TOLERANCE
 from bayes_hw.scale_checks import CLOCKS
 
 FEWEST_SAMPLES = 32
@@ -25,9 +26,6 @@ LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6
 
 MOST_GAPS = 0.5
 """Largest part of a record, in time, that resampling may bridge."""
-
-RATE_TOLERANCE = 0.01
-"""Largest relative difference between a given sample rate and that of the time stamps."""
 
 SAME_RATE = 1e-3
 """Parts of one log whose rates differ by less have the rate of the longest."""

@@ -18,6 +18,7 @@ from printed.eq12 import (
     nanshan_rounding_uncertainty,
     printed_coefficients,
 )
+from printed.nanshan import SAMPLE_RATE_HZ, nanshan_linear_block, nanshan_model
 from printed.representative import find_representative
 from printed.rounding_box import LIGHT_DAMPING, RoundingUncertainty, StableShare, roots_of_rows
 from study import start_study
@@ -25,7 +26,6 @@ from study import start_study
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.model.linear import LinearBlock, polynomial_roots
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_linear_block, nanshan_model
 
 QUANTILES = (0.0, 0.03, 0.5, 0.97, 1.0)
 GAIN_FREQUENCY_HZ = np.append(np.geomspace(0.005, 5.0, 48), 1.0)

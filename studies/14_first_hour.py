@@ -17,7 +17,6 @@ from study import plainly_named, start_study
 
 from bayes_hw.commands.demo import RECORD_SEED
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.blind.open_case import write_open_case
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import diagnose
@@ -66,7 +65,7 @@ def main() -> None:
             "seconds": verdict["seconds"],
         }
     )
-    print(sentence(diagnosis))
+    print(diagnosis.sentence())
 
 
 def on_white(svg: str) -> str:

@@ -186,7 +186,7 @@ from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.identify.noise import NoiseEstimate
 twin = twin_records(np.random.default_rng(1))
 axis = axis_for(twin.truth, twin.train[:1], "conditional", "rest")
-noise = noise_parameters(NoiseEstimate(0.003, np.array([0.6]), np.zeros(1)), "deg")
+noise = noise_parameters(NoiseEstimate(0.003, np.array([0.6])), "deg")
 target = LogPosterior(axis, noise, twin.train[:1])
 values = np.array([parameter.nominal for parameter in target.parameters])
 begin = time.perf_counter()

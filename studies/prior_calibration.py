@@ -86,7 +86,7 @@ class CalibrationCase:
         partial = np.zeros(len(self.partial) if order is None else order)
         common = min(len(partial), len(self.partial))
         partial[:common] = self.partial[:common]
-        nominal = NoiseEstimate(self.model.noise_sigma, partial, np.zeros(0))
+        nominal = NoiseEstimate(self.model.noise_sigma, partial)
         return tuple(map(self._narrowed, noise_parameters(nominal, self.model.units.output)))
 
     def _narrowed(self, parameter: Parameter) -> Parameter:

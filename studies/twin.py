@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from bayes_hw.record import Record
 
 DURATION_S = 120.0

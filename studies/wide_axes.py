@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
+from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from printed.rounding_box import roots_of_rows, without_integrator
 from recovery import KnownAxis, TrueNoise, recover
 from twin import twin_records
@@ -20,7 +21,6 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import balancing_offset, sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.excitation import FAMILIES
 from bayes_hw.plant.kinds import KINDS, Spread

@@ -10,7 +10,7 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
-NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]), np.zeros(3))
+NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]))
 ENSEMBLES, STEPS, WALKERS = 4, 60, 24
 
 

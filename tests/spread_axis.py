@@ -20,7 +20,7 @@ def spread_posterior(
 ) -> Posterior:
     """4 x 40 x 32 draws, every parameter normal about its value in `model` with a relative `spread`."""
     axis = AxisParameters(model, free)
-    noise = noise_parameters(NoiseEstimate(0.01, np.array([0.5]), np.zeros(0)), model.units.output)
+    noise = noise_parameters(NoiseEstimate(0.01, np.array([0.5])), model.units.output)
     nominal = np.concatenate([axis.nominal, [p.nominal for p in noise]])
     shape = (4, 40, 32, len(nominal))
     values = nominal * (1 + spread * np.random.default_rng(seed).standard_normal(shape))

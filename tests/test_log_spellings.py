@@ -372,9 +372,6 @@ def test_known_signals_and_parts_and_signs(tmp_path: Path) -> None:
     assert record.known_units == {"wind": "m/s"}
 
 
-INFLUX = {"results": [{"series": [{"name": "mount", "columns": ["time", "demand", "actual"]}]}]}
-
-
 @pytest.mark.parametrize("form", ["influx", "influx_iso", "series", "records", "columns", "lines", "nested"])
 def test_json(tmp_path: Path, form: str) -> None:
     ns = [int(stamp) for stamp in STAMPS["unix_ns"]]

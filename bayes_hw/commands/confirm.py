@@ -17,11 +17,10 @@ from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
+from bayes_hw.identifiability.next_experiment import SCHEMA
 from bayes_hw.provenance import provenance
 from bayes_hw.report.experiment.confirming_report import confirming_report
 from bayes_hw.report.page.render import render
-
-SCHEMA = "bayes-hw/experiment/1"
 
 
 def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:

@@ -82,12 +82,11 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands import inputs
     from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.answer.sentence import sentence
     from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
     from bayes_hw.gap.case.posed_case import posed_case
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
-    from bayes_hw.gap.diagnosis import diagnose, write_results
+    from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
     from bayes_hw.progress import Progress
@@ -179,7 +178,7 @@ def run(parsed: argparse.Namespace) -> None:
         progress=progress,
         full=None if axis is None else full_simulator(axis, parsed.jobs),
     )
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     if axis is not None:
         write_corrected_simulator(axis, diagnosis, out / CORRECTED, rng)
     remove_pages(out)
@@ -193,7 +192,7 @@ def run(parsed: argparse.Namespace) -> None:
             page = diagnosis_report(diagnosis, origin)
             written = render(page, out)
     if parsed.no_report:
-        say(sentence(diagnosis))
+        say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
     else:
         say_page(page, written)
@@ -295,7 +294,7 @@ def _joint(
 
     from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
-    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary, write_results
+    from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
     from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render
 
@@ -315,7 +314,7 @@ def _joint(
         start=parsed.start,
         jobs=parsed.jobs,
     )
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance
@@ -328,6 +327,6 @@ def _joint(
             written = render(page, out)
         say_page(page, written)
     else:
-        say(summary(diagnosis))
+        say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
     say_next(parsed, "design", "--posterior", str(out), "--out", "design/")

@@ -21,7 +21,7 @@ from bayes_hw.files import staged, write_text_atomically
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records, write_results
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.gap.joint.posterior.held_out import HeldOut, held_out_of
 from bayes_hw.posing import Posed, Start, posed, rested
 from bayes_hw.progress import Progress
@@ -122,7 +122,7 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
 
     names = band_file_names([record.name for record in chosen.holdout])
     with staged(out, instead_of=PLAIN_FILES) as place:
-        write_results(diagnosis, place)
+        diagnosis.write(place)
         shutil.copyfile(place / "corrected.json", place / "model.json")
         content = json.dumps(corrected_posterior(diagnosis), indent=1, allow_nan=False)
         write_text_atomically(place / "posterior.json", content + "\n")

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.simulator import simulate_loop
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 
 SIDEREAL_ARCSEC_PER_S = 15.041067
 """Mean rate of the sky: 360 degrees in 86164.0905 s."""
@@ -34,8 +35,6 @@ RAMP_DURATION_S = 20.0
 SETTLED_SHARE = 0.02
 SETTLING_IN_S = 10.0
 """The first seconds of tracking that rms errors leave out."""
-
-BAND = 0.94
 
 
 @dataclass(frozen=True)
@@ -170,7 +169,9 @@ def _banded(
     merits: Mapping[str, FloatArray],
     units: Mapping[str, str],
 ) -> Response:
-    lower, median, upper = np.quantile(curves, [(1 - BAND) / 2, 0.5, (1 + BAND) / 2], axis=0)
+    lower, median, upper = np.quantile(
+        curves, [(1 - INTERVAL_PROBABILITY) / 2, 0.5, (1 + INTERVAL_PROBABILITY) / 2], axis=0
+    )
     return Response(name, shows, t, reference, median, lower, upper, nominal, merits, units)
 
 

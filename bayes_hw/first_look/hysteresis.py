@@ -18,6 +18,7 @@ import numpy as np
 from scipy import special
 
 from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.first_look.frequency_response import PROBABILITY
 
 LEAST_STROKE_S = 1.0
 """Shorter strokes tell of dynamics."""
@@ -32,7 +33,6 @@ lag that is not quite proportional to the speed is."""
 LEVEL = 1e-6
 """Probability of calling something hysteresis that is none."""
 
-PROBABILITY = 0.94
 
 THRESHOLD = 8.0
 """Noise levels that the motion goes back to be a reversal."""

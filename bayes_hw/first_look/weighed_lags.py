@@ -17,8 +17,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.first_look.frequency_response import PROBABILITY
 
-PROBABILITY = 0.94
 PAST = 12
 ORDERS = (3, 6, 12)
 LAGS = 40

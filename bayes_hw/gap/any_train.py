@@ -12,7 +12,6 @@ from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis
-from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -71,5 +70,5 @@ def diagnose_case_by_ports(folder: Path, out: Path, seed: int) -> JointDiagnosis
 
 def _through_ports(case: Case, out: Path, seed: int) -> JointDiagnosis:
     found = diagnose_by_ports(case, np.random.default_rng(seed))
-    joint_diagnosis.write_results(found, out)
+    found.write(out)
     return found

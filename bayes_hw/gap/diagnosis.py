@@ -24,6 +24,7 @@ from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.measure import measure
 from bayes_hw.gap.answer.notes import notes_on
+from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.unknown_noise import of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.answer.white_choice import white_choice
@@ -40,6 +41,7 @@ from bayes_hw.gap.search.question import Question, question
 from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.progress import Progress
+from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 FREE_RESIDUAL, CORRECTED = "free_residual.csv", "corrected.json"
@@ -64,6 +66,41 @@ class Diagnosis:
     left_out: Mapping[tuple[str, ...], LeftOut]
     final: Explanation
     draws: FloatArray
+
+    @property
+    def name(self) -> str:
+        """Of the case."""
+        return self.case.name
+
+    @property
+    def holdout(self) -> tuple[Record, ...]:
+        """The records held out, their angles counted from their levels."""
+        return tuple(self.case.holdout)
+
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return sentence(self)
+
+    def write(self, out: Path) -> None:
+        """verdict.json, holdout_prediction.csv, and of a given model corrected.json; where the answer is
+        `other`, free_residual.csv too.
+
+        All or none: see `staged`.
+        """
+        held = self.holdout[0]
+        angles = {"before": self.before, "after": self.after, "lo": self.low, "hi": self.high}
+        columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
+        with staged(out, instead_of=[FREE_RESIDUAL, CORRECTED]) as place:
+            if isinstance(self.case, Case):
+                content = corrected_train(self.case, self.final, self.draws, self.verdict)
+                write_text_atomically(
+                    place / CORRECTED, json.dumps(content, indent=1, allow_nan=False) + "\n"
+                )
+            write_csv(place / "holdout_prediction.csv", columns)
+            if self.verdict.answer == (OTHER,):
+                noise = self.decision.explanation.encoder_noise
+                write_csv(place / FREE_RESIDUAL, free_residual(self.attribution.base.fit, noise))
+            self.verdict.write(place / "verdict.json")
 
 
 class FullSimulator(Protocol):
@@ -192,30 +229,5 @@ def diagnose_case(
     left_out = frozenset(without.split(",")) - {""}
     rng = np.random.default_rng(seed)
     diagnosis = diagnose(case, rng, jobs=jobs, without=left_out, calibration=calibration)
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     return diagnosis
-
-
-def write_results(diagnosis: Diagnosis, out: Path) -> None:
-    """verdict.json, holdout_prediction.csv, and of a given model corrected.json; where the answer is `other`,
-    free_residual.csv too.
-
-    All or none: see `staged`.
-    """
-    held = diagnosis.case.holdout[0]
-    angles = {
-        "before": diagnosis.before,
-        "after": diagnosis.after,
-        "lo": diagnosis.low,
-        "hi": diagnosis.high,
-    }
-    columns = {"t": held.t} | {name: angle + held.origin for name, angle in angles.items()}
-    with staged(out, instead_of=[FREE_RESIDUAL, CORRECTED]) as place:
-        if isinstance(diagnosis.case, Case):
-            content = corrected_train(diagnosis.case, diagnosis.final, diagnosis.draws, diagnosis.verdict)
-            write_text_atomically(place / CORRECTED, json.dumps(content, indent=1, allow_nan=False) + "\n")
-        write_csv(place / "holdout_prediction.csv", columns)
-        if diagnosis.verdict.answer == (OTHER,):
-            noise = diagnosis.decision.explanation.encoder_noise
-            write_csv(place / FREE_RESIDUAL, free_residual(diagnosis.attribution.base.fit, noise))
-        diagnosis.verdict.write(place / "verdict.json")

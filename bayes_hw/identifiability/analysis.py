@@ -50,7 +50,6 @@ class Identifiability:
     """
 
     title: str
-    records: tuple[Record, ...]
     inference: Inference
     structure: Structure
     freed: Posterior
@@ -151,7 +150,6 @@ def analyse_identifiability(
     raw, kept = contractions(runs.freed)
     return Identifiability(
         title=title,
-        records=tuple(records),
         inference=inference,
         structure=structure,
         freed=runs.freed,

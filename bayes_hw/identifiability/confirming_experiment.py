@@ -15,6 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.identifiability.excitation_families import HIGHEST_SHARE_OF_RATE
 from bayes_hw.identifiability.motion_limits import MotionLimits, kept_within
 from bayes_hw.model.excitation import random_phase_multisine, sine_sweep
 
@@ -24,7 +25,6 @@ SLOW_LEVELS = (0.04, 0.12, 0.4)
 
 REVERSALS = 4
 STROKE_SHARE = 0.8
-HIGHEST_SHARE_OF_RATE = 0.4
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,6 @@ class Stage:
     duration_s: float
     limits: MotionLimits
     gain: float
-
-    @property
-    def samples(self) -> int:
-        return round(self.duration_s * self.sample_rate_hz)
 
     @property
     def swing(self) -> float:

@@ -53,7 +53,6 @@ class Setting:
     """One number to be chosen between two ends, evenly or evenly in its logarithm."""
 
     name: str
-    unit: str
     low: float
     high: float
     logarithmic: bool = True
@@ -89,7 +88,7 @@ class Family:
         return {s.name: s.share(values[s.name]) for s in self.settings}
 
 
-def families(circumstances: Circumstances, input_unit: str) -> tuple[Family, ...]:
+def families(circumstances: Circumstances) -> tuple[Family, ...]:
     """Plain, amplitude-modulated and phase-modulated sweeps (the last two the paper's proposal, section 4),
     random-phase multisines and staircases with reversals.
 
@@ -98,31 +97,31 @@ def families(circumstances: Circumstances, input_unit: str) -> tuple[Family, ...
     """
     c, largest = circumstances, circumstances.limits.velocity
     slowest, highest = 1 / c.duration_s, HIGHEST_SHARE_OF_RATE * c.sample_rate_hz
-    amplitude = Setting("amplitude", input_unit, SMALLEST_SHARE * largest, largest)
-    stop = Setting("stop_hz", "Hz", min(10 * slowest, highest / 2), highest)
-    offset = Setting("offset_share", "", 0.0, 2.0, logarithmic=False)
-    modulation = Setting("modulation_hz", "Hz", slowest, min(1.0, highest / 4))
+    amplitude = Setting("amplitude", SMALLEST_SHARE * largest, largest)
+    stop = Setting("stop_hz", min(10 * slowest, highest / 2), highest)
+    offset = Setting("offset_share", 0.0, 2.0, logarithmic=False)
+    modulation = Setting("modulation_hz", slowest, min(1.0, highest / 4))
     shortest_hold = FEWEST_HOLD_SAMPLES / c.sample_rate_hz
     return (
         Family("plain_sweep", "plain sweep", (amplitude, stop, offset), partial(_plain, c)),
         Family(
             "amplitude_modulated_sweep",
             "amplitude-modulated sweep",
-            (amplitude, stop, offset, modulation, Setting("depth", "", 0.0, 1.0, logarithmic=False)),
+            (amplitude, stop, offset, modulation, Setting("depth", 0.0, 1.0, logarithmic=False)),
             partial(_amplitude_modulated, c),
         ),
         Family(
             "phase_modulated_sweep",
             "phase-modulated sweep",
-            (amplitude, stop, offset, modulation, Setting("deviation_rad", "rad", 0.5, 30.0)),
+            (amplitude, stop, offset, modulation, Setting("deviation_rad", 0.5, 30.0)),
             partial(_phase_modulated, c),
         ),
         Family(
             "random_phase_multisine",
             "random-phase multisine",
             (
-                Setting("rms", input_unit, SMALLEST_SHARE * largest, largest),
-                Setting("start_hz", "Hz", slowest, max(2 * slowest, highest / 20)),
+                Setting("rms", SMALLEST_SHARE * largest, largest),
+                Setting("start_hz", slowest, max(2 * slowest, highest / 20)),
                 stop,
                 offset,
             ),
@@ -132,9 +131,9 @@ def families(circumstances: Circumstances, input_unit: str) -> tuple[Family, ...
             "staircase",
             "staircase with reversals",
             (
-                Setting("top_level", input_unit, SMALLEST_SHARE * largest, largest),
-                Setting("lowest_share", "", 0.03, 0.9),
-                Setting("hold_s", "s", shortest_hold, LONGEST_HOLD_SHARE * c.duration_s / STAIRS),
+                Setting("top_level", SMALLEST_SHARE * largest, largest),
+                Setting("lowest_share", 0.03, 0.9),
+                Setting("hold_s", shortest_hold, LONGEST_HOLD_SHARE * c.duration_s / STAIRS),
                 offset,
             ),
             partial(_staircase, c),

@@ -39,7 +39,6 @@ class Contraction:
     """
 
     name: str
-    unit: str
     prior_log_sd: float
     posterior_log_sd: float
     by_pooling: float | None = None
@@ -144,15 +143,14 @@ def contractions(freed: Posterior) -> tuple[tuple[Contraction, ...], tuple[Contr
     for name in on_ridge:
         exponents: Exponents = {name: 1.0}
         sd = float(np.std(log_monomial(exponents, freed.values, freed.names)))
-        unit = axis.parameters[axis.names.index(name)].unit
-        raw.append(Contraction(name, unit, log_sd[name], sd, 1 - (pooled[name] / log_sd[name]) ** 2))
+        raw.append(Contraction(name, log_sd[name], sd, 1 - (pooled[name] / log_sd[name]) ** 2))
     kept = []
     for invariant in invariants(axis.model.units):
         prior = float(
             np.sqrt(sum((power * log_sd[name]) ** 2 for name, power in invariant.exponents.items()))
         )
         sd = float(np.std(log_monomial(invariant.exponents, freed.values, freed.names)))
-        kept.append(Contraction(invariant.name, invariant.unit, prior, sd))
+        kept.append(Contraction(invariant.name, prior, sd))
     return tuple(raw), tuple(kept)
 
 

@@ -31,7 +31,6 @@ Score: TypeAlias = Callable[[FloatArray], float]
 SEARCH_DRAWS = 12
 FINAL_DRAWS = 64
 STROKE_DRAWS = 32
-DURATION_S = 120.0
 EVALUATIONS = 240
 """Commands scored in each family unless told otherwise."""
 
@@ -251,7 +250,7 @@ def design_experiment(
     searched = Belief.of(posterior, SEARCH_DRAWS, search_rng, records)
     rows = belief.rows(about)
     stroke = Stroke(belief, circumstances.limits)
-    chosen = families(circumstances, posterior.axis.model.units.input)
+    chosen = families(circumstances)
 
     def score(u: FloatArray) -> float:
         return expected_gain(searched, u, rows).nats

@@ -86,7 +86,7 @@ class Setting:
 class Structure:
     """Null spaces of the sensitivity at many points.
 
-    `singular_values` (points, parameters) as shares of the largest; `flat` (points,) how many are flat;
+    `flat` (points,) says how many directions are flat;
     `gap` (points,) the ratio of the smallest that is not flat to the largest that is; `angle` (points,) the
     largest principal angle (rad) between the null space and the tangent plane of the scaling group, whose
     dimension is `expected`; `orbit_error` (points,) the largest change of the output along a finite step of
@@ -96,7 +96,6 @@ class Structure:
     """
 
     names: tuple[str, ...]
-    singular_values: FloatArray
     flat: IntArray
     gap: FloatArray
     angle: FloatArray
@@ -154,7 +153,7 @@ def analyse_structure(
         "rich command", np.arange(len(u)) / model.sample_rate_hz, u, u, model.sample_rate_hz, model.units
     )
     group = acting_generators(axis.names)
-    rows: list[tuple[FloatArray, int, float, float, float]] = []
+    rows: list[tuple[int, float, float, float]] = []
     share = np.zeros(len(axis.names))
     ranks = np.zeros(len(SETTINGS) + 1, dtype=np.int64)
     redrawn = 0
@@ -174,7 +173,6 @@ def analyse_structure(
         null = directions[len(relative) - flat :].T
         rows.append(
             (
-                relative,
                 flat,
                 _gap(relative, flat),
                 _largest_angle(null, group),
@@ -183,14 +181,12 @@ def analyse_structure(
         )
         share = np.maximum(share, np.linalg.norm(null, axis=1))
         ranks = np.maximum(ranks, _ranks(found.matrix, axis.names))
-    singular_values, flats, gaps, angles, errors = (np.array(column) for column in zip(*rows, strict=True))
+    flats, gaps, angles, errors = (np.array(column) for column in zip(*rows, strict=True))
     settings = tuple(
         Setting(name, int(before), int(after))
         for (name, _), before, after in zip(SETTINGS, ranks[:-1], ranks[1:], strict=True)
     )
-    return Structure(
-        axis.names, singular_values, flats, gaps, angles, errors, share, settings, group.shape[1], redrawn
-    )
+    return Structure(axis.names, flats, gaps, angles, errors, share, settings, group.shape[1], redrawn)
 
 
 def rich_command(model: HammersteinWiener, rng: np.random.Generator) -> FloatArray:

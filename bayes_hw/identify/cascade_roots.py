@@ -12,7 +12,7 @@ from bayes_hw.model.linear import LinearBlock, polynomial_roots
 def poles_of(values: CascadeValues, integrator: bool) -> ComplexArray:
     """Every pole of G, the integrator first."""
     parts = [np.ones(int(integrator), complex), values.real[0].astype(complex)]
-    parts += [_section_poles(a1, a2) for a1, a2 in values.sections[:2].T]
+    parts += [section_poles(a1, a2) for a1, a2 in values.sections[:2].T]
     return np.concatenate(parts)
 
 
@@ -70,7 +70,8 @@ def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
     )
 
 
-def _section_poles(a1: float, a2: float) -> ComplexArray:
+def section_poles(a1: float, a2: float) -> ComplexArray:
+    """Both poles of a section's denominator 1 - a1 q^-1 + a2 q^-2, a pair or two real ones."""
     half, discriminant = a1 / 2, a1 * a1 / 4 - a2
     if discriminant < 0:
         imaginary = np.sqrt(-discriminant)

@@ -69,34 +69,74 @@ def predictors(partial: FloatArray) -> tuple[FloatArray, FloatArray]:
     return coefficients, variances
 
 
+@dataclass(frozen=True, eq=False)
+class Bridges:
+    """How holes of one record are bridged under one noise, whatever the values.
+
+    Runs of samples about holes begin at `begins` (runs,) and are `lengths` long; of their samples, one run
+    after another, `spreads` are the innovations' variances, and `gains` (samples, p) what an innovation
+    corrects. `change` is the sum of the logarithms of the measured samples' standard deviations less those of
+    all as if complete.
+    """
+
+    begins: IntArray
+    lengths: IntArray
+    spreads: FloatArray
+    gains: FloatArray
+    change: float
+
+    @classmethod
+    def of(
+        cls, measured: BoolArray, coefficients: FloatArray, variances: FloatArray, first: int = 0
+    ) -> Bridges:
+        """Of a record whose samples are measured or not; `coefficients` and `variances` as `predictors` gives
+        them; samples before `first` do not count in `change`."""
+        order = len(variances) - 1
+        begins, lengths = _runs(measured, order)
+        spreads, gains = np.zeros(int(lengths.sum())), np.zeros((int(lengths.sum()), order))
+        change = _bridged(measured, coefficients, variances, first, begins, lengths, spreads, gains)
+        return cls(begins, lengths, spreads, gains, float(change))
+
+    def whiten(
+        self,
+        rows: FloatArray,
+        measured: BoolArray,
+        coefficients: FloatArray,
+        result: FloatArray,
+        first: int = 0,
+    ) -> None:
+        """Overwrite what of `result` (n, samples - first) holes of `rows` (n, samples) have spoilt.
+
+        `result` are the innovations of `rows` over their standard deviations as if every sample had been
+        measured. A sample that was not becomes zero.
+        """
+        _whitened(
+            rows, measured, coefficients, first, self.begins, self.lengths, self.spreads, self.gains, result
+        )
+
+
 def whitened_over_holes(
     rows: FloatArray,
     measured: BoolArray,
     coefficients: FloatArray,
     variances: FloatArray,
     result: FloatArray,
-    first: int = 0,
 ) -> float:
-    """Overwrite what of `result` (n, samples - first) holes of `rows` (n, samples) have spoilt.
-
-    `result` are the innovations of `rows` over their standard deviations as if every sample had been
-    measured; `coefficients` and `variances` as `predictors` gives them. A sample that was not measured
-    becomes zero. Returns the sum, over the samples from `first` on, of the logarithms of the standard
-    deviations of the measured ones less those of all as if complete.
-    """
-    return float(_whitened_over_holes(rows, measured, coefficients, variances, first, result))
+    """As `Bridges.whiten`, for values that come under this noise once; returns the bridges' `change`."""
+    bridges = Bridges.of(measured, coefficients, variances)
+    bridges.whiten(rows, measured, coefficients, result)
+    return bridges.change
 
 
 @dataclass(frozen=True, eq=False)
 class Holes:
     """The holes of one record, with what of its residual decides their part of a likelihood.
 
-    `near` (k,) are the samples up to `order` before or behind a hole; in them runs begin at `begins`, are
-    `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another in
-    `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
+    `near` (k,) are the samples up to the noise's order before or behind a hole; in them runs begin at
+    `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another
+    in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
     """
 
-    order: int
     missing: int
     near: IntArray
     begins: IntArray
@@ -127,7 +167,6 @@ class Holes:
             pattern_of.append(known[key])
         ends = np.cumsum([0, *map(len, parts)])
         return cls(
-            order,
             int(np.count_nonzero(~measured)),
             near,
             begins,
@@ -239,15 +278,16 @@ def _step(values, k, j, coefficients, measured, gain):  # type: ignore[no-untype
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _whitened_over_holes(rows, measured, coefficients, variances, first, result):  # type: ignore[no-untyped-def]
-    samples, order = len(measured), len(variances) - 1
-    covariance, towards = np.zeros((order, order)), np.zeros(order)
-    logarithms, begin, hole = 0.0, 0, 0
+def _runs(measured, order):  # type: ignore[no-untyped-def]
+    """Where runs about holes begin, from p samples before one to p behind, and their lengths."""
+    samples = len(measured)
+    begins, lengths = [0 for _ in range(0)], [0 for _ in range(0)]
+    hole = 0
     while True:
         while hole < samples and measured[hole]:
             hole += 1
         if hole == samples:
-            return logarithms
+            return np.array(begins, dtype=np.int64), np.array(lengths, dtype=np.int64)
         begin, last = max(hole - order, 0), hole
         end = hole + 1
         while end < samples and end <= last + 2 * order:
@@ -255,22 +295,46 @@ def _whitened_over_holes(rows, measured, coefficients, variances, first, result)
                 last = end
             end += 1
         end = min(last + order + 1, samples)
-        run = measured[begin:end]
-        spreads, gains, values = np.zeros(len(run)), np.zeros((len(run), order)), np.zeros(len(run))
-        _gains(coefficients, variances, run, begin == 0, covariance, towards, spreads, gains)
-        start = 0 if begin == 0 else order
-        for k in range(start, len(run)):
+        begins.append(begin)
+        lengths.append(end - begin)
+        hole = end
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bridged(measured, coefficients, variances, first, begins, lengths, spreads, gains):  # type: ignore[no-untyped-def]
+    order = len(variances) - 1
+    covariance, towards = np.zeros((order, order)), np.zeros(order)
+    logarithms, at = 0.0, 0
+    for number in range(len(begins)):
+        begin, length = begins[number], lengths[number]
+        run = measured[begin : begin + length]
+        own = slice(at, at + length)
+        _gains(coefficients, variances, run, begin == 0, covariance, towards, spreads[own], gains[own])
+        for k in range(0 if begin == 0 else order, length):
             if begin + k >= first:
                 logarithms -= 0.5 * np.log(variances[min(k, order)])
                 if run[k]:
-                    logarithms += 0.5 * np.log(spreads[k])
-        for c in range(len(rows)):
-            values[:] = rows[c, begin:end]
-            for k in range(start, len(run)):
-                left = _step(values, k, min(k, order), coefficients, run[k], gains[k])
+                    logarithms += 0.5 * np.log(spreads[at + k])
+        at += length
+    return logarithms
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _whitened(rows, measured, coefficients, first, begins, lengths, spreads, gains, result):  # type: ignore[no-untyped-def]
+    order = gains.shape[1]
+    longest = 0
+    for length in lengths:
+        longest = max(longest, length)
+    for c in range(len(rows)):
+        values, at = np.zeros(longest), 0
+        for number in range(len(begins)):
+            begin, length = begins[number], lengths[number]
+            values[:length] = rows[c, begin : begin + length]
+            for k in range(0 if begin == 0 else order, length):
+                left = _step(values, k, min(k, order), coefficients, measured[begin + k], gains[at + k])
                 if begin + k >= first:
-                    result[c, begin + k - first] = left / np.sqrt(spreads[k])
-        hole = end
+                    result[c, begin + k - first] = left / np.sqrt(spreads[at + k])
+            at += length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

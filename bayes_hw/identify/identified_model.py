@@ -27,7 +27,7 @@ def cascade_in_units(experiment: Experiment, fit: CascadeFit) -> Cascade:
 def baseline_model(experiment: Experiment, fit: CascadeFit) -> LinearModel:
     """The linear baseline in the units of the records."""
     values = experiment.in_original_units(fit.values)
-    return LinearModel(linear_block(fit.structure, values), values.input_offset, experiment.sample_rate_hz)
+    return LinearModel(linear_block(fit.structure, values), values.input_offset)
 
 
 def hammerstein_wiener_model(

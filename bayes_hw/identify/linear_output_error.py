@@ -72,10 +72,10 @@ def identify_linear(
     orders = range(MIN_ORDER, max_order + 1)
     for done, order in enumerate(orders):
         report("linear block", done, len(orders) + 1)
-        fits.append(_fit_linear(experiment, source, order, delay, integrator=True))
+        fits.append(_fit_linear(experiment, source, order, delay))
     best = choose(fits)
     fits += [
-        _fit_linear(experiment, source, best.structure.order, other, integrator=True)
+        _fit_linear(experiment, source, best.structure.order, other)
         for other in (delay - 1, delay + 1)
         if other >= 0
     ]
@@ -92,7 +92,7 @@ def _coarse_delay(experiment: Experiment, source: PoleSource, order: int) -> int
     """The best of the scanned delay and the coarse ones."""
     scanned = scan_delay(experiment, source, experiment.commands, order)
     delays = {scanned, *(d for d in COARSE_DELAYS if d <= longest_delay(experiment))}
-    fits = [_fit_linear(experiment, source, COARSE_ORDER, delay, integrator=True) for delay in sorted(delays)]
+    fits = [_fit_linear(experiment, source, COARSE_ORDER, delay) for delay in sorted(delays)]
     return choose(fits).structure.delay_samples
 
 
@@ -166,14 +166,15 @@ def without_integrator(experiment: Experiment, fit: CascadeFit) -> CascadeFit:
     """The same structure with its integrator's pole free inside the unit circle, refitted."""
     if not fit.structure.integrator:
         return fit
-    structure = replace(fit.structure, integrator=False, real_poles=fit.structure.real_poles + 1)
-    pole = np.array([[NEAR_INTEGRATOR], [fit.values.integrator_residue]])
-    values = replace(
-        fit.values,
-        integrator_residue=0.0,
-        real=np.concatenate([pole, fit.values.real], axis=1),
-    )
-    return fit_cascade(structure, values, experiment.records)
+    return fit_cascade(*freed_integrator(fit.structure, fit.values), experiment.records)
+
+
+def freed_integrator(structure: Structure, values: CascadeValues) -> tuple[Structure, CascadeValues]:
+    """Both with the integrator's pole first among the real ones, a little inside the unit circle."""
+    pole = np.array([[NEAR_INTEGRATOR], [values.integrator_residue]])
+    real = np.concatenate([pole, values.real], axis=1)
+    freed = replace(structure, integrator=False, real_poles=structure.real_poles + 1)
+    return freed, replace(values, integrator_residue=0.0, real=real)
 
 
 def integrator_rejected(experiment: Experiment, with_it: CascadeFit, without_it: CascadeFit) -> bool:
@@ -195,10 +196,8 @@ def forgets_within(values: CascadeValues, records: Sequence[Record]) -> bool:
     return bool(slowest ** (FORGETTING * longest) < np.exp(-1))
 
 
-def _fit_linear(
-    experiment: Experiment, source: PoleSource, order: int, delay: int, *, integrator: bool
-) -> CascadeFit:
-    structure = Structure.of_order(order, delay, integrator)
+def _fit_linear(experiment: Experiment, source: PoleSource, order: int, delay: int) -> CascadeFit:
+    structure = Structure.of_order(order, delay, True)
     structure = replace(structure, input_offset=True, free_start=experiment.free_start)
     poles, _ = best_poles(experiment, structure, source, experiment.commands)
     everywhere = [record.measured_samples.astype(np.float64) for record in experiment.records]

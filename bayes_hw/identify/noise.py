@@ -24,13 +24,11 @@ MAX_ORDER = 12
 class NoiseEstimate:
     """A point estimate of the noise: marginal `sigma` (output units) and partial autocorrelations (p,).
 
-    `criterion` holds the Bayesian information criterion of every order tried, from zero. The a(k) are
-    Student t with `degrees_of_freedom` where that is a number, normal where it is None.
+    The a(k) are Student t with `degrees_of_freedom` where that is a number, normal where it is None.
     """
 
     sigma: float
     partial: FloatArray
-    criterion: FloatArray
     degrees_of_freedom: float | None = None
 
     @property
@@ -80,7 +78,7 @@ def estimate_noise(
     chosen = int(np.argmin(criterion)) if order is None else order
     kept = partial[:chosen]
     sigma = float(np.sqrt(variances[chosen] / np.prod(1 - kept**2)))
-    return NoiseEstimate(sigma, kept, criterion)
+    return NoiseEstimate(sigma, kept)
 
 
 def _holes(segments: Sequence[FloatArray]) -> bool:

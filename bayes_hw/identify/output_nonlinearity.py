@@ -24,13 +24,11 @@ LARGEST_SHARE = 1.5
 
 @dataclass(frozen=True, eq=False)
 class OutputNonlinearity:
-    """`intermediate` and `output` (measured samples,) are w simulated and y measured; `errors` (trials,) are
-    the root mean squares of the half widths tried; `fit` is the cascade at the best one.
-    """
+    """`intermediate` and `output` (measured samples,) are w simulated and y measured; `fit` is the cascade at
+    the best of the half widths tried."""
 
     intermediate: FloatArray
     output: FloatArray
-    errors: FloatArray
     fit: CascadeFit
 
 
@@ -45,12 +43,11 @@ def estimate_output_nonlinearity(
     smallest = min(experiment.noise_level, 0.1 * largest)
     trials = np.concatenate([[0.0], np.geomspace(smallest, LARGEST_SHARE * largest, TRIALS)])
     fits = [at_half_width(experiment, structure, values, float(trial)) for trial in trials]
-    errors = np.array([fit.rms for fit in fits])
-    best = fits[int(np.argmin(errors))]
+    best = min(fits, key=lambda fit: fit.rms)
     signals = intermediate_signal(best.structure, best.values, experiment.records)
     known = np.concatenate([record.measured_samples for record in experiment.records])
     outputs = np.concatenate(experiment.outputs)
-    return OutputNonlinearity(np.concatenate(signals)[known], outputs[known], errors, best)
+    return OutputNonlinearity(np.concatenate(signals)[known], outputs[known], best)
 
 
 def at_half_width(

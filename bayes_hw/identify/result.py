@@ -24,7 +24,6 @@ class LinearModel:
 
     linear: LinearBlock
     input_offset: float
-    sample_rate_hz: float
 
     def simulate(self, u: FloatArray, initial_position: float = 0.0) -> FloatArray:
         """Noise-free response to the command u, shape (samples,), from rest."""

@@ -47,26 +47,17 @@ def fit_from_several_starts(
     *,
     rng: np.random.Generator,
     starts: int = 12,
-    autoregression: FloatArray | None = None,
-    sigma: float = 1.0,
-    prior: bool = False,
 ) -> SeveralStarts:
-    """Minimise the plain output error from `starts` points, then the wanted criterion from the best.
+    """Minimise the plain output error from `starts` points.
 
     The first start is the nominal model; the others are drawn about it in coordinates (see SPREAD), initial
-    states excepted, since the output depends on those almost linearly. Plain residuals are used until the
-    best minimum is known, because whitening hides the slow error that tells wrong minima apart;
-    `autoregression`, `sigma` and `prior` (as for `fit_output_error`) enter the last descent alone.
+    states excepted, since the output depends on those almost linearly. Residuals are plain, because whitening
+    hides the slow error that tells wrong minima apart.
     """
     plain = [fit_output_error(axis, records, start) for start in _start_points(axis, records, rng, starts)]
     sums = np.array([fit.plain_sum_of_squares for fit in plain])
-    best = plain[int(np.argmin(sums))]
     agreeing = int(np.count_nonzero(sums <= (1 + AGREEMENT) * sums.min()))
-    if prior or sigma != 1.0 or autoregression is not None:
-        best = fit_output_error(
-            axis, records, best.values, autoregression=autoregression, sigma=sigma, prior=prior
-        )
-    return SeveralStarts(best, tuple(plain), sums, agreeing)
+    return SeveralStarts(plain[int(np.argmin(sums))], tuple(plain), sums, agreeing)
 
 
 def _start_points(

@@ -16,15 +16,21 @@ from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
-from bayes_hw.identify.growth.delay import coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.delay import (
+    coarse_delay,
+    safe_delay,
+    too_long,
+    with_longer_delay,
+    with_shorter_delay,
+)
 from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
-    NEAR_INTEGRATOR,
     OrderCandidate,
     Progress,
     forgets_within,
+    freed_integrator,
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
@@ -84,21 +90,25 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         free_start=experiment.free_start,
     )
     small = _small(experiment, structure, min(SMALL_ORDER, max_order), told(0))
-    wanted, done, misfit = [small.structure.delay_samples], set[int](), False
+    wanted, done, resumed = [small.structure.delay_samples], set[int](), list[Grown]()
     while wanted:
         delay = wanted.pop()
         done.add(delay)
         grown, hidden = _grown(
             experiment, replace(structure, delay_samples=delay), max_order, told(max_order)
         )
-        misfit = misfit or hidden
+        resumed += hidden
+        misfit = bool(resumed)
         found = chosen(grown, misfit)
         if too_long(found):
             wanted.append(safe_delay(found))
         else:
-            found = with_longer_delay(found)
-            wanted.append(found.structure.delay_samples)
-        tried += [*grown, found]
+            smaller = [item for item in grown if item.structure.order < found.structure.order]
+            sooner = chosen([found, *(with_shorter_delay(item) for item in smaller)], misfit)
+            later = with_longer_delay(found)
+            wanted += [sooner.structure.delay_samples, later.structure.delay_samples]
+            tried += [sooner, later]
+        tried += grown
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
         tried.append(_without_blocks(experiment, linear))
@@ -109,11 +119,14 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         tried.append(released)
         best = released
     best, evidence, rms_without = _drop_blocks(best)
-    best = _simulating(best)
+    simulating = _simulating(best)
+    if simulating is not best and resumed and best.structure.integrator:
+        simulating = _simulating(_with_blocks_of(chosen(resumed, misfit), best))
+    best = simulating
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
-        best = with_slow_poles(best)
+        best = with_slow_poles(best, misfit)
         slow = best.structure.order - chosen_order
     if experiment is whole:
         best = with_free_onset(best)
@@ -155,24 +168,24 @@ def _small(experiment: Experiment, structure: Structure, order: int, told: Calla
 
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
-) -> tuple[list[Grown], bool]:
-    """Cascades of every order, and whether the noise model hid a misfit: then those grown on plain residuals
-    are among them.
+) -> tuple[list[Grown], list[Grown]]:
+    """Cascades of every order and, where the noise model hid a misfit, the criterion's best of those grown on
+    plain residuals, which are then among them.
 
     Plain residuals show what is slow and hide what is small beside it: the criterion's best of those goes on
     under coloured noise, which shows resonances, unless that carries what the axis does there too.
     """
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
     pool = list(grow(start, largest_order, told).values())
-    misfit = absorbed(chosen(pool))
-    if misfit:
-        start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
-        plain = list(grow(start, largest_order, told).values())
-        pool += plain
-        resumed = chosen(plain, misfit)
-        if _simulating(resumed) is resumed:
-            pool += grow(resumed, largest_order, told).values()
-    return pool, misfit
+    if not absorbed(chosen(pool)):
+        return pool, []
+    start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
+    plain = list(grow(start, largest_order, told).values())
+    pool += plain
+    resumed = chosen(plain, misfit=True)
+    if _simulating(resumed) is resumed:
+        pool += grow(resumed, largest_order, told).values()
+    return pool, [resumed]
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
@@ -185,12 +198,9 @@ def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
 def _without_integrator(item: Grown) -> Grown | None:
     """`item` with its integrator's pole set free, where that is decisively better and forgets; see
     `integrator_rejected`."""
-    structure, values = item.structure, item.values
-    if not structure.integrator:
+    if not item.structure.integrator:
         return None
-    freed = replace(structure, integrator=False, real_poles=structure.real_poles + 1)
-    pole = np.array([[NEAR_INTEGRATOR], [values.integrator_residue]])
-    moved = replace(values, integrator_residue=0.0, real=np.concatenate([pole, values.real], axis=1))
+    freed, moved = freed_integrator(item.structure, item.values)
     found = Grown.at(freed, moved, item.response.records).descended()
     forgets = forgets_within(found.values, item.response.records)
     return found if forgets and found.criterion < item.criterion - DECISIVE else None
@@ -225,6 +235,14 @@ def _simulating(item: Grown) -> Grown:
         return item
     plain = item.under_noise(0).descended()
     return plain if item.point.rms > CARRIED * plain.point.rms else item
+
+
+def _with_blocks_of(item: Grown, other: Grown) -> Grown:
+    """`item` without the static blocks that `other` lacks."""
+    for block in BLOCKS:
+        if getattr(item.structure, block) and not getattr(other.structure, block):
+            item = _without(item, block)
+    return item
 
 
 def _without(item: Grown, block: str) -> Grown:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.growth.slow_poles import FASTEST_SHARE, FEWEST_SAMPLES
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.modal import ResidueBatch
 from bayes_hw.model.parameters import as_coordinates
@@ -20,9 +21,6 @@ from bayes_hw.record import Record
 
 HALF_WIDTH = "dead_zone.half_width"
 SLOW, FAST, PAIRS, STATIC = "slow poles", "fast real poles", "resonances and other pairs", "limits and gain"
-
-FASTEST_SHARE, FEWEST_SAMPLES = 1 / 250, 10
-"""A pole is slow from this share of the longest record on, and from as many samples."""
 
 DRAWS = 4000
 RIDGE = 1e-9

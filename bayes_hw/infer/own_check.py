@@ -22,6 +22,7 @@ from bayes_hw.identify.noise import stationary_autoregression
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
@@ -29,7 +30,7 @@ from bayes_hw.record import Record
 FEWEST = 10
 """Replicates from which the check says anything."""
 
-NOMINAL, SIGNIFICANCE = 0.94, 0.05
+SIGNIFICANCE = 0.05
 
 SAME_MODE = 0.15
 """Modes whose logarithms of frequency differ by less are one."""
@@ -55,8 +56,8 @@ class Held:
 
     @property
     def p_value(self) -> float:
-        """Of so few held where NOMINAL of them should be."""
-        return float(binomtest(self.held, self.of, NOMINAL, alternative="less").pvalue)
+        """Of so few held where `INTERVAL_PROBABILITY` of them should be."""
+        return float(binomtest(self.held, self.of, INTERVAL_PROBABILITY, alternative="less").pvalue)
 
 
 @dataclass(frozen=True)

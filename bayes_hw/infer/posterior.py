@@ -277,7 +277,6 @@ class Posterior:
             estimate = NoiseEstimate(
                 state["noise_sigma"],
                 np.array(state["noise_partial"]),
-                np.zeros(0),
                 state["noise_degrees_of_freedom"],
             )
             ensembles = int(state["ensembles"])

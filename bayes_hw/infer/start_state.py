@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import simulated_outputs
+from bayes_hw.identify.validation import START_SHARE
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener, Simulation
@@ -15,7 +16,6 @@ from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.posing import Start
 from bayes_hw.record import Record
 
-START_SHARE = 0.25
 FEWEST_START_SAMPLES = 20
 MOST_START_SAMPLES = 4000
 START_ROUNDS, DRAW_ROUNDS = 5, 2

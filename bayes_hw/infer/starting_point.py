@@ -10,9 +10,12 @@ import numpy as np
 from scipy import linalg, stats
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.identify.criterion import DECISIVE
+from bayes_hw.identify.growth.search import ABSORBED
 from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
 from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale, whitened
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
+from bayes_hw.identify.whole_cascade import CARRIED
 from bayes_hw.infer.improper_tails import onto_plains
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
@@ -31,17 +34,10 @@ NEGLIGIBLE = 15.0
 WORSE = 2.0
 """A minimum with so many times the smallest sum of squares is not looked at as a mode of its own."""
 WINSOR = 3.0
-DECISIVE = 10.0
 START_DEGREES = 6.0
 DEGREES_VARIANCE = 0.3
 """Of log(degrees of freedom - 2) where sampling starts."""
 NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
-CARRIED = 1.5
-"""Error under coloured noise over that of plain least squares from which the noise carries the axis."""
-
-ABSORBED = 3.0
-"""Residuals so many times as large as their innovations may hide a misfit."""
-
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 

@@ -28,14 +28,12 @@ from bayes_hw.record_checks import Finding
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was found: lines to read, the options that read the file, None where a choice is open, and the
-    questions that are, each naming the option that answers it."""
+    """What was found: lines to read, the options that read the file as they are typed, and the questions that
+    are open, each naming the option that answers it."""
 
     lines: tuple[str, ...]
-    options: ReadingOptions | None
     arguments: tuple[str, ...]
     questions: tuple[str, ...]
-    records: tuple[Record, ...]
 
     def command(self, path: Path, name: str = "convert", out: str = "record.csv") -> str:
         """The exact command line."""
@@ -63,7 +61,7 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     questions: list[str] = []
     if rate is None:
         questions.append(no_clock(table, options))
-        return Inspection(tuple(lines), None, (), tuple(questions), ())
+        return Inspection(tuple(lines), (), tuple(questions))
     options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = roles_of(facts, rate, options, given or ReadingOptions())
     lines += sentences
@@ -71,7 +69,7 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
         options, sentences = second_clock(table, clock, options)
         lines += sentences
     if questions:
-        return Inspection(tuple(lines), None, (), tuple(questions), ())
+        return Inspection(tuple(lines), (), tuple(questions))
     return _tried(path, options, lines)
 
 
@@ -162,7 +160,7 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
             message = str(error)
             better = mended(message, options)
             if better is None or message in tried:
-                return Inspection(tuple(lines), None, (), (message,), ())
+                return Inspection(tuple(lines), (), (message,))
             tried.append(message)
             lines.append(message.removeprefix(f"{path}: "))
             options = better
@@ -174,7 +172,7 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
         lines.append(sentence)
         options = better
     else:
-        return Inspection(tuple(lines), None, (), (tried[-1],), ())
+        return Inspection(tuple(lines), (), (tried[-1],))
     for record in records:
         lines.append(
             f"{record.name}: {len(record)} samples at {record.sample_rate_hz:g} Hz, "
@@ -186,7 +184,7 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
         lines += [f"  look at: {said}" for said in units_to_ask_for(record, options)]
     fatal = next((_named(r, f, records) for r, f in found if f.severity == "fatal"), None)
     questions = () if fatal is None else (fatal,)
-    return Inspection(tuple(lines), options, arguments(options), questions, tuple(records))
+    return Inspection(tuple(lines), arguments(options), questions)
 
 
 def _named(record: Record, finding: Finding, records: Sequence[Record]) -> str:

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
-from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
@@ -58,15 +57,11 @@ class GapDiagnosis:
 
     def __str__(self) -> str:
         """The verdict in words."""
-        if isinstance(self.diagnosis, JointDiagnosis):
-            return joint_diagnosis.summary(self.diagnosis)
-        return sentence(self.diagnosis)
+        return self.diagnosis.sentence()
 
     def __repr__(self) -> str:
         named = " and ".join(self.answer) or "no structural gap"
-        found = self.diagnosis
-        name = found.name if isinstance(found, JointDiagnosis) else found.case.name
-        return f"<GapDiagnosis of {name!r}: {named}>"
+        return f"<GapDiagnosis of {self.diagnosis.name!r}: {named}>"
 
     def _repr_html_(self) -> str:
         return table_with_words(self.to_dataframe(), str(self), self.verdict.notes)
@@ -83,18 +78,15 @@ class GapDiagnosis:
     def plot(self) -> Figure:
         """The first record held out: measured, predicted before and after, and both errors."""
         found = self.diagnosis
-        held_out = (found if isinstance(found, JointDiagnosis) else found.case).holdout[0]
         noise = self.verdict.gap_holdout.noise_floor
-        return on_paper(gap_canvas(held_out, found.before, found.after, found.low, found.high, noise))
+        return on_paper(gap_canvas(found.holdout[0], found.before, found.after, found.low, found.high, noise))
 
     def write(self, folder: Path | str) -> None:
         """verdict.json, holdout_prediction.csv and corrected.json; of a function's none, of a simulator's
         file the folder corrected/ with that simulator and the effect in it."""
-        if isinstance(self.diagnosis, JointDiagnosis):
-            joint_diagnosis.write_results(self.diagnosis, Path(folder))
-            return
-        diagnosis.write_results(self.diagnosis, Path(folder))
+        self.diagnosis.write(Path(folder))
         if self.simulator is not None:
+            assert isinstance(self.diagnosis, diagnosis.Diagnosis)
             rng = np.random.default_rng(CORRECTED_SEED)
             write_corrected_simulator(self.simulator, self.diagnosis, Path(folder) / CORRECTED, rng)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
@@ -72,30 +71,3 @@ class DeadZone:
         above = self.gain_positive * np.maximum(w - self.half_width, 0)
         below = self.gain_negative * np.minimum(w + self.half_width, 0)
         return above + below
-
-    def inverse(self, y: FloatArray, smoothing: float = 0.0) -> FloatArray:
-        """w for every y; the jump at y = 0 is joined by a monotone cubic over |y| < smoothing.
-
-        With `smoothing` zero the branch through y = 0 is w = 0. The cubic is PCHIP (Fritsch and Carlson,
-        doi 10.1137/0717021) through points on both branches, so the inverse stays increasing.
-        """
-        y = np.asarray(y, dtype=np.float64)
-        w = np.where(
-            y > 0,
-            y / self.gain_positive + self.half_width,
-            np.where(y < 0, y / self.gain_negative - self.half_width, 0.0),
-        )
-        if smoothing <= 0:
-            return w
-        steps = smoothing * np.array([1.0, 1.5, 2.0])
-        knots_y = np.concatenate([-steps[::-1], [0.0], steps])
-        knots_w = np.concatenate(
-            [
-                -steps[::-1] / self.gain_negative - self.half_width,
-                [0.0],
-                steps / self.gain_positive + self.half_width,
-            ]
-        )
-        inside = np.abs(y) < smoothing
-        w[inside] = PchipInterpolator(knots_y, knots_w)(y[inside])
-        return w

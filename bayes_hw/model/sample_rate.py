@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayes_hw.entrance import RATE_TOLERANCE
 from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
-
-RATE_TOLERANCE = 0.01
 
 
 def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:

@@ -275,7 +275,6 @@ class HomePlant:
             travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
             torque=twist * axis.drive.stiffness,
             twist=twist,
-            dead_zone=axis.dead_zone,
             sigma=sigma,
             duration_s=duration,
             sample_rate_hz=axis.sample_rate_hz,

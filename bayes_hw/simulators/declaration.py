@@ -158,10 +158,6 @@ class Declaration:
         """The record's output over that of the simulator."""
         return conversion(self.measured_unit, self.units.output)
 
-    def door(self, name: str) -> Door | None:
-        """The door of this name, None where there is none."""
-        return next((door for door in self.doors if door.name == name), None)
-
 
 def _uncertain(item: Any, path: str) -> Uncertain:
     if not isinstance(item, Mapping):

@@ -24,15 +24,14 @@ FIRSTS = (("motor", S.MOTOR_FRICTION, S.RIPPLE), ("load", S.LOAD_FRICTION, S.LOA
 
 @dataclass(frozen=True)
 class DoorPlace:
-    """A door's element, its number among the doors, output units a unit of the model, the force in the
-    model's units that accelerates it by one output unit per s^2, and its rest in the model's units."""
+    """A door's element, its number among the doors, output units a unit of the model, and the force in the
+    model's units that accelerates it by one output unit per s^2."""
 
     kind: str
     name: str
     index: int
     scale: float
     inertia: float
-    rest: float
 
 
 @dataclass(frozen=True)

@@ -184,7 +184,6 @@ class FmuAxis(SteppedAxis):
                 index,
                 self.declaration.output_factor / self.ratios[name],
                 float(system.inertia[PLACES[name]]),
-                0.0,
             )
             for index, name in enumerate(self.doors_of)
         }

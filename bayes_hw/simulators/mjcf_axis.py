@@ -346,7 +346,6 @@ class MjcfAxis(SteppedAxis):
                 index,
                 factor / place.ratio,
                 float(system.inertia[PLACES[name]]) if PLACES[name] != COMPLIANCE else 0.0,
-                place.rest,
             )
             for index, (name, place) in enumerate(self.places.items())
         }

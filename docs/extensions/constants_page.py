@@ -1,4 +1,4 @@
-"""Numbers that stand in the modules of the diagnosis, counted by room: docs/generated/constants.txt."""
+"""Numbers that stand in modules, counted by room: docs/generated/constants.txt."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 HERE = Path(__file__).resolve().parents[1]
-GAP = HERE.parent / "bayes_hw" / "gap"
+PACKAGE = HERE.parent / "bayes_hw"
 TARGET = HERE / "generated" / "constants.txt"
 
 
@@ -49,21 +49,38 @@ def constants_of(path: Path) -> list[str]:
     return found
 
 
+def room_of(path: Path) -> str:
+    """The room of a module: that of the diagnosis by its own rooms, the top level as one."""
+    parts = path.relative_to(PACKAGE).parts
+    if parts[0] == "gap":
+        return "/".join(parts[: 3 if parts[1] == "joint" else 2][: len(parts) - 1])
+    return parts[0] if len(parts) > 1 else "top level"
+
+
 def counts() -> dict[str, int]:
-    """By room."""
+    """By room; rooms without any are left out."""
     found: Counter[str] = Counter()
-    for path in sorted(GAP.rglob("*.py")):
-        found[path.relative_to(GAP).parts[0]] += len(constants_of(path))
-    return dict(found)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        found[room_of(path)] += len(constants_of(path))
+    return {room: number for room, number in sorted(found.items()) if number}
+
+
+def calibrated() -> dict[str, int]:
+    """How many numbers each file of fitted constants holds."""
+    files = sorted((PACKAGE / "gap").rglob("*calibration.json"))
+    return {
+        str(path.relative_to(PACKAGE)): len(json.loads(path.read_text(encoding="utf-8"))) for path in files
+    }
 
 
 def generate(app: Sphinx) -> None:
     """Write the table."""
     rows = ["| room | numbers in its modules |", "|---|---|"]
     by_room = counts()
-    rows += [f"| `gap/{room}` | {number} |" for room, number in by_room.items()]
-    held = len(json.loads((GAP / "answer" / "calibration.json").read_text(encoding="utf-8")))
-    rows += [f"| together | {sum(by_room.values())} |", f"| `calibration.json` | {held} |"]
+    rows += [f"| `{room}` | {number} |" for room, number in by_room.items()]
+    diagnosis = sum(number for room, number in by_room.items() if room.split("/")[0] == "gap")
+    rows += [f"| together | {sum(by_room.values())} |", f"| of them in `gap` | {diagnosis} |"]
+    rows += [f"| `{path}` | {number} |" for path, number in calibrated().items()]
     TARGET.parent.mkdir(exist_ok=True)
     TARGET.write_text("\n".join(rows) + "\n", encoding="utf-8")
 

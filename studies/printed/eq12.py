@@ -1,6 +1,6 @@
 """Eq. 12 of the printed Nanshan model, to the digits in which it is printed.
 
-Acta Astronomica Sinica, doi 10.15940/j.cnki.0001-5245.2026.01.012; see `bayes_hw.model.nanshan`.
+Acta Astronomica Sinica, doi 10.15940/j.cnki.0001-5245.2026.01.012; see `printed.nanshan`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ
+from printed.nanshan import SAMPLE_RATE_HZ
 from printed.rounding_box import RoundingBox, RoundingUncertainty, rounding_uncertainty
 
 PRINTED_NUMERATOR = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.model.nanshan import LIGHT_DAMPING
+from printed.nanshan import LIGHT_DAMPING
 
 BATCH = 50_000
 """Draws whose companion matrices are held at once."""

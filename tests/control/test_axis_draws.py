@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from spread_axis import delayed, spread_posterior
 
 from bayes_hw.control.axis_draws import AxisDraws
@@ -14,7 +15,6 @@ from bayes_hw.errors import InputError
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.nanshan import nanshan_model
 
 FREQUENCY = np.array([0.05, 0.4, 1.9, 2.0, 5.0, 10.0])
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from spread_axis import spread_posterior
 
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.loop import Loop
 from bayes_hw.control.margins import Margins, Requirements, loop_margins
-from bayes_hw.model.nanshan import nanshan_model
 
 CONTROLLERS = (
     Controller("PI", 20.0, 1.2, 0.3),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from printed.nanshan import nanshan_model
 from twin import coloured_noise
 
 from bayes_hw.arrays import FloatArray
@@ -13,7 +14,6 @@ from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.record import Record, Units
 
 GAIN = 0.25

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from simulated_axes import measured
 
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.look import look
 from bayes_hw.first_look.plan import AxisLimits, angle, plan
-from bayes_hw.model.nanshan import nanshan_model
 
 AXES = {
     "slow": (AxisLimits(0.5, 2.0, -5.0, 5.0, 0.113), 20.0, 5.0),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from printed.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
 from simulated_axes import covered, measured, share
 from twin import TwinExperiment, twin_records
 
 from bayes_hw.first_look.look import Look, look
 from bayes_hw.first_look.statics import statics
 from bayes_hw.model.excitation import random_phase_multisine
-from bayes_hw.model.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
 
 
 def test_limits_and_dead_zone_of_the_twin() -> None:

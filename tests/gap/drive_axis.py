@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, signal
+from scipy import linalg
 from simulated_records import coloured_noise
 
 from bayes_hw.arrays import FloatArray
@@ -162,9 +162,3 @@ def frequency_response(a: FloatArray, b: FloatArray, c: FloatArray, s: FloatArra
     """C (s I - A)^-1 B at every s: shape (s, outputs, inputs)."""
     eye = np.eye(len(a))
     return np.array([c @ np.linalg.solve(point * eye - a, b) for point in s])
-
-
-def discrete_response(a: FloatArray, b: FloatArray, c: FloatArray, v: FloatArray, rate: float) -> FloatArray:
-    """w of a held input v by direct recursion, from rest."""
-    system = signal.StateSpace(*held(a, b[:, [V]], 1 / rate), c[[W]], np.zeros((1, 1)), dt=1 / rate)
-    return np.asarray(signal.dlsim(system, v)[1][:, 0])

@@ -25,7 +25,7 @@ from bayes_hw.gap.answer.train_axis import TrainAxis
 from bayes_hw.gap.any_corrected import read_corrected_axis
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
-from bayes_hw.gap.diagnosis import Diagnosis, diagnose, write_results
+from bayes_hw.gap.diagnosis import Diagnosis, diagnose
 from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected, simulate_corrected
 from bayes_hw.model.blocks import Saturation
@@ -106,7 +106,7 @@ def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
     assert size == pytest.approx(TRUE_SIZE, rel=0.15)
     period = sizes["encoder_eccentricity.period"]
     assert abs(period.mean - ECCENTRICITY[2]) < 5 * period.sd
-    assert "eccentric" in sentence(diagnosis)
+    assert "eccentric" in diagnosis.sentence()
 
 
 def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case: Case) -> None:
@@ -154,7 +154,7 @@ def test_the_gap_shrinks_to_the_floor(diagnosis: Diagnosis, clean: list[np.ndarr
 
 def test_writes_all_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> None:
     out = tmp_path / "new"
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     content = json.loads((out / "verdict.json").read_text())
     assert content["answer"] == ["encoder_eccentricity"] and content["seconds"] > 0
     with (out / "holdout_prediction.csv").open() as stream:
@@ -170,14 +170,14 @@ def test_writes_all_files(diagnosis: Diagnosis, case: Case, tmp_path: Path) -> N
 def test_the_missing_force_is_written_for_other_alone(diagnosis: Diagnosis, tmp_path: Path) -> None:
     """Both training records, one below the other; gone with the next answer of another kind."""
     other = replace(diagnosis, verdict=replace(diagnosis.verdict, answer=("other",)))
-    write_results(other, tmp_path)
+    other.write(tmp_path)
     with (tmp_path / "free_residual.csv").open(encoding="utf-8") as lines:
         rows = list(csv.DictReader(lines))
     assert [row["record"] for row in rows] == ["0"] * SAMPLES + ["1"] * SAMPLES
     residual = np.concatenate(diagnosis.attribution.base.fit.residuals)
     shown = np.array([float(row["response"]) for row in rows])
     assert np.mean((residual - shown) ** 2) < 0.5 * np.mean(residual**2)
-    write_results(diagnosis, tmp_path)
+    diagnosis.write(tmp_path)
     assert not (tmp_path / "free_residual.csv").exists()
 
 
@@ -209,7 +209,7 @@ def test_its_corrected_model_simulates_and_predicts_what_it_said(
     diagnosis: Diagnosis, case: Case, tmp_path: Path
 ) -> None:
     """From the file alone: the record held out to the last digit, and a band that holds it."""
-    write_results(diagnosis, tmp_path)
+    diagnosis.write(tmp_path)
     data = read_corrected(tmp_path / "corrected.json")
     assert data is not None and [item["label"] for item in data["effects"]] == ["encoder_eccentricity"]
     (held_out,) = case.holdout
@@ -229,7 +229,7 @@ def test_its_corrected_model_is_an_axis_to_design_with(
 ) -> None:
     """From the file alone: draws about the verdict's numbers, its words, the effect in a loop, and what a
     command would tell of it: nothing where the axis stands still, more the longer it moves."""
-    write_results(diagnosis, tmp_path)
+    diagnosis.write(tmp_path)
     axis = read_corrected_axis(tmp_path)
     assert isinstance(axis, TrainAxis) and axis.simulated
     for name, estimate in diagnosis.verdict.base.items():
@@ -256,7 +256,7 @@ def test_its_corrected_model_is_an_axis_to_design_with(
 def test_a_damaged_corrected_model_is_refused(
     diagnosis: Diagnosis, tmp_path: Path, change: dict[str, object]
 ) -> None:
-    write_results(diagnosis, tmp_path)
+    diagnosis.write(tmp_path)
     data = read_corrected(tmp_path / "corrected.json")
     assert data is not None
     with pytest.raises(InputError, match=r"give a corrected\.json"):

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 
 from bayes_hw.identifiability.cancellation import largest_change, near_cancellations
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.nanshan import nanshan_model
 
 
 def with_roots(model: HammersteinWiener, zeros: list[complex], poles: list[complex]) -> HammersteinWiener:

@@ -16,7 +16,7 @@ from bayes_hw.model.blocks import Saturation
 def test_commands_at_the_corners(rate: float, duration: float) -> None:
     limits = MotionLimits(1.0, 10.0, -1.0, 1.0)
     circumstances = Circumstances(rate, duration, limits, Saturation(-0.8, 1.0))
-    found = families(circumstances, "deg/s")
+    found = families(circumstances)
     assert {family.name for family in found} == {
         "plain_sweep",
         "amplitude_modulated_sweep",
@@ -34,7 +34,7 @@ def test_commands_at_the_corners(rate: float, duration: float) -> None:
 
 def test_modulation_of_no_depth_is_the_plain_sweep() -> None:
     circumstances = Circumstances(20.0, 30.0, MotionLimits(1.0, 10.0, -1.0, 1.0), Saturation(-0.8, 1.0))
-    plain, modulated, *_ = families(circumstances, "deg/s")
+    plain, modulated, *_ = families(circumstances)
     settings = {"amplitude": 0.7, "stop_hz": 4.0, "offset_share": 0.5}
     np.testing.assert_array_equal(
         plain.make(settings), modulated.make(settings | {"modulation_hz": 0.1, "depth": 0.0})
@@ -43,6 +43,6 @@ def test_modulation_of_no_depth_is_the_plain_sweep() -> None:
 
 @pytest.mark.parametrize("logarithmic", [True, False])
 def test_shares_and_values_are_inverse(logarithmic: bool) -> None:
-    setting = Setting("x", "", 0.1, 8.0, logarithmic)
+    setting = Setting("x", 0.1, 8.0, logarithmic)
     assert (setting.value(0.0), setting.value(1.0)) == pytest.approx((0.1, 8.0))
     assert setting.share(setting.value(0.3)) == pytest.approx(0.3)

@@ -26,7 +26,7 @@ from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
-NOISE = noise_parameters(NoiseEstimate(0.01, np.array([0.5]), np.zeros(1)), "deg")
+NOISE = noise_parameters(NoiseEstimate(0.01, np.array([0.5])), "deg")
 
 
 @pytest.fixture

@@ -101,7 +101,7 @@ def test_search_finds_the_best_of_any_score(posterior: Posterior) -> None:
     """A score of the caller's own: the command nearest a wanted mean square, from a hint or without."""
     belief = Belief.of(posterior, 4, np.random.default_rng(5))
     stroke = Stroke(belief, MotionLimits(2.0, 1e6, -1e6, 1e6))
-    setting = Setting("level", "", 0.01, 2.0)
+    setting = Setting("level", 0.01, 2.0)
     family = Family("constant", "constant", (setting,), lambda s: np.full(50, s["level"]))
     for hint in (None, {"level": setting.share(0.3)}):
         found = search(

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 
 from bayes_hw.identifiability import structure
 from bayes_hw.identifiability.freed_gains import ALL_FREED, ASYMMETRIES, SLOPE
 from bayes_hw.identifiability.structure import SMALLEST_GAP, analyse_structure, rich_command
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.nanshan import nanshan_model
 
 
 @pytest.mark.parametrize("which", ["small", "nanshan"])

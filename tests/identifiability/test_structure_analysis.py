@@ -50,8 +50,9 @@ def test_a_record_that_shows_everything(shown: Identifiability) -> None:
 def test_what_is_never_reached_is_prior_dominated(small_axis: HammersteinWiener) -> None:
     """Limits that small commands do not reach, and the dead zone, far above which the record begins at an
     unknown state, its negative side as well; and nothing else but what the record cannot show either."""
-    result = analysed(small_axis, swinging(small_axis, 5, share=0.35, start=3.0), "free")
-    assert np.min(result.records[0].y) > 0.3
+    record = swinging(small_axis, 5, share=0.35, start=3.0)
+    assert np.min(record.y) > 0.3
+    result = analysed(small_axis, record, "free")
     found = verdicts(result)
     assert found["saturation.lower"] == found["saturation.upper"] == "prior-dominated"
     assert found["dead_zone.half_width"] == "prior-dominated"

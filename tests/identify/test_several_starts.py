@@ -54,16 +54,6 @@ def test_the_same_seed_gives_the_same_starts() -> None:
     np.testing.assert_array_equal(first.sums_of_squares, second.sums_of_squares)
 
 
-def test_the_wanted_criterion_enters_the_last_descent_alone() -> None:
-    axis = AxisParameters(NOMINAL)
-    plain = fit_from_several_starts(axis, RECORDS, rng=np.random.default_rng(0), starts=2)
-    coloured = fit_from_several_starts(
-        axis, RECORDS, rng=np.random.default_rng(0), starts=2, autoregression=np.array([0.5]), sigma=0.005
-    )
-    np.testing.assert_array_equal(plain.sums_of_squares, coloured.sums_of_squares)
-    assert coloured.best.sum_of_squares > plain.best.sum_of_squares
-
-
 PRACTICE = Path(__file__).resolve().parents[3] / "shared" / "practice_hard"
 
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from spread_axis import spread_posterior
 
 from bayes_hw.infer.dead_zone_trade import FAST, PAIRS, SLOW, STATIC, trade_of
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.record import Record, Units
 
 MODEL = nanshan_model(0.006, 0.002)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
@@ -20,7 +21,6 @@ from bayes_hw.infer.starting_point import starting_point
 from bayes_hw.model import streaming
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import simulate_batch
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.model.parameters import as_coordinates, as_values
 
 MODEL = nanshan_model(0.006, 0.002)

@@ -57,7 +57,7 @@ def test_likelihood_with_a_known_input(
     record = record_of(model, 160, 3)
     mask = np.random.default_rng(1).random(160) > 0.1
     record = replace(record, measured=mask)
-    estimate = NoiseEstimate(0.012, np.array([0.5]), np.zeros(2), degrees)
+    estimate = NoiseEstimate(0.012, np.array([0.5]), degrees)
     axis = AxisParameters(model, output_scale=2.0)
     weights = 3 if way == "torque" else 2
     assert axis.names[-1] == f"known.wind.weight{weights}"
@@ -123,7 +123,7 @@ def test_prediction_follows_the_column(small_axis: HammersteinWiener) -> None:
     model = with_wind(small_axis, "torque")
     record = record_of(model, 300, 7)
     axis = AxisParameters(model, output_scale=2.0)
-    estimate = NoiseEstimate(0.012, np.array([0.5]), np.zeros(2))
+    estimate = NoiseEstimate(0.012, np.array([0.5]))
     parameters = (*axis.parameters, *noise_parameters(estimate, "deg"))
     values = np.broadcast_to([p.nominal for p in parameters], (1, 2, 20, len(parameters))).copy()
     posterior = Posterior(

@@ -59,7 +59,7 @@ def test_where_the_level_is_free_nothing_depends_on_it(small_axis: HammersteinWi
     axis = AxisParameters(small_axis)
     record = measured(small_axis, 600, seed=3)
     sigma = small_axis.noise_sigma
-    noise = noise_parameters(NoiseEstimate(sigma, np.array([0.2]), np.zeros(2)), "deg")
+    noise = noise_parameters(NoiseEstimate(sigma, np.array([0.2])), "deg")
     values = np.concatenate([axis.nominal, [sigma, 0.2]])
     heights, fits = {}, {}
     for level_sd in (0.0, 0.1 * sigma):

@@ -18,7 +18,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.record import Record
 
-NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]), np.zeros(3))
+NOISE = NoiseEstimate(0.012, np.array([0.4, -0.2]))
 
 
 def posterior_of(model: HammersteinWiener, records: list[Record]) -> LogPosterior:

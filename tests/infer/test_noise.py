@@ -181,7 +181,7 @@ def test_silent_or_short_residuals_have_no_autocorrelation() -> None:
 
 
 def test_parameters_are_centred_on_the_estimate() -> None:
-    estimate = NoiseEstimate(0.03, np.array([0.5, -0.2]), np.zeros(3))
+    estimate = NoiseEstimate(0.03, np.array([0.5, -0.2]))
     sigma, first, second = noise_parameters(estimate, "deg")
     assert [sigma.name, first.name] == ["noise.sigma", "noise.partial_autocorrelation1"]
     assert (sigma.unit, first.unit) == ("deg", "")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from scipy import stats
 from spread_axis import spread_posterior
 
@@ -16,7 +17,6 @@ from bayes_hw.infer import own_check
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.own_check import Held, OwnCheck, check_own_axis, check_tasks, true_values
 from bayes_hw.infer.sampler import SamplerSettings
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.record import Record, Units
 
 RECORD = Record("r", np.arange(400) / 20.0, 0.3 * np.sin(np.arange(400) / 9.0), np.zeros(400), 20.0, Units())
@@ -81,7 +81,7 @@ def test_a_parameter_is_refuted_where_chance_does_not_explain_its_misses() -> No
 def test_replicates_have_the_tails_of_the_draws() -> None:
     """Student-t noise is simulated with the degrees of freedom, and the standard deviation, of the draw."""
     posterior = spread_posterior(nanshan_model(0.006, 0.002), "conditional", spread=0.01)
-    estimate = NoiseEstimate(0.01, np.zeros(0), np.zeros(0), degrees_of_freedom=4.0)
+    estimate = NoiseEstimate(0.01, np.zeros(0), degrees_of_freedom=4.0)
     noise = noise_parameters(estimate, "deg")
     n_axis = len(posterior.axis.parameters)
     values = np.concatenate(

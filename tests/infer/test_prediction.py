@@ -144,7 +144,7 @@ def test_rate_mismatch(posterior: Posterior, small_record: Record) -> None:
 def test_free_start_begins_where_the_record_does(small_axis: HammersteinWiener, position: float) -> None:
     """A posterior with free initial conditions predicts a record that starts elsewhere."""
     axis = AxisParameters(small_axis, output_scale=2.0, start_positions=np.array([0.1]))
-    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0)), "deg")
     nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
     values = np.tile(nominal, (1, 2, 5, 1))
     posterior = Posterior(axis, noise, values, np.zeros((1, 2, 5)), nominal, True, (), 0.0)
@@ -162,7 +162,7 @@ def test_free_start_without_an_integrator(small_axis: HammersteinWiener, small_r
     poles[poles == 1.0] = 0.9
     model = replace(small_axis, linear=replace(small_axis.linear, poles=poles))
     axis = AxisParameters(model, output_scale=2.0, start_positions=np.array([0.1]))
-    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0), np.zeros(1)), "deg")
+    noise = noise_parameters(NoiseEstimate(0.01, np.zeros(0)), "deg")
     nominal = np.array([p.nominal for p in (*axis.parameters, *noise)])
     posterior = Posterior(
         axis, noise, np.tile(nominal, (1, 2, 5, 1)), np.zeros((1, 2, 5)), nominal, True, (), 0.0

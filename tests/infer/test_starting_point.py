@@ -67,13 +67,13 @@ def test_mode_and_covariance_of_the_posterior(small_axis: HammersteinWiener) -> 
 @pytest.mark.parametrize(("partial", "factor"), [([], 1.0), ([0.5], 1.25 / 0.75), ([-0.8], 1.64 / 0.36)])
 def test_variance_of_log_sigma(partial: list[float], factor: float) -> None:
     """1 / (2 n) for white noise, times (1 + phi^2) / (1 - phi^2) for an AR(1)."""
-    noise = NoiseEstimate(1.0, np.array(partial), np.zeros(1))
+    noise = NoiseEstimate(1.0, np.array(partial))
     assert noise_covariance(noise, 500)[0, 0] == pytest.approx(factor / 1000, rel=1e-12)
 
 
 def testnoise_covariance_against_simulation() -> None:
     """Spread of the estimates of 1,000 simulated AR(1) sequences, in coordinates."""
-    noise = NoiseEstimate(1.0, np.array([0.6]), np.zeros(2))
+    noise = NoiseEstimate(1.0, np.array([0.6]))
     shocks = np.random.default_rng(3).standard_normal((1000, 900))
     e = signal.lfilter([1.0], [1.0, -0.6], shocks, axis=1)[:, 100:]
     found = [estimate_noise([row], order=1) for row in e]

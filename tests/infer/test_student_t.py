@@ -28,7 +28,7 @@ QUICK = SamplerSettings(ensembles=2, walkers=64, max_steps=800, target_ess=400)
 
 
 def robust_target(model: HammersteinWiener, records: list[Record], partial: list[float]) -> LogPosterior:
-    estimate = NoiseEstimate(0.012, np.array(partial), np.zeros(0), 5.0)
+    estimate = NoiseEstimate(0.012, np.array(partial), 5.0)
     return LogPosterior(AxisParameters(model, output_scale=2.0), noise_parameters(estimate, "deg"), records)
 
 
@@ -117,7 +117,7 @@ def test_ranks_of_the_truth_are_uniform(small_axis: HammersteinWiener) -> None:
     """Simulation-based calibration: parameters and degrees of freedom from their priors, records with the
     noise that they say, 10 replicates; no parameter's ranks are off at 0.1 per cent after Bonferroni."""
     axis = CalibrationCase(small_axis, np.zeros(300), prior_width=0.25).axis
-    estimate = NoiseEstimate(0.01, np.array([0.5]), np.zeros(0), 6.0)
+    estimate = NoiseEstimate(0.01, np.array([0.5]), 6.0)
     noise = noise_parameters(estimate, "deg")
     settings = SamplerSettings(ensembles=2, walkers=32, max_steps=50, target_ess=200)
     shares = []

@@ -44,7 +44,7 @@ def correlations(partial: FloatArray, samples: int) -> FloatArray:
 def target_of(
     model: HammersteinWiener, records: list[Record], partial: list[float], degrees: float | None
 ) -> LogPosterior:
-    estimate = NoiseEstimate(0.012, np.array(partial), np.zeros(0), degrees)
+    estimate = NoiseEstimate(0.012, np.array(partial), degrees)
     return LogPosterior(AxisParameters(model, output_scale=2.0), noise_parameters(estimate, "deg"), records)
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_model
 from simulated_records import command
 
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import nanshan_model
 from bayes_hw.model.parameters import as_coordinates, as_values
 
 
@@ -21,10 +21,6 @@ def scattered(axis: AxisParameters, walkers: int, spread: float = 0.05) -> np.nd
     centre = as_coordinates(axis.parameters, axis.nominal[:, None])
     noise = np.random.default_rng(1).standard_normal((len(centre), walkers))
     return as_values(axis.parameters, centre + spread * noise)
-
-
-def assert_same_roots(found: np.ndarray, expected: np.ndarray) -> None:
-    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-9)
 
 
 @pytest.mark.parametrize("zeros", [[], [0.3], [0.3, -0.2], [0.3, 0.2, 0.1]])

@@ -37,31 +37,6 @@ def test_dead_zone_is_equation_5(w: np.ndarray, delta: float, c2: float, c3: flo
         assert angle == expected
 
 
-@given(SIGNALS, st.floats(0, 50), POSITIVE, POSITIVE)
-def test_dead_zone_undoes_its_exact_inverse(y: np.ndarray, delta: float, c2: float, c3: float) -> None:
-    """The error allowed is that of rounding y / c + delta, seen through the slope c, and underflow."""
-    dead_zone = DeadZone(delta, c2, c3)
-    rounding = 4 * np.finfo(float).eps * (np.abs(y) + max(c2, c3) * delta) + 1e-300
-    assert np.all(np.abs(dead_zone(dead_zone.inverse(y)) - y) <= rounding)
-
-
-@given(st.floats(0, 5), st.floats(0.1, 10), st.floats(0.1, 10), st.floats(1e-3, 1))
-def test_smoothed_inverse_increases_and_joins_the_branches(
-    delta: float, c2: float, c3: float, smoothing: float
-) -> None:
-    """Monotone across the join, continuous at its ends, zero at zero and exact outside."""
-    dead_zone = DeadZone(delta, c2, c3)
-    y = np.linspace(-2 * smoothing, 2 * smoothing, 801)
-    w = dead_zone.inverse(y, smoothing)
-    assert np.all(np.diff(w) > 0)
-    outside = np.abs(y) >= smoothing
-    assert np.array_equal(w[outside], dead_zone.inverse(y)[outside])
-    assert dead_zone.inverse(np.zeros(1), smoothing)[0] == pytest.approx(0, abs=1e-15)
-    edges = np.array([-1.0, 1.0]) * smoothing
-    joined = dead_zone.inverse(edges * (1 - 1e-9), smoothing)
-    assert joined == pytest.approx(dead_zone.inverse(edges), rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

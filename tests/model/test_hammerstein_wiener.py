@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from printed.eq12 import printed_coefficients
+from printed.nanshan import nanshan_model
 from simulated_records import command
 
 from bayes_hw.errors import InputError
 from bayes_hw.model.blocks import GainNormalization
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
-from bayes_hw.model.nanshan import nanshan_model
 
 
 def test_written_and_read_back(tmp_path: Path) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.io
+from printed.nanshan import nanshan_model
 from twin import twin_records
 
 from bayes_hw.errors import InputError
 from bayes_hw.model.blocks import DeadZone
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.nanshan import nanshan_model
 
 B, F = [0.02, 0.01], [1.0, -1.5, 0.7]
 

@@ -11,6 +11,7 @@ from direct_form import log_likelihood as exact_log_likelihood
 from direct_form import simulate as exact_simulate
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from printed.nanshan import nanshan_model
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.noise import log_likelihood
@@ -20,7 +21,6 @@ from bayes_hw.model.kernel import _lagged_residual_sums, lagged_residual_sums, s
 from bayes_hw.model.lanes import LANES
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.model.modal import ModalForm, linear_batch, modal_form
-from bayes_hw.model.nanshan import nanshan_model
 
 TOLERANCE = 1e-11
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from printed.nanshan import nanshan_linear_block
 from scipy import signal
 
 from bayes_hw.errors import InputError
 from bayes_hw.model.excitation import sine_sweep
 from bayes_hw.model.linear import LinearBlock, Mode, mode_pole, polynomial_roots
-from bayes_hw.model.nanshan import nanshan_linear_block
 
 REAL = st.floats(-0.95, 0.95)
 PAIR = st.tuples(st.floats(0.05, 0.97), st.floats(0.05, 3.09)).map(

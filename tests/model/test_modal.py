@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from printed.nanshan import nanshan_linear_block
 
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
 from bayes_hw.model.blocks import DeadZone, Saturation
@@ -11,7 +12,6 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.model.modal import SEPARATION, linear_batch, modal_form
-from bayes_hw.model.nanshan import nanshan_linear_block
 
 PAIR = 0.6 + 0.6j
 BLOCKS = {

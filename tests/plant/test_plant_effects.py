@@ -20,7 +20,7 @@ from bayes_hw.plant.excitation import steps_and_triangles
 from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, _rub
 from bayes_hw.plant.run import Axis, Run
 
-SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.05, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
+SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
 EVERY = [*CATALOGUE, *OFF_CATALOGUE, *SECOND_GROUP, *UNSEEN]
 
 

@@ -9,10 +9,10 @@ from printed.eq12 import (
     nanshan_rounding_uncertainty,
     printed_coefficients,
 )
+from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from printed.rounding_box import roots_of_rows
 
 from bayes_hw.model.linear import polynomial_roots
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.html import to_html
 

@@ -107,7 +107,7 @@ def posterior_of_draws(
 ) -> Posterior:
     """Of `draws` (draws, parameters) of an axis whose noise is white, of standard deviation `sigma`, about an
     `estimate` (parameters,); `commanded` as in `Posterior`."""
-    white = noise_parameters(NoiseEstimate(sigma, np.zeros(0), np.zeros(0)), axis.model.units.output)
+    white = noise_parameters(NoiseEstimate(sigma, np.zeros(0)), axis.model.units.output)
     columns = np.column_stack([draws, np.full(len(draws), sigma)])
     return Posterior(
         axis,

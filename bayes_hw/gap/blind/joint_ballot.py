@@ -12,7 +12,7 @@ from bayes_hw.gap import any_train
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
-from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, write_results
+from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.record import Record
 
 EVIDENCE, GIVEN_EVIDENCE = "joint_evidence.json", "given_evidence.json"
@@ -25,7 +25,7 @@ def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
         [Record.read(folder / name) for name in description[key]] for key in ("train", "holdout")
     )
     diagnosis = diagnose_records(train, holdout, np.random.default_rng(seed), name=folder.name)
-    write_results(diagnosis, out)
+    diagnosis.write(out)
     evidence = JointEvidence.of(diagnosis.found).to_dict()
     write_text_atomically(out / EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.infer.posterior import SCHEMA
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 
-SCHEMA = "bayes-hw/posterior/1"
 METHOD = (
     "independent draws of a normal about the joint fit of axis, effect and noise, deviations widened; "
     "no chains, so that there is no r_hat"

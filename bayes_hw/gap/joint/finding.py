@@ -37,9 +37,11 @@ def sentence(diagnosis: JointDiagnosis) -> str:
     if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
         return f"{said} It is random: no simulation follows it, and the bands are made wide enough for it."
     share = verdict.gap_holdout.closed
-    size = f"more than {100 * MOST_SAID:.0f} %" if share > MOST_SAID else f"{100 * max(share, 0.0):.0f} %"
     held_out = diagnosis.holdout[0].name
     them = "it" if len(verdict.answer) == 1 else "them"
+    if verdict.gap_holdout.closed_hdi94[1] < 0:
+        return f"{said} With {them} in the model, {held_out}, held out, is predicted worse than without."
+    size = f"more than {100 * MOST_SAID:.0f} %" if share > MOST_SAID else f"{100 * max(share, 0.0):.0f} %"
     return f"{said} With {them} in the model, {size} of the avoidable error is gone on {held_out}, held out."
 
 

@@ -59,6 +59,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
 from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.search.observer import unobserved
@@ -83,8 +84,8 @@ where something without a name remains, or where an observer makes up for what a
 
 @dataclass(frozen=True, eq=False)
 class JointDiagnosis:
-    """What was found from records alone; predictions (samples,) are of the first record held out: what the
-    encoder shows, its drift included, and the band of it."""
+    """What was found from records alone; predictions (samples,) are of the first record held out: the angle
+    of the axis before and after, and the band of what the encoder shows, its drift included."""
 
     name: str
     train: tuple[Record, ...]
@@ -99,6 +100,28 @@ class JointDiagnosis:
     high: FloatArray
     corrected: dict[str, object]
     advice: tuple[str, ...] = ()
+
+    def sentence(self) -> str:
+        """What the axis does, what its model lacks and how sure that is."""
+        follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
+        return f"{follows} {sentence(self)}".strip()
+
+    def write(self, out: Path) -> None:
+        """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
+        first = self.holdout[0]
+        angles = {
+            "before": self.before,
+            "after": self.after,
+            "lo": self.low,
+            "hi": self.high,
+            "y": first.y_or_nan,
+        }
+        columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
+        with staged(out, instead_of=["free_residual.csv"]) as place:
+            write_csv(place / "holdout_prediction.csv", columns)
+            self.verdict.write(place / "verdict.json")
+            text = json.dumps(self.corrected, indent=1, allow_nan=False) + "\n"
+            (place / "corrected.json").write_text(text, encoding="utf-8")
 
 
 def diagnose_records(
@@ -213,7 +236,8 @@ def _finished(
 ) -> JointDiagnosis:
     fit, base, units = posterior.fit, found.bare, train[0].units
     train = tuple(r.counted_from(float(level)) for r, level in zip(train, fit.levels, strict=True))
-    starts = Starts.of(fit, train, holdout, lead, start)
+    seen = clear_of_zone(fit, holdout) if found.clear_of_zone else None
+    starts = Starts.of(fit, train, holdout, lead, start, seen)
     holdout = tuple(starts.levelled(record, fit) for record in holdout)
     sigma = encoder_sigma(found, decision, fit)
     if found.readings.taken_off:
@@ -254,6 +278,7 @@ def _finished(
     # No axis leaves where it was by its whole travel: such draws are of a motion that is not stable.
     stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
     doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
+    after = starts.predict(fit, holdout[0], of_axis(fit.values))[lead:] if drifts else last
     half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
     if fit.observer is not None:
         # No simulation follows the motion, whatever the parameters: as far off as on the training records.
@@ -298,7 +323,7 @@ def _finished(
     if lead:
         holdout = tuple(record.window(lead / record.sample_rate_hz, np.inf) for record in holdout)
     return JointDiagnosis(
-        name, train, holdout, found, decision, posterior, verdict, first, last, last - half, last + half,
+        name, train, holdout, found, decision, posterior, verdict, first, after, last - half, last + half,
         corrected, advice,
     )  # fmt: skip
 
@@ -370,27 +395,3 @@ def _regimes(
         "reversing": np.convolve(turning, np.ones(10), "full")[: len(e)] > 0,
     }
     return {n: float(np.mean(e[m] ** 2) / sigma**2) for n, m in masks.items() if m.sum() >= 20}
-
-
-def write_results(diagnosis: JointDiagnosis, out: Path) -> None:
-    """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""
-    first = diagnosis.holdout[0]
-    angles = {
-        "before": diagnosis.before,
-        "after": diagnosis.after,
-        "lo": diagnosis.low,
-        "hi": diagnosis.high,
-        "y": first.y_or_nan,
-    }
-    columns = {"t": first.t} | {name: angle + first.origin for name, angle in angles.items()}
-    with staged(out, instead_of=["free_residual.csv"]) as place:
-        write_csv(place / "holdout_prediction.csv", columns)
-        diagnosis.verdict.write(place / "verdict.json")
-        text = json.dumps(diagnosis.corrected, indent=1, allow_nan=False) + "\n"
-        (place / "corrected.json").write_text(text, encoding="utf-8")
-
-
-def summary(diagnosis: JointDiagnosis) -> str:
-    """What the axis does, what its model lacks and how sure that is."""
-    follows = " ".join(str(one["sentence"]) for one in diagnosis.verdict.known.values() if one["follows"])
-    return f"{follows} {sentence(diagnosis)}".strip()

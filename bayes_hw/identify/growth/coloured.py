@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.sensitivity_kernel import whiten
-from bayes_hw.identify.holes import mask_of, measured_count, predictors, whitened_over_holes
+from bayes_hw.identify.holes import Bridges, mask_of, measured_count, predictors
 from bayes_hw.identify.noise import MAX_ORDER, estimate_noise
 
 
@@ -23,6 +23,7 @@ class Whitener:
 
     coefficients: FloatArray
     scales: FloatArray
+    _bridges: dict[tuple[int, bytes], Bridges] = field(default_factory=dict, kw_only=True, repr=False)
 
     @classmethod
     def of_partial(cls, partial: FloatArray) -> Whitener:
@@ -59,8 +60,16 @@ class Whitener:
         whiten(rows, first, self.coefficients, self.scales, result)
         if measured is None:
             return result, 0.0
-        change = whitened_over_holes(rows, measured, self.coefficients, self.scales**2, result, first)
-        return result, change
+        bridges = self._bridges_of(measured, first)
+        bridges.whiten(rows, measured, self.coefficients, result, first)
+        return result, bridges.change
+
+    def _bridges_of(self, measured: BoolArray, first: int) -> Bridges:
+        """Kept: a descent comes here with the same holes many times."""
+        key = first, measured.tobytes()
+        if key not in self._bridges:
+            self._bridges[key] = Bridges.of(measured, self.coefficients, self.scales**2, first)
+        return self._bridges[key]
 
     def sum_of_squares(
         self, residuals: Sequence[FloatArray], masks: Sequence[BoolArray] | None = None
@@ -69,6 +78,13 @@ class Whitener:
         return float(
             sum(np.sum(self.apply(e[None, :], 0, mask_of(masks, i)) ** 2) for i, e in enumerate(residuals))
         )
+
+    def sums(self, errors: FloatArray, measured: BoolArray) -> tuple[int, float, float]:
+        """Of what was `measured` of one record (samples,): its count, the sum of its squared innovations, and
+        the sum of the logarithms of their standard deviations over that of order p."""
+        innovations, change = self._applied(errors[None, :], 0, None if measured.all() else measured)
+        logarithms = change + float(np.sum(np.log(self.scales[:-1])))
+        return int(np.count_nonzero(measured)), float(np.sum(innovations**2)), logarithms
 
     def log_likelihood(
         self, residuals: Sequence[FloatArray], masks: Sequence[BoolArray] | None = None

@@ -1,8 +1,9 @@
 """The delay of G: a coarse scan at a small order, then sample by sample at full order.
 
 A delay that is too short costs a pole or two, one that is too long cannot be made good. A small cascade may
-ask for too long a one, since it has few poles for the lag: where the grown cascade gains with a sample less,
-growth begins again below. The chosen cascade then takes up delay for as long as that costs nothing.
+ask for too long a one, since it has few poles for the lag: where a sample less is worth its parameter to the
+grown cascade, growth begins again below. The chosen cascade then takes up delay for as long as that costs
+less. Fewer poles ask for less delay: every smaller cascade is tried at the delay that suits it.
 """
 
 from __future__ import annotations
@@ -61,11 +62,20 @@ def coarse_delay(item: Grown) -> Grown:
             stride //= 2
 
 
+def sample_nats(item: Grown) -> float:
+    """What a sample of the impulse response has to be worth: as much as one parameter of the criterion.
+
+    That the response is zero for a sample longer is a hypothesis of one parameter less.
+    """
+    return 0.5 * float(np.log(item.point.samples))
+
+
 def too_long(item: Grown) -> bool:
-    """Whether a sample of delay less is better, everything free."""
+    """Whether a sample of delay less is worth its parameter, everything free."""
     if item.structure.delay_samples == 0:
         return False
-    return at_delay(item, item.structure.delay_samples - 1).descended().criterion < item.criterion
+    shorter = at_delay(item, item.structure.delay_samples - 1).descended()
+    return shorter.log_likelihood > item.log_likelihood + sample_nats(item)
 
 
 def safe_delay(item: Grown) -> int:
@@ -73,13 +83,19 @@ def safe_delay(item: Grown) -> int:
     return max(0, int(np.floor(SAFE_SHARE * item.structure.delay_samples)) - 1)
 
 
-def with_longer_delay(item: Grown) -> Grown:
-    """`item` with as much delay as costs no more, a sample, than the criterion allows one parameter.
+def with_shorter_delay(item: Grown) -> Grown:
+    """`item` with less delay, sample by sample, for as long as it is likelier."""
+    while item.structure.delay_samples:
+        moved = at_delay(item, item.structure.delay_samples - 1).descended()
+        if moved.log_likelihood <= item.log_likelihood:
+            return item
+        item = moved
+    return item
 
-    That the impulse response is zero for a sample longer is a hypothesis of one parameter less.
-    """
-    longest = longest_delay(item.response.records)
-    slack = 0.5 * float(np.log(item.point.samples))
+
+def with_longer_delay(item: Grown) -> Grown:
+    """`item` with as much delay as costs no more, a sample, than `sample_nats`."""
+    longest, slack = longest_delay(item.response.records), sample_nats(item)
     while item.structure.delay_samples < longest:
         moved = at_delay(item, item.structure.delay_samples + 1).descended()
         if moved.log_likelihood < item.log_likelihood - slack:

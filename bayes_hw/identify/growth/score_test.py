@@ -27,11 +27,10 @@ SINGULAR = 1e-10
 
 @dataclass(frozen=True)
 class Candidate:
-    """A real pole (`a2` None, `a1` the pole) or a section's denominator, with the gain it promises."""
+    """A real pole (`a2` None, `a1` the pole) or a section's denominator."""
 
     a1: float
     a2: float | None
-    gain: float
 
 
 def candidate_poles() -> FloatArray:
@@ -147,11 +146,8 @@ def best_candidates(
     residual = Residual.of(response, point)
     poles, pairs = candidate_poles(), candidate_pairs()
     pole_gains, pair_gains = residual.pole_gains(poles), residual.pair_gains(pairs)
-    real = [Candidate(float(poles[i]), None, float(pole_gains[i])) for i in np.argsort(-pole_gains)]
-    sections = [
-        Candidate(float(pairs[i, 0]), float(pairs[i, 1]), float(pair_gains[i]))
-        for i in np.argsort(-pair_gains)
-    ]
+    real = [Candidate(float(poles[i]), None) for i in np.argsort(-pole_gains)]
+    sections = [Candidate(float(pairs[i, 0]), float(pairs[i, 1])) for i in np.argsort(-pair_gains)]
     return _apart(real, count), _apart(sections, count)
 
 

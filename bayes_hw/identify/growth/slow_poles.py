@@ -3,7 +3,8 @@
 Each reversal of a velocity whose gain settles slowly loses a fixed travel, as a dead zone does: to first
 order the two cannot be told apart. A criterion that drops slow poles for want of evidence would hand their
 travel to the dead zone, with a narrow interval. So a cascade with a dead zone keeps two slow real poles even
-where the criterion asks for none; they are real, since a pair would turn into an oscillation and fit noise.
+where the criterion asks for none; they are real, since a pair would turn into an oscillation and fit noise. A
+slow oscillation that the search has found in their place is weighed against them.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.cascade_roots import poles_of
+from bayes_hw.identify.cascade_roots import poles_of, section_poles
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.growth.extension import with_separate_pole, without_section
 from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
 from bayes_hw.identify.growth.score_test import Residual
 from bayes_hw.identify.growth.search import Grown, halved
+from bayes_hw.identify.structure_choice import chosen
 
 SLOW_POLES = 2
 SLOWEST_SHARE = 0.1
@@ -54,17 +56,37 @@ def slow_poles(item: Grown) -> int:
     return int(np.count_nonzero(continuous < 1 / shortest))
 
 
-def with_slow_poles(item: Grown) -> Grown:
-    """`item`, with SLOW_POLES real ones added where it has fewer.
+def with_slow_poles(item: Grown, misfit: bool = False) -> Grown:
+    """`item` with no fewer than SLOW_POLES slow poles, where it has an integrator.
+
+    Where a slow oscillation stands for two of them, two real ones are put in its place if the criterion of
+    the choice (`structure_choice`, with its `misfit`) asks less for what they fit; where there are fewer, two
+    real ones are added.
+    """
+    shortest, longest = slow_time_constants(item)
+    if longest <= shortest or not item.structure.integrator:
+        return item
+    for number in reversed(_slow_oscillations(item)):
+        structure, values = without_section(item.structure, item.values, number)
+        rest = Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
+        item = chosen([item, _with_two_more(rest)], misfit)
+    return item if slow_poles(item) >= SLOW_POLES else _with_two_more(item)
+
+
+def _slow_oscillations(item: Grown) -> list[int]:
+    """Numbers of the sections whose poles are a slow pair."""
+    shortest, _ = slow_time_constants(item)
+    pairs = [section_poles(a1, a2)[0] for a1, a2 in item.values.sections[:2].T]
+    return [i for i, pole in enumerate(pairs) if pole.imag and abs(np.log(pole)) < 1 / shortest]
+
+
+def _with_two_more(item: Grown) -> Grown:
+    """`item` with SLOW_POLES slow real ones more.
 
     Where a descent takes them to places that are not slow, or so slow that they stand in for the integrator,
     they stay where the score test has them, unless the records pay for them where they are.
     """
-    if slow_poles(item) >= SLOW_POLES or not item.structure.integrator:
-        return item
     shortest, longest = slow_time_constants(item)
-    if longest <= shortest:
-        return item
     grid = np.exp(-1 / np.geomspace(shortest, longest, TIME_CONSTANTS))
     residual = Residual.of(item.response, item.point)
     pairs = list(combinations(range(TIME_CONSTANTS), 2))

@@ -13,7 +13,7 @@ from bayes_hw.plant.run import Run
 
 TORQUE_SHARE = 0.1
 LARGEST_TORQUES = 8.0
-"""Friction and ripple stay below this many times the gear's torque (root mean square)."""
+"""Friction, ripple and drag at full speed stay below so many times the gear's torque (root mean square)."""
 
 FRICTION_KINDS = (
     "coulomb_motor",

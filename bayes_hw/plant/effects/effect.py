@@ -25,7 +25,6 @@ class Scales:
     travel: float
     torque: float
     twist: float
-    dead_zone: float
     sigma: float
     duration_s: float
     sample_rate_hz: float

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from bayes_hw.plant.effects.drive import LARGEST_TORQUES
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales
 from bayes_hw.plant.integrator import (
     EXTERNAL_GAIN,
@@ -23,9 +24,6 @@ from bayes_hw.plant.run import Run
 LATE_STREAM, LOST_STREAM, TACHO_STREAM, SKIP_STREAM = 131, 132, 133, 134
 UNIT_SHARE = 0.05
 """Of what the fault changes, at strength 1."""
-
-LARGEST_TORQUES = 8.0
-"""Drag at full speed stays below this many times the gear's torque (root mean square)."""
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
+from bayes_hw.plant.effects.second_group import UNIT_SHARE
 from bayes_hw.plant.integrator import EXTERNAL_GAIN, EXTERNAL_LOAD
 from bayes_hw.plant.run import Run
 
 DERATING_STREAM, HUNTING_STREAM, BALLAST_STREAM, HUM_STREAM = 141, 142, 143, 144
-UNIT_SHARE = 0.05
-"""Of what the fault changes, at strength 1."""
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.plant.effects.drive import LARGEST_TORQUES, TORQUE_SHARE
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
+from bayes_hw.plant.effects.linear import CLEAR_OF_MODES
 from bayes_hw.plant.foreign.simulation import ForeignRun
 
 DEGREE = np.pi / 180
-TORQUE_SHARE = 0.1
-LARGEST_TORQUES = 8.0
 LARGEST_MASS_RATIO = 0.35
-CLEAR_OF_MODES = 0.12
 
 
 class ForeignEffect(Effect):

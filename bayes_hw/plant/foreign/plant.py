@@ -109,7 +109,6 @@ class ForeignPlant:
             travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
             torque=torque,
             twist=torque / stiffness,
-            dead_zone=axis.dead_zone,
             sigma=sigma,
             duration_s=duration,
             sample_rate_hz=rate,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.simulator import SimulatorWithDoors
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
@@ -77,7 +76,7 @@ def diagnosis_report(diagnosis: Diagnosis, origin: Provenance) -> Report:
 
 def _verdict(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
-    parts = [typeset(sentence(diagnosis))]
+    parts = [typeset(diagnosis.sentence())]
     if verdict.confusable:
         rivals = ", ".join(label_words(other) for _, other in verdict.confusable)
         parts.append(f"These records cannot rule out {rivals} instead.")

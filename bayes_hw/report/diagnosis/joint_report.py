@@ -14,7 +14,7 @@ from bayes_hw.gap.joint.answer.effect_view import effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, summary
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
@@ -45,7 +45,6 @@ class JointPage:
     """What the page and its sections are made from, each computed once."""
 
     diagnosis: JointDiagnosis
-    refuted: Beginning | None
 
     @cached_property
     def tests(self) -> ResidualReport:
@@ -79,7 +78,7 @@ class JointPage:
 def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginning | None = None) -> Report:
     """One page that answers, with the evidence below; `refuted` is a plain model of the same records, whose
     numbers are shown folded, as those of a model that does not hold."""
-    page = JointPage(diagnosis, refuted)
+    page = JointPage(diagnosis)
     sections = [
         evidence_section(diagnosis, page.prediction if page.view is not None else None),
         advice_section(diagnosis),
@@ -93,7 +92,7 @@ def joint_report(diagnosis: JointDiagnosis, origin: Provenance, refuted: Beginni
     return Report(
         title=diagnosis.name,
         subtitle=_subtitle(diagnosis),
-        verdict=typeset(summary(diagnosis)),
+        verdict=typeset(diagnosis.sentence()),
         badges=_badges(page),
         key_figure=page.prediction if page.view is None else effect_figure(page.view),
         sections=(

@@ -12,8 +12,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
+    HISTOGRAM_BINS,
     drawable,
     drawing_settings,
     finished,
@@ -25,7 +27,6 @@ from bayes_hw.report.page.palette import GREEN, INK, MUTED, ORANGE, POSTERIOR, P
 from bayes_hw.report.page.rounding import format_percent
 
 CLOUD_DRAWS = 1_500
-HISTOGRAM_BINS = 40
 SMALLEST_SHOWN = 1e-4
 """Eigenvalues below this are drawn at the edge."""
 
@@ -211,8 +212,9 @@ class RatioPanel:
     text: str
 
 
-def ratios(panels: Sequence[RatioPanel], prior_words: str, probability: float = 0.94) -> Figure:
+def ratios(panels: Sequence[RatioPanel], prior_words: str) -> Figure:
     """Posterior of each ratio beside its prior, one marked."""
+    level = format_percent(INTERVAL_PROBABILITY)
     with drawing_settings():
         canvas = new_canvas(2.6)
         for axes, panel in zip(canvas.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
@@ -242,7 +244,7 @@ def ratios(panels: Sequence[RatioPanel], prior_words: str, probability: float = 
             handles=[
                 Line2D([], [], color=PRIOR, linestyle="--", label=prior_words),
                 Patch(facecolor=POSTERIOR, alpha=0.35, label="posterior"),
-                Line2D([], [], color=POSTERIOR, linewidth=3, label=f"{format_percent(probability)} HDI"),
+                Line2D([], [], color=POSTERIOR, linewidth=3, label=f"{level} HDI"),
                 Line2D([], [], color=GREEN, linestyle=":", linewidth=1.8, label="the paper's assumption"),
             ],
             loc="outside upper center",

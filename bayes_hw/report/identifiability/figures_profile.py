@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report.page.document import Figure
 from bayes_hw.report.page.drawing import (
+    PANEL_CHARACTERS,
     drawable,
     drawing_settings,
     few_ticks,
@@ -23,9 +24,6 @@ from bayes_hw.report.page.drawing import (
 from bayes_hw.report.page.palette import ENSEMBLES, INK, MUTED, POSTERIOR, VERMILLION, ensemble_colour
 
 COLUMNS = 4
-PANEL_CHARACTERS = 19
-"""Characters of tick labels for which a panel has room."""
-
 DEEPEST_SHOWN = -4.5
 
 

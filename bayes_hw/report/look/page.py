@@ -11,7 +11,6 @@ import hashlib
 import json
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
@@ -21,6 +20,7 @@ from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
+from bayes_hw.report.page.html import script_json
 from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.rounding import (
@@ -30,11 +30,11 @@ from bayes_hw.report.page.rounding import (
     format_number,
     format_percent,
 )
+from bayes_hw.report.page.typography import NO_BREAK_SPACE
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")
 SHARED = files("bayes_hw.report.page") / "templates"
-NO_BREAK_SPACE = "\u00a0"
 
 
 def to_html(look: Look, title: str = "") -> str:
@@ -60,7 +60,7 @@ def to_html(look: Look, title: str = "") -> str:
             facts=facts(look),
             records=[record.name for record in look.records],
             distortion=look.distortion,
-            plots=_script_json(plots(look)),
+            plots=script_json(plots(look)),
             has_response=look.response is not None,
             has_noise=look.noise is not None,
             limited=is_limited(look),
@@ -248,8 +248,3 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-
-
-def _script_json(value: Any) -> Markup:
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

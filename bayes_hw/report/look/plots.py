@@ -12,6 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import TRUSTED
 from bayes_hw.first_look.look import Look
 from bayes_hw.record import Record
+from bayes_hw.report.page.content import extremes
 
 MOST_SAMPLES = 120_000
 """Samples that the page carries in full; of more, each stretch keeps its smallest and its largest."""
@@ -90,7 +91,7 @@ def time_plot(name: str, record: Record, error: FloatArray, share: float) -> dic
         "x_label": f"time, {units.time}",
         "panels": [
             {"label": label, "role": role, "origin": (origin := float(np.median(v)))}
-            | {"values": _packed(_extremes(v, stretch) - origin, "<f4")}
+            | {"values": _packed(extremes(v, stretch) - origin, "<f4")}
             for label, role, v in panels
         ],
     }
@@ -176,14 +177,6 @@ def _plot(
 
 def _numbers(values: FloatArray) -> list[float | None]:
     return [float(f"{v:.6g}") if np.isfinite(v) else None for v in values]
-
-
-def _extremes(values: FloatArray, stretch: int) -> FloatArray:
-    if stretch == 1:
-        return values
-    starts = np.arange(0, len(values), stretch)
-    pair = [np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)]
-    return np.column_stack(pair).ravel()
 
 
 def _packed(values: FloatArray, dtype: str) -> str:

@@ -137,11 +137,11 @@ def _series(record: ZoomableRecord) -> dict[str, Any]:
     return {
         "t": _base64(times, "<f8"),
         "origin": origin,
-        **{name: _base64(_extremes(v, stretch), "<f4") for name, v in angles.items()},
+        **{name: _base64(extremes(v, stretch), "<f4") for name, v in angles.items()},
     }
 
 
-def _extremes(values: FloatArray, stretch: int) -> FloatArray:
+def extremes(values: FloatArray, stretch: int) -> FloatArray:
     """Smallest and largest of every `stretch` samples in turn, shape (2 * stretches,)."""
     if stretch == 1:
         return values

@@ -37,6 +37,10 @@ MOST_BREAKS = 2
 PLAIN_DECADES = (0.9e-3, 1.1e4)
 """Ends of a logarithmic axis within which its labels are plain numbers."""
 
+HISTOGRAM_BINS = 40
+PANEL_CHARACTERS = 19
+"""Characters of tick labels for which one of four panels beside each other has room."""
+
 COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
 

@@ -32,7 +32,7 @@ def to_html(report: Report) -> str:
         lstrip_blocks=True,
     )
     environment.filters["data_uri"] = _svg_data_uri
-    environment.filters["script_json"] = _script_json
+    environment.filters["script_json"] = script_json
     environment.filters["formula_svg"] = formula_svg
     environment.filters["breakable"] = breakable
     environment.filters["percent_of_column"] = _percent_of_column
@@ -60,7 +60,7 @@ def _svg_data_uri(svg: str) -> str:
     return "data:image/svg+xml;charset=utf-8," + quote(svg, safe=" ,;:/=()!*+@$?")
 
 
-def _script_json(value: Any) -> Markup:
+def script_json(value: Any) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))

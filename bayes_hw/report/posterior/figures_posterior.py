@@ -16,8 +16,11 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.report.page.document import TEXT_WIDTH_INCHES, Figure
 from bayes_hw.report.page.drawing import (
+    HISTOGRAM_BINS,
+    PANEL_CHARACTERS,
     drawable,
     drawing_settings,
     few_ticks,
@@ -40,11 +43,6 @@ from bayes_hw.report.page.rounding import format_interval, format_percent
 
 CORNER_LIMIT = 8
 """Most parameters whose pairs stay legible at column width."""
-
-HISTOGRAM_BINS = 40
-
-PANEL_CHARACTERS = 19
-"""Characters of tick labels for which one of four panels beside each other has room."""
 
 CORNER_EDGE = 0.09
 """Share of a panel at either end in which a tick label would run into the next panel's."""
@@ -73,13 +71,13 @@ class Marginal:
     truth: float | None = None
 
 
-def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.94) -> Figure:
+def priors_and_posteriors(marginals: Sequence[Marginal]) -> Figure:
     """One panel a parameter: prior density, posterior histogram, interval and estimates."""
     with drawing_settings():
         return finished(
-            marginals_canvas(marginals, probability),
+            marginals_canvas(marginals),
             "Prior density (dashed) against the posterior draws of each parameter. The bar under each "
-            f"histogram, also printed above it, is the {format_percent(probability)} "
+            f"histogram, also printed above it, is the {format_percent(INTERVAL_PROBABILITY)} "
             "highest-density interval (HDI). "
             "A posterior as wide as its prior means that the data say nothing about the parameter.",
             f"Grid of {len(marginals)} panels, each with a prior curve and a posterior histogram.",
@@ -87,7 +85,7 @@ def priors_and_posteriors(marginals: Sequence[Marginal], probability: float = 0.
         )
 
 
-def marginals_canvas(marginals: Sequence[Marginal], probability: float = 0.94) -> Canvas:
+def marginals_canvas(marginals: Sequence[Marginal]) -> Canvas:
     """The drawing of `priors_and_posteriors`."""
     columns = 4
     rows = -(-len(marginals) // columns)
@@ -98,7 +96,7 @@ def marginals_canvas(marginals: Sequence[Marginal], probability: float = 0.94) -
             _draw_marginal(axes, marginal)
         for axes in panels[len(marginals) :]:
             axes.set_axis_off()
-        interval = f"{format_percent(probability)} HDI"
+        interval = f"{format_percent(INTERVAL_PROBABILITY)} HDI"
         handles: list[Line2D | Patch] = [
             Line2D([], [], color=PRIOR, linestyle="--", label="prior"),
             Patch(facecolor=POSTERIOR, alpha=0.35, label="posterior"),
@@ -147,7 +145,6 @@ def corner_plot(
     units: Sequence[str],
     hdi: FloatArray,
     point_estimate: FloatArray | None = None,
-    probability: float = 0.94,
 ) -> Figure:
     """Every pair of parameters; `draws` (draws, parameters), `hdi` (parameters, 2).
 
@@ -164,7 +161,7 @@ def corner_plot(
             fig=canvas,
             bins=20,
             color=POSTERIOR,
-            levels=(0.5, probability),
+            levels=(0.5, INTERVAL_PROBABILITY),
             smooth=1.0,
             plot_datapoints=False,
             plot_density=False,
@@ -194,12 +191,12 @@ def corner_plot(
             if len(axes.get_yticks()):
                 _keep_off_edges(axes.yaxis)
         _place_corner_labels(canvas, grid)
+        level = format_percent(INTERVAL_PROBABILITY)
         estimate = "; vermillion lines mark the point estimate" if point_estimate is not None else ""
         return finished(
             canvas,
-            f"Pairs of parameters. Contours hold 50 % and {format_percent(probability)} of the joint "
-            "posterior; dashed lines on the diagonal are the ends of the "
-            f"{format_percent(probability)} highest-density interval{estimate}. "
+            f"Pairs of parameters. Contours hold 50 % and {level} of the joint posterior; dashed lines on "
+            f"the diagonal are the ends of the {level} highest-density interval{estimate}. "
             "Symbols: " + ", ".join(f"{n.symbol} {n.words}" for n in names) + ".",
             f"Corner plot of {count} parameters.",
         )

@@ -14,14 +14,15 @@ from bayes_hw.identify.experiment import prepare
 from bayes_hw.identify.growth import cascade_response
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
-from bayes_hw.identify.growth.delay import at_delay, with_longer_delay
+from bayes_hw.identify.growth.delay import at_delay, too_long, with_longer_delay, with_shorter_delay
 from bayes_hw.identify.growth.descent import triangular_factor
-from bayes_hw.identify.growth.extension import with_real_pole, with_section
-from bayes_hw.identify.growth.onset import ONSET_POLES, with_free_onset
+from bayes_hw.identify.growth.extension import with_real_pole, with_section, with_separate_pole
+from bayes_hw.identify.growth.onset import ONSET_POLES, earlier, with_free_onset
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.identify.growth.search import Grown, absorbed, extended, grow, smallest_cascade
 from bayes_hw.identify.growth.slow_poles import slow_poles, with_real_poles, with_slow_poles
 from bayes_hw.identify.noise import MAX_ORDER
+from bayes_hw.identify.structure_choice import choice_criterion
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import sine_sweep
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -175,6 +176,7 @@ def test_a_delay_taken_up_costs_next_to_nothing(twin_pool: tuple[dict[int, Grown
     shorter = at_delay(pool[9], 1).descended()
     longer = with_longer_delay(shorter)
     assert longer.structure.delay_samples == 2
+    assert not too_long(longer) and too_long(at_delay(pool[9], 3).descended())
     assert with_longer_delay(pool[8]).structure.delay_samples == 2
 
 
@@ -197,6 +199,82 @@ def test_a_free_onset_fits_as_well_and_widens_what_is_said_of_resonances(
         deviations.append(spread[first : first + 8])
     assert np.all(deviations[1] > 0.99 * deviations[0])
     assert np.max(deviations[1] / deviations[0]) > 1.05
+
+
+def test_a_delay_too_long_is_taken_back(twin_pool: tuple[dict[int, Grown], float]) -> None:
+    pool, _ = twin_pool
+    late = at_delay(pool[9], 4).descended()
+    found = with_shorter_delay(late)
+    assert late.log_likelihood < pool[9].log_likelihood - 50
+    assert found.structure.delay_samples <= 2
+    assert found.log_likelihood > pool[9].log_likelihood - 1
+
+
+@pytest.mark.parametrize("free_start", [False, True])
+def test_a_sample_less_of_delay_leaves_the_response_as_it_was(free_start: bool) -> None:
+    """With a pole at zero to take back what is too early; records begin with no command."""
+    structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True, free_start=free_start)
+    given = [replace(record, u=record.u - record.u[0]) for record in records()]
+    response = CascadeResponse(structure, given)
+    values = response.values(coordinates(structure, 2))
+    before = np.concatenate(response.residuals(response.coordinates(values)))
+    extended_structure, extended_values = with_separate_pole(structure, values, 0.0)
+    sooner, moved = earlier(extended_structure, extended_values, at_zero=1)
+    wider = CascadeResponse(sooner, given)
+    after = np.concatenate(wider.residuals(wider.coordinates(moved)))
+    assert sooner.delay_samples == 1
+    np.testing.assert_allclose(after, before, atol=1e-9)
+
+
+@pytest.mark.parametrize("denominator", [(0.91, 0.009), (0.01, 0.0004), (0.01, 0.0)])
+def test_poles_next_to_zero_hardly_change_the_response_of_a_sample_less(
+    denominator: tuple[float, float],
+) -> None:
+    """One of 0.9 and 0.01, a pair of modulus 0.02, 0 and 0.01: no weight becomes large."""
+    structure = Structure(1, True, 0, 1, lower=True, upper=True, dead_zone=True)
+    response = CascadeResponse(structure, records())
+    values = response.values(coordinates(structure, 2))
+    values.sections[:2, 0] = denominator
+    before = np.concatenate(response.residuals(response.coordinates(values)))
+    sooner, moved = earlier(*with_separate_pole(structure, values, 0.0), at_zero=0)
+    wider = CascadeResponse(sooner, records())
+    after = np.concatenate(wider.residuals(wider.coordinates(moved)))
+    assert np.max(np.abs(after - before)) < 0.05 * np.max(np.abs(values.sections[2:]))
+
+
+def test_a_slow_oscillation_gives_way_to_two_real_poles_that_cost_less(
+    twin_pool: tuple[dict[int, Grown], float],
+) -> None:
+    """The twin's slow poles are real; a pair of no weight counts as two slow poles all the same."""
+    pool, scale = twin_pool
+    structure, values = with_section(pool[5].structure, pool[5].values, 2 * 0.986, 0.986**2 + 0.017**2)
+    pair = Grown.at(structure, values, pool[5].response.records)
+    found = with_slow_poles(pair)
+    assert slow_poles(pair) == slow_poles(found) == 2
+    assert found.structure.order == pair.structure.order and found.structure.sections == 2
+    assert choice_criterion(found) < choice_criterion(pair) - 10
+    assert abs(found.values.half_width * scale - 0.006) < 0.0006
+
+
+def test_a_slow_oscillation_that_the_axis_has_stays() -> None:
+    """Damping 0.2 at 0.05 Hz: two real poles cannot stand in for it."""
+    slow = Mode(0.05, 0.2).pole(20.0)
+    linear = LinearBlock(
+        np.array([0.97 + 0.02j, 0.97 - 0.02j]), np.array([1.0, slow, slow.conjugate()]), 0.004, 1
+    )
+    axis = HammersteinWiener("slow", 20.0, Saturation(-0.8, 0.8), linear, DeadZone(0.02))
+    rng = np.random.default_rng(5)
+    u = np.repeat(rng.normal(0.0, 0.6, 60), 20)
+    t = np.arange(len(u)) / 20.0
+    record = Record("one", t, u, axis.simulate(u).y + 0.002 * rng.standard_normal(len(u)), 20.0, Units())
+    experiment = prepare([record], free_start=False)
+    start = smallest_cascade(
+        experiment.records,
+        Structure(1, True, 0, 0, lower=True, upper=True, dead_zone=True),
+        experiment.noise_level,
+    )
+    found = grow(start, 4, least_order=4)[3]
+    assert slow_poles(found) == 2 and with_slow_poles(found) is found
 
 
 def test_pairs_that_become_real_keep_the_fit(twin_pool: tuple[dict[int, Grown], float]) -> None:

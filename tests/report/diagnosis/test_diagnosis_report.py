@@ -14,7 +14,6 @@ from simulated_records import coloured_noise, command, measured
 
 from bayes_hw.gap.answer.base_shift import base_shifts
 from bayes_hw.gap.answer.ranking import ranking
-from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.residual_map import residual_map
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
@@ -73,7 +72,7 @@ def _tables(report: Report, section: str) -> list[Table]:
 
 def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) -> None:
     assert diagnosis.verdict.answer == ("command_bias",)
-    assert report.verdict.startswith(sentence(diagnosis).replace("+-", "±"))
+    assert report.verdict.startswith(diagnosis.sentence().replace("+-", "±"))
     assert report.badges[0].label == "command bias"
     assert [s.title for s in report.sections if not s.folded] == [
         "Does it predict what it has not seen?",

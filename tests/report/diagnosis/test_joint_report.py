@@ -48,7 +48,7 @@ def friction(diagnosis: JointDiagnosis) -> Report:
 @pytest.mark.usefixtures("undrawn")
 def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis) -> None:
     assert diagnosis.verdict.answer == ()
-    said = sentence(diagnosis)
+    said = diagnosis.sentence()
     assert said.startswith("The axis follows commands up to -0.3") and "swings at 2.0" in said
     assert "nothing is missing" in said and "% sure" in said
     page = page_of(diagnosis)

@@ -19,7 +19,7 @@ from bayes_hw.gap.answer.axis_with_effects import (
     said_in,
 )
 from bayes_hw.gap.answer.expected_information import ExpectedInformation
-from bayes_hw.gap.joint.answer.corrected_model import joint_response_of
+from bayes_hw.gap.joint.answer.corrected_model import joint_response_of, section_pole
 from bayes_hw.gap.joint.response.effect_loop import EffectLoop
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -108,14 +108,10 @@ def _sections_of(values: JointValues, model: HammersteinWiener) -> list[int]:
     for mode in model.dominant_modes:
         distance = [
             abs(Mode.from_pole(pole, rate).frequency_hz - mode.frequency_hz) if pole.imag > 0 else np.inf
-            for pole in (_pole(a1, a2) for a1, a2 in values.cascade.sections[:2].T)
+            for pole in (section_pole(a1, a2) for a1, a2 in values.cascade.sections[:2].T)
         ]
         found.append(int(np.argmin(distance)))
     return found
-
-
-def _pole(a1: float, a2: float) -> complex:
-    return complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 0.0)))
 
 
 def _model_of(
@@ -124,7 +120,7 @@ def _model_of(
     cascade, rate = values.cascade, model.sample_rate_hz
     lower = cascade.lower if np.isfinite(cascade.lower) else model.saturation.lower
     upper = cascade.upper if np.isfinite(cascade.upper) else model.saturation.upper
-    modes = tuple(Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in dominant)
+    modes = tuple(Mode.from_pole(section_pole(*cascade.sections[:2, i]), rate) for i in dominant)
     return replace(
         model,
         saturation=replace(model.saturation, lower=lower, upper=upper),

@@ -111,7 +111,7 @@ def model_of(
     values, rate = fit.values, fit.response.scale.rate_hz
     cascade = values.cascade
     largest = max(float(np.abs(r.u).max()) for r in train)
-    modes = [Mode.from_pole(_pole(*cascade.sections[:2, i]), rate) for i in sections]
+    modes = [Mode.from_pole(section_pole(*cascade.sections[:2, i]), rate) for i in sections]
     return HammersteinWiener(
         name=name,
         sample_rate_hz=rate,
@@ -153,7 +153,8 @@ def known_input_of(fit: JointFit, effect: Effect, unit: str) -> KnownInput:
     return KnownInput(column, TORQUE, gain, delay, cycles, unit, everywhere[0], everywhere[1] / gain)
 
 
-def _pole(a1: float, a2: float) -> complex:
+def section_pole(a1: float, a2: float) -> complex:
+    """The upper pole of a section; on the real axis where its poles are real."""
     return complex(a1 / 2, np.sqrt(max(a2 - a1 * a1 / 4, 0.0)))
 
 

@@ -38,6 +38,11 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             "machine nearby may"
         )
     said += of_followed(fit)
+    if found.clear_of_zone:
+        said.append(
+            "what a slow error of the axis may shift into the dead zone, where it does not show, was left "
+            "out of the fit"
+        )
     again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
         f"without {label}: {log_evidence(-found.nats[label])}, {again}"
@@ -47,9 +52,14 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     if OTHER in decision.answer:
         said += of_unnamed(fit)
         if isinstance(fit, ShapedFit):
+            kind = (
+                "an encoder whose disc slides on its shaft where that accelerates hard"
+                if fit.slides
+                else "an error of the reading that is a function of position"
+            )
             said.append(
-                "what has no name is most like an error of the reading that is a function of position; its "
-                "size is that of what is left, and no part of the prediction"
+                f"what has no name is most like {kind}; its size is that of what is left, and no part of the "
+                "prediction"
             )
     return said + [
         f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable

@@ -9,15 +9,13 @@ import numpy as np
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.identify.cascade import Structure
+from bayes_hw.identify.experiment import SMALLEST_COMMAND
 from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.search import Grown, grow, likeliest, smallest_cascade
+from bayes_hw.identify.whole_cascade import SMALL_ORDER
 from bayes_hw.record import Record
 
 LARGEST_ORDER = 14
-SMALLEST_COMMAND = 1e-3
-"""A limit is looked for on a side whose largest command exceeds this share of the largest of all."""
-
-SMALL_ORDER = 4
 NOISE_LEVELS = (1.0, 4.0)
 """Multiples of the white noise's level from which half widths start: a start may end in a poor minimum."""
 

@@ -49,11 +49,9 @@ class JointFit:
     taken: int = 0
 
     @classmethod
-    def of_grown(
-        cls, grown: Grown, scale: JointScale, weights: tuple[FloatArray, ...] | None = None
-    ) -> JointFit:
+    def of_grown(cls, grown: Grown, scale: JointScale) -> JointFit:
         """A cascade without any effect."""
-        response = JointResponse(grown.structure, (), grown.response.records, scale, weights)
+        response = JointResponse(grown.structure, (), grown.response.records, scale)
         coordinates = response.coordinates(JointValues(grown.values))
         return cls(response, evaluate(response, coordinates))
 

@@ -13,12 +13,15 @@ from scipy import stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import whitened_blocks
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
 from bayes_hw.identify.holes import mask_of
 
 MOST_EARLIER = 2
 SINGULAR = 1e-9
+LARGEST_NATS = 14.0
+"""Of evidence either way: beyond it nothing is left of an explanation among the draws."""
 
 
 def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
@@ -39,13 +42,29 @@ def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
     return covariance @ (columns @ left), covariance * float(left @ left) / len(left)
 
 
-def leading_draws(fit: JointFit, drawn: FloatArray, inflation: float, rng: np.random.Generator) -> FloatArray:
-    """Draws (draws,) of the leading coefficient from those at the delay that was found."""
+def second_sample(values: JointValues) -> float:
+    """Of the impulse response of G, the one behind the first that its weights are the sum of."""
+    c = values.cascade
+    a1, _, b0, b1 = c.sections
+    return float(c.integrator_residue + np.sum(c.real[0] * c.real[1]) + np.sum(b1 + a1 * b0))
+
+
+def leading_draws(
+    fit: JointFit, drawn: FloatArray, second: FloatArray, inflation: float, rng: np.random.Generator
+) -> FloatArray:
+    """Draws (draws,) of the leading coefficient from those at the delay that was found, of the first and the
+    `second` sample."""
     count = min(MOST_EARLIER, fit.structure.delay_samples)
-    first = float(np.median(drawn))
-    if count == 0 or first == 0.0:
+    first, variance = float(np.median(drawn)), float(np.var(drawn))
+    if first == 0.0:
         return drawn
     means, spreads, weights = [0.0], [0.0], [1.0]
+    later, none = drawn, 0.0
+    if variance > 0 and fit.structure.order:
+        # Of the second sample where the first is zero.
+        slope = float(np.mean((drawn - drawn.mean()) * (second - second.mean()))) / variance
+        later = second - slope * drawn
+        none = 1 / _evidence(float(drawn.mean()), float(np.sqrt(variance)), float(np.median(later)))
     for j in range(1, count + 1):
         mean, covariance = earlier_samples(fit, j)
         if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):
@@ -53,14 +72,18 @@ def leading_draws(fit: JointFit, drawn: FloatArray, inflation: float, rng: np.ra
         means.append(float(mean[-1]))
         spreads.append(inflation * float(np.sqrt(covariance[-1, -1])))
         weights.append(weights[-1] * _evidence(means[-1], spreads[-1], first))
-    chosen = rng.choice(len(weights), len(drawn), p=np.array(weights) / np.sum(weights))
+    shares = np.array([*weights, none])
+    chosen = rng.choice(len(shares), len(drawn), p=shares / shares.sum())
+    means.append(0.0)
+    spreads.append(0.0)
     other = np.array(means)[chosen] + np.array(spreads)[chosen] * rng.standard_normal(len(drawn))
-    return np.where(chosen == 0, drawn, other)
+    return np.where(chosen == len(weights), later, np.where(chosen == 0, drawn, other))
 
 
 def _evidence(mean: float, sd: float, first: float) -> float:
     """Of one sample more over none: its likelihood averaged over a uniform prior from zero to `first`."""
     low, high = sorted((0.0, first))
     inside = float(stats.norm.cdf(high, mean, sd) - stats.norm.cdf(low, mean, sd))
-    at_none = float(stats.norm.pdf(0.0, mean, sd)) + np.finfo(float).tiny
-    return float(np.clip(inside / (abs(first) * at_none), 1e-6, 1e6))
+    at_none = float(stats.norm.logpdf(0.0, mean, sd))
+    found = float(np.log(inside + np.finfo(float).tiny) - np.log(abs(first))) - at_none
+    return float(np.exp(np.clip(found, -LARGEST_NATS, LARGEST_NATS)))

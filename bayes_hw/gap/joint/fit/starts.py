@@ -38,18 +38,26 @@ class Starts:
         holdout: Sequence[Record],
         lead: int = 0,
         start: Start = "auto",
+        told_by: Sequence[Record] | None = None,
     ) -> Starts:
         """Which of `holdout` begin in motion: told by the angle itself, or by the fitted model.
 
-        With `start` "rest" none does, with "free" all do. A `lead` comes from rest.
+        With `start` "rest" none does, with "free" all do. A `lead` comes from rest. The model is held against
+        `told_by`, the same records less what it does not explain.
         """
         if lead or start == "rest":
             return cls(lead=lead)
+        asked: float | None = None
         found = []
-        for record in holdout:
-            moving = MovingStart.of(record, fit, train)
-            if start == "free" or _is_moving(moving, fit):
-                found.append(moving)
+        for record, seen in zip(holdout, told_by or holdout, strict=True):
+            moves = start == "free" or begins_in_motion(record.u, record.y, record.sample_rate_hz)
+            if not moves:
+                nats = MovingStart.of(seen, fit, train).nats(fit)
+                if nats > EVIDENCE_NATS and asked is None:
+                    asked = EVIDENCE_NATS + nats_at_rest(fit)
+                moves = nats > (EVIDENCE_NATS if asked is None else asked)
+            if moves:
+                found.append(MovingStart.of(record, fit, train))
         return cls(tuple(found))
 
     @cached_property
@@ -95,8 +103,8 @@ class Starts:
         )
 
 
-def _is_moving(moving: MovingStart, fit: JointFit) -> bool:
-    record = moving.record
-    if begins_in_motion(record.u, record.y, record.sample_rate_hz):
-        return True
-    return moving.nats(fit) > EVIDENCE_NATS
+def nats_at_rest(fit: JointFit) -> float:
+    """What a start in motion seems to earn, at most, on the records of the fit, which begin at rest: what a
+    fit leaves of those is no sign of motion elsewhere. Not less than zero."""
+    records = fit.response.records
+    return max(0.0, *(MovingStart.of(one, fit, records).nats(fit) for one in records))

@@ -1,13 +1,17 @@
-"""An error of the reading that is any function of position, beside whatever has a name.
+"""Errors of the reading that are linear in a few numbers given the motion, beside whatever has a name: any
+function of position, or a disc that slides on its shaft where that accelerates hard.
 
-The function is piecewise linear and estimated by generalised least squares together with the base, taken out
-of the readings, and the base descended again: its score is then that of any explanation.
+A function of position is piecewise linear. Its values, or how far the disc slides, are estimated by
+generalised least squares together with the base, taken out of the readings, and the base descended again: the
+score is then that of any explanation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from scipy import linalg
@@ -15,21 +19,30 @@ from scipy import linalg
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, LABEL_PRICE_NATS
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.search.effect_screen import first_order_noise
+from bayes_hw.gap.joint.search.effect_screen import NoiseScreen, first_order_noise
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import descend, evaluate
 from bayes_hw.identify.holes import mask_of
 
 KNOTS = (12, 24, 48)
-ROUNDS = 2
+HARD_SHARES = np.geomspace(0.004, 0.1, 150)
+"""Of all samples, in which the shaft accelerates so hard that the disc may slide."""
+
+LIMIT_NUMBERS = 3
+"""What a limit costs that is the best of many, numbers."""
+
+ROUNDS, SLIDING_ROUNDS, PATIENCE = 2, 24, 8
+"""Rounds of an error's numbers and the base in turn, and those without a gain that are waited for."""
+
 RIDGE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class ShapedFit(GivenFit):
-    """An explanation of readings that a function of position was taken from: of `hats` (knots, samples) of
-    every record."""
+    """An explanation of readings that an error was taken from: of columns `hats` (numbers, samples) of every
+    record, functions of position unless it `slides`."""
 
+    slides: bool = False
     hats: tuple[FloatArray, ...] = ()
 
     def factor(self) -> FloatArray:
@@ -38,7 +51,8 @@ class ShapedFit(GivenFit):
         whitener, size = self.point.whitener, self.response.size
         joined = np.concatenate(list(_whitened(self, self.hats, whitener)), axis=1)
         factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
-        factor = factor[self.taken : self.taken + size + 1, self.taken :]
+        columns = len(self.hats[0])
+        factor = factor[columns : columns + size + 1, columns:]
         variance = float(factor[-1, -1] ** 2) / self.point.samples
         root = np.sqrt(self.response.prior_precision() * variance)
         known = np.column_stack([np.diag(root), -root * self.point.coordinates])
@@ -50,33 +64,81 @@ class ShapedFit(GivenFit):
         return super().score - LABEL_PRICE_NATS
 
 
+Columns: TypeAlias = Callable[[GivenFit, Sequence[FloatArray]], list[FloatArray]]
+"""Of an explanation and the angles (samples,) it simulates, columns (numbers, samples) of every record."""
+
+
 def free_shape(base: GivenFit) -> ShapedFit:
-    """The best of a few numbers of knots, beside what explains the readings in `base`."""
-    return max((_with_knots(base, count) for count in KNOTS), key=lambda fit: fit.score)
+    """The best of a few numbers of knots, and of a disc that slides, beside what explains the readings in
+    `base`."""
+    joined = np.concatenate(_angles(base))
+    ends = joined.min(), joined.max()
+
+    def hats(count: int, _: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
+        knots = np.linspace(*ends, count)
+        return [np.array([np.interp(w, knots, row) for row in np.eye(count)]) for w in angles]
+
+    begun = ShapedFit(base.response, base.point)
+    shaped = [_beside(base, partial(hats, n), replace(begun, taken=n), ROUNDS) for n in KNOTS]
+    numbers = 1 + LIMIT_NUMBERS * len(base.response.records)
+    slid = _beside(base, _slides, replace(begun, taken=numbers, slides=True), SLIDING_ROUNDS)
+    return max([*shaped, slid], key=lambda fit: fit.score)
 
 
-def _with_knots(base: GivenFit, count: int) -> ShapedFit:
-    records = base.response.records
-    values = base.values
-    first = np.concatenate([base.response.simulate(values, r.u, r.known).w for r in records])
-    knots = np.linspace(first.min(), first.max(), count)
-    fit = ShapedFit(base.response, base.point, taken=count)
-    whitener = base.point.whitener
-    if whitener.order > 1:
-        whitener = first_order_noise(base.point.residuals)
-    for _ in range(ROUNDS):
-        values = fit.values
-        reached = [base.response.simulate(values, r.u, r.known).w for r in records]
-        hats = [np.array([np.interp(w, knots, row) for row in np.eye(count)]) for w in reached]
-        shape = best_coefficients(fit, base, hats, whitener)
-        if not np.isfinite(shape).all():
-            return fit
-        bent = tuple(replace(r, y=r.y - shape @ hat) for r, hat in zip(records, hats, strict=True))
-        response = replace(fit.response, records=bent)
-        begun = evaluate(response, fit.point.coordinates)
-        fit = ShapedFit(response, descend(response, begun, FULL_STEPS), taken=count, hats=tuple(hats))
+def _angles(fit: GivenFit) -> list[FloatArray]:
+    response, values = fit.response, fit.values
+    return [response.simulate(values, r.u, r.known).w for r in response.records]
+
+
+def _slides(at: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
+    """Steps (1, samples) of a disc against the shaft where its acceleration is beyond the limit that explains
+    most of what `at` leaves, of all records and then of each: what holds the disc may change. They show where
+    the dead zone does not hold the output."""
+    response, values = at.response, at.values
+    slopes = [response.along(values, number).slope for number in range(len(angles))]
+    weights = response.weights or [np.ones(len(w)) for w in angles]
+    screen = NoiseScreen.of(at, at.point.whitener)
+    steps = []
+    for w, slope in zip(angles, slopes, strict=True):
+        a = np.gradient(np.gradient(w))
+        limits = np.quantile(np.abs(a), 1 - HARD_SHARES)
+        steps.append([slope * np.cumsum(np.where(np.abs(a) > limit, np.sign(a), 0.0)) for limit in limits])
+
+    def chosen(picks: Sequence[int]) -> list[FloatArray]:
+        return [own[i][None, :] for own, i in zip(steps, picks, strict=True)]
+
+    def gain(picks: Sequence[int]) -> float:
+        return screen.gain([c / weight for c, weight in zip(chosen(picks), weights, strict=True)])
+
+    count = range(len(HARD_SHARES))
+    best = max(([i] * len(steps) for i in count), key=gain)
+    for record in range(len(steps)):
+        best = max(([*best[:record], i, *best[record + 1 :]] for i in count), key=gain)
+    return chosen(best)
+
+
+def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> ShapedFit:
+    """`fit`, which begins as `base`, with an error of these columns taken out of the readings: the best of
+    some rounds, each under noise of the first order at most, which takes up little of it."""
+    found = [fit]
+    for _ in range(rounds):
         whitener = fit.point.whitener
-    return fit
+        if whitener.order > 1:
+            whitener = first_order_noise(fit.point.residuals)
+        at = replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
+        own = columns(at, _angles(fit))
+        shape = best_coefficients(fit, base, own, whitener)
+        if not np.isfinite(shape).all():
+            break
+        pairs = zip(base.response.records, own, strict=True)
+        bent = tuple(replace(r, y=r.y - shape @ column) for r, column in pairs)
+        response = replace(fit.response, records=bent)
+        point = descend(response, evaluate(response, fit.point.coordinates), FULL_STEPS)
+        fit = replace(fit, response=response, point=point, hats=tuple(own))
+        found.append(fit)
+        if len(found) > PATIENCE and fit.score < max(one.score for one in found[:-PATIENCE]):
+            break
+    return max(found[1:] or found, key=lambda one: one.score)
 
 
 def best_coefficients(
@@ -88,7 +150,8 @@ def best_coefficients(
     joined = np.concatenate(list(_whitened(at, columns, whitener)), axis=1)
     tangents, target = joined[:-1], joined[-1]
     count = len(columns[0])
-    norms = np.maximum(np.linalg.norm(tangents, axis=1), 1e-300)
+    norms = np.linalg.norm(tangents, axis=1)
+    norms[norms == 0] = 1.0  # Limits that no command reaches are seen by their prior alone.
     scaled = tangents / norms[:, None]
     # A straight line is a gain too: which of them, the prior says; a ridge what it leaves open.
     gram, product = scaled @ scaled.T + RIDGE * np.eye(len(scaled)), scaled @ target

@@ -7,14 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
-from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
-from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
-from bayes_hw.gap.joint.given.given_response import DELAY, LIMITS, MODE, GivenFit
-from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
 from bayes_hw.gap.joint.search.effect_screen import best_starts, noise_screens, screened
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
@@ -27,17 +23,11 @@ FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
-FEW_STARTS, STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 3, 4, 7, 4
-"""Starts of another law of a signal; of every kind of law those that go on; kinds that go on, then to their
-end."""
+FEW_STARTS, KINDS_FINISHED = 3, 4
+"""Starts of another law of a signal; kinds that go on to their end."""
 
 WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
 """Of a label, begun under white noise; descents under it, while one gains more than a little."""
-
-BEGUN_SAMPLES = 5000
-"""Of all records together, on which laws are begun."""
-
-PERIODIC = (RIPPLE, MODULATED)
 
 
 def as_given(found: object) -> GivenFit:
@@ -78,87 +68,6 @@ def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
     return best_of([fit, *found]).point.whitener.order > 1
 
 
-def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
-    """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
-    own, looking at the states of G.
-
-    All of its starts are begun, and where the noise is of higher order, which may have taken up what they
-    explain, under noise of the first as well: neither what a start promises nor a few steps without the
-    states tell which law it is. They are begun on the beginnings of long records. Laws that are periodic in
-    position are left out, their starts are too many.
-    """
-    seen = _beginning(fit)
-    found: dict[str, list[GivenFit]] = {}
-    for form in forms:
-        if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
-            kind = form.full_name if form.label == OTHER else form.label
-            found.setdefault(kind, []).extend(_law_starts(seen, form))
-    kinds = sorted((_begun(starts) for starts in found.values()), key=lambda kind: -kind[0].score)
-    kinds = [_gone_on(kind, 2) for kind in kinds[:KINDS_GONE_ON]] + kinds[KINDS_GONE_ON:]
-    kinds = [[_whole(t, fit) for t in kind] for kind in kinds]
-    kinds.sort(key=lambda kind: -kind[0].score)
-    kinds = [_gone_on(kind, 2, FULL_STEPS) for kind in kinds[:KINDS_FINISHED]] + kinds[KINDS_FINISHED:]
-    return [kind[0] for kind in kinds]
-
-
-def _beginning(fit: GivenFit) -> GivenFit:
-    """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
-    response = fit.response
-    share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
-    if share >= 1:
-        return fit
-    records = tuple(record.split(share)[0] for record in response.records)
-    weights = response.weights
-    if weights is not None:
-        weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
-    return fit.under(replace(response, records=records, weights=weights))
-
-
-def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
-    """The same explanation of all samples of `of`; limits that its own do not reach are as there."""
-    if of.response.records is fit.response.records:
-        return fit
-    fit = fit.with_unreached(of.theta[:LIMITS])
-    return fit.under(replace(fit.response, records=of.response.records, weights=of.response.weights))
-
-
-def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
-    """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
-    the command, from what the loop lacks of it."""
-    last = len(fit.values.effects)
-    starts = [as_given(fit.with_effect(form, s)).with_signal(last) for s in form.starts(fit.response.scale)]
-    if form in DRIVE_FORMS and form.base == BASE_COMMAND:
-        starts += [_lacking(as_given(s)) for s in starts]
-    return [as_given(s) for s in starts]
-
-
-def _lacking(fit: GivenFit) -> GivenFit:
-    """The last law begun from the command less the axis' own speed in units of the command."""
-    values, scale = fit.values, fit.response.scale
-    sections = values.cascade.sections
-    last = values.effects[-1]
-    assert last.ports is not None
-    seen = np.stack([1 - sections[0], -np.ones(sections.shape[1])])
-    ports = replace(
-        last.ports, signal_real=(1 - values.cascade.real[0]) / scale.gain, signal_sections=seen / scale.gain
-    )
-    effects = (*values.effects[:-1], replace(last, ports=ports))
-    return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
-
-
-def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
-    """A few steps from every start, best first."""
-    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
-    if starts[0].point.whitener.order > 1:
-        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
-    return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
-
-
-def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
-    """The best `count` of some that are in order, after more steps, best first."""
-    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
-
-
 def other_laws(fit: GivenFit) -> list[GivenFit]:
     """Where the last effect is a torque: other labels' laws of the same signal, through the same ports."""
     last = len(fit.values.effects) - 1
@@ -191,9 +100,12 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
 
 def _at_full_strength(fit: GivenFit) -> GivenFit:
     """The last effect as least squares with the base free ask for it, but the base where it is: at the kinks
-    of its limits no step of both together may gain, however small."""
+    of its limits no step of both together may gain, however small. Where derivatives overflow, as it is."""
     response, before = fit.response, fit.point.coordinates
-    factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    try:
+        factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
+    except FloatingPointError:
+        return fit
     step = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=None)[0]
     moved, own = before.copy(), response.effect_sizes[-1]
     moved[-own:] += step[-own:]

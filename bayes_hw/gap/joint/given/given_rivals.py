@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     best_of,
-    every_law,
     further_modes,
     later,
     with_further_forms,
@@ -33,9 +34,12 @@ def instead_of(
     rivals: Mapping[str, float],
     alone: Mapping[str, GivenFit],
 ) -> dict[str, GivenFit]:
-    """The explanation and those that have another label in place of its strongest: what has no name, an
-    error of the reading over position included, and labels that alone did nearly as well. Where no effect was
-    found, or only noise of a cause: such an error of the reading if it explains all, else none."""
+    """The explanation and those that have another label in place of its strongest: what has no name, by every
+    form and an error of the reading over position included, and labels that alone did nearly as well.
+
+    Where no effect was found, or only noise of a cause: such an error of the reading if it explains all, else
+    none.
+    """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
         return {OTHER: free_shape(base)} if is_shape(base, best_of([base, fit])) else {}
@@ -46,12 +50,14 @@ def instead_of(
     rest = as_given(fit.without(strongest).descended())
     for label in sorted((near | {OTHER}) - set(fit.labels) - set(SLOW)):
         end = alone.get(label)
-        if rest.labels or end is None or not _seen_alike(end, fit):
+        if rest.labels or end is None or not seen_alike(end, fit):
             trials = _of_label(rest, label)
             if not trials:
                 continue
             end = best_of(trials)
-        found[label] = end
+        found[label] = with_base_anew(end)
+    if strongest == OTHER and not _is_begun_anywhere(fit):
+        found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
@@ -67,7 +73,13 @@ def is_shape(base: GivenFit, best: GivenFit) -> bool:
     return shape.point.whitener.order <= 1 and shape.score > best.score + SHAPE_LEAD
 
 
-def _seen_alike(one: GivenFit, other: GivenFit) -> bool:
+def _is_begun_anywhere(fit: GivenFit) -> bool:
+    """Whether its law without a name is of those that `every_law` begins with all others."""
+    forms = [e.form for e in fit.values.effects if e.form.label == OTHER]
+    return all(form.is_law and form.law not in PERIODIC for form in forms)
+
+
+def seen_alike(one: GivenFit, other: GivenFit) -> bool:
     """Whether both explain the same samples under the same weights."""
     return one.response.records is other.response.records and one.response.weights is other.response.weights
 

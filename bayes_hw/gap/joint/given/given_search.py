@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,13 +13,14 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.base_starts import limit_starts, with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
-    every_law,
     explained_slowly,
     further_modes,
     later,
@@ -33,6 +33,7 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
+from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
 from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
@@ -52,9 +53,6 @@ from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
-
-LIMIT_STARTS = (1.0, 0.8, 0.9, 1.1, 1.25)
-"""Multiples of the nominal limits from which the base is tried: a descent does not leave a limit's kinks."""
 
 BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
@@ -133,21 +131,13 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
     response = GivenResponse(structure, (), records, scale, given=given)
     low, high = given.bounds(part=False, further=False)
-
-    def start(theta: FloatArray) -> GivenFit:
-        return GivenFit(response, evaluate(response, np.clip(theta, low, high)))
-
-    starts = []
-    for one, other in itertools.product(LIMIT_STARTS, repeat=2):
-        theta = np.zeros(given.size)
-        theta[:2] = np.log([one, other])
-        starts.append(start(theta))
-    starts.sort(key=lambda fit: fit.point.rms)
+    nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
+    starts = limit_starts(nominal_fit)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
     return best_of([fit.descended() for fit in tried[:2]])
 
 
-def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
+def plainly(fit: GivenFit) -> GivenFit:
     """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
     response, n = fit.response, len(fit.theta)
     low, high = response.given.bounds(response.part, response.further)
@@ -170,7 +160,9 @@ def plainly(fit: GivenFit, evaluations: int = PLAIN_EVALUATIONS) -> GivenFit:
 
     inside = 1e-6 * (high - low)
     start = np.clip(fit.theta, low + inside, high - inside)
-    found = least_squares(residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=evaluations)
+    found = least_squares(
+        residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=PLAIN_EVALUATIONS
+    )
     return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
 
 
@@ -213,7 +205,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
-            if beside.score > trail.fit.score + VERIFIED_BESIDE_NATS:
+            asked = VERIFIED_BESIDE_NATS if beside.noise_order > 1 else VERIFIED_NATS
+            if beside.score > trail.fit.score + asked:
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")
@@ -228,11 +221,13 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     return replace(trail, fit=fit, base=base, rivals=rivals)
 
 
-def _trials(begun: GivenFit) -> list[GivenFit]:
+def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     """The best explanations with one label more, or with other ports and forms of those present.
 
-    Where one of them leaves noise that is white or of the first order, no law is begun that looks at the
-    states of G: there is nothing more to be found.
+    The label found first may stand in for two, or have gone where a second one should be: where it leaves
+    noise of higher order, one more is sought beside each of `others` too. Where one of all these leaves noise
+    that is white or of the first order, no law is begun that looks at the states of G: there is nothing
+    more to be found.
     """
     trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
@@ -240,6 +235,8 @@ def _trials(begun: GivenFit) -> list[GivenFit]:
         found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
         found += with_further_forms(found) + with_signals(found)
         found += further_modes(begun) + later(begun) + begun_under_white_noise(begun)
+        if something_is_left(begun, []):
+            found += beside_each(others)
         if something_is_left(begun, found):
             found += every_law(begun)
         found += other_laws(best_of(found)) if found else []
@@ -258,7 +255,8 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         steps += 1
         slow = slow_causes(fit) if causes else []
         begun = best_of([fit, *slow])
-        trials = [*_trials(begun), *slow, *carried]
+        others = second_to(begun, alone) if len(set(fit.labels)) == 1 else []
+        trials = [*_trials(begun, others), *slow, *carried]
         carried = []
         if not trials:
             break
@@ -267,7 +265,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = explained_slowly(as_given(finer(best_of(trials))))
+        best = with_base_anew(explained_slowly(as_given(finer(best_of(trials)))))
         if fit is base and is_shape(base, best_of([base, best])):
             fit = best_of([base, best])
             say("a function of position explains far more")

@@ -41,7 +41,7 @@ EXACT, EXACT_GRID = 160, 8192
 """The same where causes are held against each other: a walk that is small beside the noise is remembered for
 as many samples as the noise is larger than its steps."""
 
-LONGEST_OVER_HOLES = 14
+LONGEST_OVER_HOLES = 40
 """Where samples are missing, while parameters are sought: bridging costs the square of the order."""
 
 LOST = 1e-4
@@ -63,9 +63,14 @@ class SlowWhitener(Whitener):
     chosen: int
     at: FloatArray
 
+    @property
+    def memory(self) -> float:
+        """Of the readings' own noise from sample to sample."""
+        return _phi(self.at)
+
     def of_readings(self, innovation: float) -> float:
         """Standard deviation of the readings' own noise, of innovations of this one."""
-        return innovation / float(np.sqrt(1 - _phi(self.at) ** 2))
+        return innovation / float(np.sqrt(1 - self.memory**2))
 
     def slow_share(self, rms: float, innovation: float) -> float:
         """Standard deviation of the slow part over that of the readings' own noise, of residuals with this
@@ -120,7 +125,7 @@ class SlowNoise:
                 for power in STEEPNESS
                 for chosen in range(-1, len(self.poles))
             ]
-        found = [self._whitener(*start[:2], self._fitted(seen, *start)) for start in starts]
+        found = [self._whitener(*start[:2], self._fitted(seen, *start), most) for start in starts]
         found.sort(key=likelihood, reverse=True)
         return max((refined(one, FIRST_ITERATIONS) for one in found[:REFINED]), key=likelihood)
 

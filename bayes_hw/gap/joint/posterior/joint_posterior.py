@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.fit.leading_sample import leading_draws
+from bayes_hw.gap.joint.fit.leading_sample import leading_draws, second_sample
 from bayes_hw.gap.joint.fit.unreached_limits import unreached_limits
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_quantities,
@@ -102,7 +102,8 @@ def laplace(
     else:
         effects |= torque_draws(fit, drawn)
     base |= unreached_limits(fit, base, rng)
-    base["gain"] = leading_draws(fit, np.array(base["gain"]), inflation, rng).tolist()
+    second = np.array([second_sample(fit.response.values(x)) for x in drawn])
+    base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
@@ -223,9 +224,15 @@ def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
 def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
     """What draws are taken about, and its `factor`: the fit, or where its motion is chaotic and no observer
     follows it, the cascade alone, at the same values, on records less what the effects add to the angle; its
-    coordinates are the first of the fit's."""
-    whole = fit.factor()
-    if fit.observer is not None or not any(effect.ports is not None for effect in fit.response.template):
+    coordinates are the first of the fit's. Raises FloatingPointError where derivatives overflow and no torque
+    is the reason."""
+    whole: FloatArray | None = None
+    try:
+        whole = fit.factor()
+    except FloatingPointError:
+        if not has_torques(fit):
+            raise
+    if whole is not None and (fit.observer is not None or not has_torques(fit)):
         return fit, whole
     values = JointValues(fit.values.cascade)
     plain = replace(fit.response, template=())
@@ -236,8 +243,15 @@ def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
     plain = replace(plain, records=records)
     held = JointFit(plain, evaluate(plain, plain.coordinates(values), fit.point.whitener))
     factor, count = held.factor(), plain.size
+    if whole is None:
+        return held, factor
     linear = np.linalg.norm(factor[:count, :count], axis=0)
     moved = np.abs(whole[:, :count]).max(axis=0)
     if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
         return fit, whole
     return held, factor
+
+
+def has_torques(fit: JointFit) -> bool:
+    """Whether an effect acts through ports."""
+    return any(effect.ports is not None for effect in fit.response.template)

@@ -53,8 +53,9 @@ def leaves_a_cause(fit: JointFit) -> bool:
 
 def samples_of_variance(residuals: Sequence[FloatArray]) -> float:
     """Independent samples that would tell the residuals' variance as well: n / (1 + 2 sum of the squared
-    autocorrelations) (Bartlett 1946)."""
-    samples = sum(len(e) for e in residuals)
+    autocorrelations) (Bartlett 1946), of those that are not NaN."""
+    samples = sum(int(np.count_nonzero(~np.isnan(e))) for e in residuals)
+    residuals = [np.nan_to_num(e) for e in residuals]
     power = sum(float(e @ e) for e in residuals)
     lags = min(LONGEST_LAG, min(len(e) for e in residuals) - 1)
     products = [sum(float(e[k:] @ e[:-k]) for e in residuals) for k in range(1, lags + 1)]

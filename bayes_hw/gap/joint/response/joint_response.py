@@ -18,15 +18,13 @@ from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.noise.slow_noise import SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.response.packed_axis import PackedAxis, Simulated
-from bayes_hw.identify.cascade import MAX_REFLECTION, Structure
+from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, typical_cycles
 from bayes_hw.record import Record
-
-LARGEST = float(np.arctanh(MAX_REFLECTION))
 
 
 @dataclass(frozen=True, eq=False)

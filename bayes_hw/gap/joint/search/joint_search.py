@@ -25,12 +25,12 @@ from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, re
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import (
     FIRST_STEPS,
-    each_cause,
     effect_candidates,
     port_candidates,
     slow_causes,
 )
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
@@ -76,7 +76,8 @@ class JointAnswer:
     label, the best score over the base's that every label reached alone (those that were followed to the end
     in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
-    frequency in time that was taken out of the records of both."""
+    frequency in time that was taken out of the records of both. Fits are to samples that are `clear_of_zone`
+    where a slow error asks for that."""
 
     fit: JointFit
     base: JointFit
@@ -87,6 +88,7 @@ class JointAnswer:
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
     ends: Mapping[str, JointFit] = field(default_factory=dict)
+    clear_of_zone: bool = False
 
     @property
     def followed(self) -> tuple[str, ...]:
@@ -100,8 +102,23 @@ class JointAnswer:
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
-    """Grow, prune, verify; `say` is told of every step."""
+    """Grow, prune, verify; `say` is told of every step. Where noise of a cause is found, or colour that is
+    not of a law's own motion, all begins again on the samples that lie clear of the dead zone."""
     told = say or silent
+    found = _searched(records, records, told)
+    laws = any(effect.ports is not None for effect in found.fit.response.template)
+    unnamed = not laws and leaves_a_cause(found.fit)
+    if found.fit.response.cause is None and not unnamed:
+        return found
+    clear = clear_of_zone(found.fit, records)
+    if clear is None:
+        return found
+    told("what a slow error may shift into the dead zone is left out")
+    return replace(_searched(clear, records, told), clear_of_zone=True)
+
+
+def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
+    """`search` of records, which are `whole` but for samples that are left out."""
     base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
@@ -110,17 +127,19 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
         readings = read_faults(base)
         if readings.nats:
             base = weighted(base, readings.weights)
-    found = _explained(base, readings, told)
+    found = _explained(base, readings, whole, told)
     tone = tone_in(base)
     if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
         told(f"a line at {tone.frequency_hz:.3g} Hz: {log_evidence(tone.without.score - base.score)}")
-        without, found = found, _explained(tone.without, readings, told)
+        without, found = found, _explained(tone.without, readings, whole, told)
         nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
         found = replace(found, nats=nats, tone=tone)
     return replace(found, known=known)
 
 
-def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) -> JointAnswer:
+def _explained(
+    base: JointFit, readings: Readings, whole: Sequence[Record], told: Callable[[str], None]
+) -> JointAnswer:
     """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = FollowedPath(base, base, readings)
@@ -141,15 +160,18 @@ def _explained(base: JointFit, readings: Readings, told: Callable[[str], None]) 
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
-        caused = sorted((replace(best, fit=one) for one in each_cause(fit)), key=lambda p: p.gained)
-        best = caused[-1]
+        best, lead, caused = likelier_cause(best, whole)
+        told(f"{best.fit.added[-1]} leads by {log_evidence(lead)}")
         for one in caused:
             label = one.fit.added[-1]
             ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
         more = best.fit.score - fit.score
         named = dict(zip(fit.labels, best.fit.labels, strict=True))
         nats = {named[label]: value + more for label, value in nats.items()}
-    rivals |= {label: end.gained for label, end in ends.items()}
+        rivals |= {label: end.gained for label, end in ends.items()}
+        rivals |= {one.fit.added[-1]: best.gained - lead for one in caused if one is not best}
+    else:
+        rivals |= {label: end.gained for label, end in ends.items()}
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)

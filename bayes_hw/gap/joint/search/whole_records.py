@@ -14,6 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.residuals.tone import without_line
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.record import Record
 
@@ -27,6 +28,8 @@ def on_whole_records(found: JointAnswer, records: Sequence[Record]) -> JointAnsw
     Readings that are repeated, glitches or timed badly are found anew among all, and a motion of one
     frequency is taken out of all. What each label earned and what is left stay as they were found.
     """
+    if found.clear_of_zone:
+        records = clear_of_zone(found.fit, records) or records
     plain, tone = fitted_to(replace(found.base, taken=0), records, None), found.tone
     if tone is not None:
         tone = without_line(plain, tone.frequency_hz)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from joint_axis import CASCADE, SIGMA, STRUCTURE, command, record, scale
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.fit.leading_sample import earlier_samples, leading_draws
+from bayes_hw.gap.joint.fit.leading_sample import earlier_samples, leading_draws, second_sample
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -39,8 +40,29 @@ def test_an_earlier_sample_is_estimated_with_its_error() -> None:
 def test_the_draws_go_where_the_evidence_is() -> None:
     rng = np.random.default_rng(1)
     found = FOUND + 1e-4 * rng.standard_normal(1000)
-    moved = leading_draws(_fit(0.002), found, 1.0, rng)
+    second = np.full(1000, 0.02)
+    moved = leading_draws(_fit(0.002), found, second, 1.0, rng)
     assert np.mean(moved == found) < 0.1
     assert abs(np.median(moved) - 0.002) < 0.001
-    kept = leading_draws(_fit(0.0), found, 1.0, rng)
+    kept = leading_draws(_fit(0.0), found, second, 1.0, rng)
     assert np.mean(kept == found) > 0.5
+
+
+def test_a_first_sample_that_may_be_none_leaves_the_second() -> None:
+    """At an earlier delay by one, where the true first sample is zero, draws go to the second; where it is
+    certain they stay."""
+    rng, fit = np.random.default_rng(2), _fit(0.0)
+    none = 2e-4 * rng.standard_normal(1000)
+    second = FOUND - 0.8 * none
+    moved = leading_draws(fit, none, second, 1.0, rng)
+    assert np.mean(np.isclose(moved, FOUND, rtol=1e-2)) > 0.7
+    certain = FOUND + 2e-4 * rng.standard_normal(1000)
+    assert np.mean(leading_draws(fit, certain, certain + FOUND, 1.0, rng) == certain) > 0.5
+
+
+def test_the_second_sample_is_that_of_the_impulse_response() -> None:
+    values = JointValues(CASCADE)
+    response = JointResponse(replace(STRUCTURE, delay_samples=0), (), [], scale(SAMPLES))
+    w = response.simulate(values, np.r_[0.1, np.zeros(5)]).w / 0.1
+    at = int(np.flatnonzero(w)[0])
+    assert second_sample(values) == pytest.approx(w[at + 1], rel=1e-9)

@@ -63,6 +63,17 @@ def test_the_true_model_predicts_a_cut_record_as_well_as_its_noise_lets_it(name:
     assert rms(errors) < 1.15 * SIGMA < 0.3 * rms(from_rest)
 
 
+def test_what_records_at_rest_show_as_well_is_no_sign_of_motion() -> None:
+    """A drift at every beginning, which the model lacks, is best explained by motion before the record; where
+    the records trained on, which begin at rest, have it too, none is believed."""
+    drift = 0.03 * np.exp(-np.arange(2400) / 60)
+    plain, *held_out = measured(EFFECTS["none"], 2400, (1, 2))
+    train, whole = (replace(record, y=record.y + drift) for record in (plain, *held_out))
+    alone, fit = true_fit(EFFECTS["none"], plain), true_fit(EFFECTS["none"], train)
+    assert Starts.of(alone, [plain], [whole]).moving
+    assert not Starts.of(fit, [train], [whole]).moving
+
+
 def test_draws_of_the_state_are_as_wide_as_it_is_uncertain() -> None:
     """Of the angle at the first samples, over records: standardised by the draws, errors are of size one."""
     effects = EFFECTS["none"]

@@ -25,13 +25,13 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
-from bayes_hw.gap.joint.given import given_moves, given_search
+from bayes_hw.gap.joint.given import given_laws, given_moves, given_search
+from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
-    every_law,
     explained_slowly,
     further_modes,
     with_further_forms,
@@ -41,6 +41,7 @@ from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.identify.growth import descent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.linear import LinearBlock
 
@@ -254,6 +255,14 @@ def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_st
     np.testing.assert_array_equal(begun.theta, base.theta)
 
 
+def test_where_derivatives_overflow_a_label_begins_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A torque whose motion does not settle has derivatives beyond all bounds."""
+    base = best_base(measured((), FEW, (1, 2)), model())
+    begun = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    monkeypatch.setattr(descent, "LARGEST_DERIVATIVE", 1e-30)
+    assert given_moves._at_full_strength(begun) is begun
+
+
 def test_a_second_harmonic_is_tried_where_the_first_is() -> None:
     oval = form("encoder_eccentricity", "two harmonics")
     wavenumber = 8 * np.pi / best_base(measured((), FEW, (1, 2)), model()).response.scale.travel
@@ -322,11 +331,11 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
 
 def test_long_records_are_begun_by_their_beginnings() -> None:
     base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
-    assert given_moves._beginning(base) is base
+    assert given_laws._beginning(base) is base
     with pytest.MonkeyPatch.context() as few:
-        few.setattr(given_moves, "BEGUN_SAMPLES", GIVEN_SAMPLES)
-        short = given_moves._beginning(base)
+        few.setattr(given_laws, "BEGUN_SAMPLES", GIVEN_SAMPLES)
+        short = given_laws._beginning(base)
     assert [len(r) for r in short.response.records] == [GIVEN_SAMPLES // 2] * 2
-    whole = given_moves._whole(short, base)
+    whole = given_laws._whole(short, base)
     assert whole.response.records is base.response.records
     assert whole.score == pytest.approx(base.score)

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import SIGMA, form, measured, model
+from joint_axis import SIGMA, command, form, measured, model, record, response_with
 
 from bayes_hw.gap.joint.given import given_search
+from bayes_hw.gap.joint.given.free_shape import best_coefficients
 from bayes_hw.gap.joint.given.given_moves import as_given
+from bayes_hw.gap.joint.given.given_response import LIMITS
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted
 from bayes_hw.gap.joint.given.rounded_readings import readings_of, without_rounding
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
@@ -45,6 +47,21 @@ def test_the_noise_and_the_base_are_left() -> None:
     back = readings_of(records, fit)
     np.testing.assert_array_equal(back.response.records[0].y, records[0].y)
     assert back.point.rms > STEP / np.sqrt(12)
+
+
+def test_limits_that_no_command_reaches_are_left_to_their_prior() -> None:
+    """The readings' offset is found beside them."""
+    response, values = response_with((), SAMPLES)
+    records = []
+    for seed in (1, 2):
+        u = 0.4 * command(SAMPLES, seed)
+        noise = SIGMA * np.random.default_rng(seed + 100).standard_normal(SAMPLES)
+        records.append(replace(record(response.simulate(values, u).y + 10 * SIGMA + noise, seed), u=u))
+    base = best_base(records, model())
+    assert np.all(base.theta[:LIMITS] > base.response.reach)
+    ones = [np.ones((1, SAMPLES))] * 2
+    (offset,) = best_coefficients(base, base, ones, base.point.whitener)
+    assert offset == pytest.approx(10 * SIGMA, rel=0.2)
 
 
 def test_an_offset_alone_is_no_rounding() -> None:

@@ -86,3 +86,16 @@ def test_the_axis_does_not_follow_the_drift_of_its_encoder() -> None:
     assert np.ptp(moved - angle) > 10 * SIGMA
     assert not walks(fit, ("sensor_drift",))
     assert walks(plain, ("sensor_drift",))
+
+
+def test_what_is_far_worse_than_before_is_said_so() -> None:
+    y = ANGLE + SIGMA * np.random.default_rng(8).standard_normal(N)
+    after = ANGLE + 0.02 * np.sin(np.arange(N) / 9)
+    true = 1 - float(np.mean((after - ANGLE) ** 2) / np.mean((BEFORE - ANGLE) ** 2))
+    _, low, high = closed(y, after, Floor(SIGMA, 0.02 * SIGMA, SIGMA))
+    assert low <= true <= high < -20
+
+
+def test_one_simulation_in_other_coordinates_closes_nothing() -> None:
+    y = ANGLE + SIGMA * np.random.default_rng(9).standard_normal(N)
+    assert closed(y, BEFORE * (1 + 1e-14), Floor(SIGMA, 0.02 * SIGMA, SIGMA)) == (0.0, 0.0, 0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, form, measured, response_with, scale, torque
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior import joint_posterior
 from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace
@@ -60,6 +61,25 @@ def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
     assert np.ptp(drawn[:, :8], axis=0).min() > 0
     errors = np.array([held.response.residuals(x[:size])[0] for x in drawn])
     assert np.sqrt(np.mean(errors**2, axis=1)).max() < 1.3 * SIGMA
+
+
+def test_where_a_torque_makes_derivatives_overflow_draws_are_of_the_cascade(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    response, values = response_with((rub,), SAMPLES)
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    plain = JointFit.factor
+
+    def factor(self: JointFit) -> FloatArray:
+        if self.response.template:
+            raise FloatingPointError
+        return plain(self)
+
+    monkeypatch.setattr(JointFit, "factor", factor)
+    held, found = drawn_about(fit)
+    assert not held.response.template
+    assert len(found) == held.response.size + 1
 
 
 @pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])

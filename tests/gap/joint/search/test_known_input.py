@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.joint_diagnosis import diagnose_records, summary
+from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
@@ -135,7 +135,7 @@ def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     response = JointResponse(STRUCTURE, truth.effects, records, scale(SAMPLES))
     whole = JointFit(response, evaluate(response, response.coordinates(truth)))
     assert low - 0.03 < effect_quantities(whole, truth)["known:wind.lag"] < high + 0.03
-    assert "follows wind" in summary(found)
+    assert "follows wind" in found.sentence()
     run = simulate_corrected(found.corrected, records[2].u, records[2].known)
     np.testing.assert_allclose(run.y, found.after, atol=1e-12)
     model = HammersteinWiener.from_dict(found.corrected)

@@ -16,9 +16,8 @@ from printed.eq12 import (
     printed_coefficients,
     rounding_half_widths,
 )
+from printed.nanshan import SAMPLE_RATE_HZ, nanshan_linear_block, nanshan_model
 from printed.representative import find_representative
-
-from bayes_hw.model.nanshan import SAMPLE_RATE_HZ, nanshan_linear_block, nanshan_model
 
 
 def _expand(roots: np.ndarray) -> list[mpmath.mpf]:

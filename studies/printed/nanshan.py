@@ -36,7 +36,7 @@ REPRESENTATIVE_ZEROS = (
     complex(0.4765876260157746, 0.8571423667532843),
     complex(0.27932362371460107, 0.9083860626815292),
 )
-"""Found by find_representative(nanshan_rounding_box(), SLOW_POLE_LIMIT) in studies/printed, as the poles and
+"""Found by find_representative(nanshan_rounding_box(), SLOW_POLE_LIMIT), as the poles and
 the gain were; of complex pairs the upper root is listed."""
 
 REPRESENTATIVE_GAIN = 0.004828014029048065

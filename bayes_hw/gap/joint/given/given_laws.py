@@ -1,0 +1,162 @@
+"""Laws around a given model that look at its states, begun under several noises: which it is shows at their
+ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
+from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.given.given_moves import KINDS_FINISHED, as_given, best_of, explained_slowly
+from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
+from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
+from bayes_hw.gap.joint.search.joint_search import finer
+from bayes_hw.identify.growth.descent import evaluate
+
+STARTS_KEPT, KINDS_GONE_ON = 4, 7
+"""Of every kind of law the starts that go on; kinds that go on."""
+
+CLOSEST_KEPT, CLOSEST_OF_A_KIND = 4, 2
+"""Starts that go on since they leave the least under white noise, of all kinds and of one."""
+
+KICKS, KICK_ROUNDS, LITTLE_SHARE = (0.5, 0.7, 1.4, 2.0), 3, 0.01
+"""Factors on every size of a law from which its descent begins again, rounds of them, and the share of the
+residual that a round must take away for another."""
+
+BEGUN_SAMPLES = 5000
+"""Of all records together, on which laws are begun."""
+
+PERIODIC = (RIPPLE, MODULATED)
+
+
+def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
+    """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
+    own, looking at the states of G.
+
+    All of its starts are begun, and where the noise is of higher order, which may have taken up what they
+    explain, under noise of the first as well, and under white noise, under which all that a law leaves
+    counts: neither what a start promises nor a few steps without the states tell which law it is. They are
+    begun on the beginnings of long records. Laws that are periodic in position are left out, their starts are
+    too many.
+    """
+    seen = _beginning(fit)
+    starts: dict[str, list[GivenFit]] = {}
+    for form in forms:
+        if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
+            kind = form.full_name if form.label == OTHER else form.label
+            starts.setdefault(kind, []).extend(_law_starts(seen, form))
+    begun = {kind: _begun(own) for kind, own in starts.items()}
+    kinds = sorted(begun, key=lambda kind: -begun[kind][0].score)
+    for kind in kinds[:KINDS_GONE_ON]:
+        begun[kind] = _gone_on(begun[kind], 2)
+    found = {kind: [_whole(t, fit) for t in begun[kind]] for kind in kinds}
+    kinds.sort(key=lambda kind: -max(t.score for t in found[kind]))
+    for kind in kinds[:KINDS_FINISHED]:
+        found[kind] = _gone_on(found[kind], 2, FULL_STEPS)
+    for kind, closest in _closest(starts):
+        found[kind].append(as_given(finer(explained_slowly(as_given(_whole(closest, fit).descended())))))
+    return [best_of(found[kind]) for kind in kinds]
+
+
+def _closest(starts: Mapping[str, Sequence[GivenFit]]) -> list[tuple[str, GivenFit]]:
+    """By kind, the starts that leave the least after some steps under white noise, after more and after
+    kicks; none where the noise is white or of the first order."""
+    begun = [
+        (kind, as_given(t.descended_under(0, SECOND_STEPS)))
+        for kind, own in starts.items()
+        for t in own
+        if t.point.whitener.order > 1
+    ]
+    kept: list[tuple[str, GivenFit]] = []
+    for kind, t in sorted(begun, key=lambda one: one[1].point.rms):
+        if len(kept) < CLOSEST_KEPT and sum(kind == other for other, _ in kept) < CLOSEST_OF_A_KIND:
+            kept.append((kind, t))
+    return [(kind, _kicked(as_given(t.descended_under(0, FULL_STEPS)))) for kind, t in kept]
+
+
+def _kicked(fit: GivenFit) -> GivenFit:
+    """The last law's sizes made larger and smaller, descended again under white noise, while less is left:
+    where a law is now reached and now not, descents end short of the least."""
+    response = fit.response
+    law = fit.values.effects[-1].form
+    first = response.size - response.effect_sizes[-1]
+    sizes = [first + i for i, slot in enumerate(law.slots(response.scale)) if slot.logarithmic]
+    for _ in range(KICK_ROUNDS):
+        before = fit.point.rms
+        for i in sizes:
+            for factor in KICKS:
+                moved = fit.point.coordinates.copy()
+                moved[i] += np.log(factor)
+                begun = evaluate(response, response.admissible(moved, fit.point.coordinates))
+                other = as_given(replace(fit, point=begun).descended_under(0, FULL_STEPS))
+                fit = min(fit, other, key=lambda one: one.point.rms)
+        if fit.point.rms > (1 - LITTLE_SHARE) * before:
+            break
+    return fit
+
+
+def _beginning(fit: GivenFit) -> GivenFit:
+    """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
+    response = fit.response
+    share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
+    if share >= 1:
+        return fit
+    records = tuple(record.split(share)[0] for record in response.records)
+    weights = response.weights
+    if weights is not None:
+        weights = tuple(w[: len(record)] for w, record in zip(weights, records, strict=True))
+    return fit.under(replace(response, records=records, weights=weights))
+
+
+def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
+    """The same explanation of all samples of `of`; limits that its own do not reach are as there."""
+    if of.response.records is fit.response.records:
+        return fit
+    fit = fit.with_unreached(of.theta[:LIMITS])
+    return fit.under(replace(fit.response, records=of.response.records, weights=of.response.weights))
+
+
+def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
+    """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
+    the command, from what the loop lacks of it. What has no name also looking at its own signal alone:
+    elsewhere such forms share the few starts of one label."""
+    last = len(fit.values.effects)
+    plain = [fit.with_effect(form, s) for s in form.starts(fit.response.scale)]
+    starts = [as_given(s.with_signal(last)) for s in plain]
+    if form in DRIVE_FORMS and form.base == BASE_COMMAND:
+        return starts + [_lacking(s) for s in starts]
+    return starts + ([as_given(s) for s in plain] if form.label == OTHER else [])
+
+
+def _lacking(fit: GivenFit) -> GivenFit:
+    """The last law begun from the command less the axis' own speed in units of the command."""
+    values, scale = fit.values, fit.response.scale
+    sections = values.cascade.sections
+    last = values.effects[-1]
+    assert last.ports is not None
+    seen = np.stack([1 - sections[0], -np.ones(sections.shape[1])])
+    ports = replace(
+        last.ports, signal_real=(1 - values.cascade.real[0]) / scale.gain, signal_sections=seen / scale.gain
+    )
+    effects = (*values.effects[:-1], replace(last, ports=ports))
+    return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
+
+
+def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
+    """A few steps from every start, best first."""
+    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
+    if starts[0].point.whitener.order > 1:
+        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
+    return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
+
+
+def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
+    """The best `count` of some that are in order, after more steps, best first."""
+    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)

@@ -1,0 +1,31 @@
+"""One more label beside those that are not the best alone: the first found may stand in for two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.given.given_moves import as_given, explained_slowly, with_signals
+from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.given.given_rivals import SLOW, seen_alike
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+
+SECONDS, SECONDS_FINISHED = 6, 2
+"""Labels beside which one more is sought though another explains more alone; of all these pairs, those that
+go on to their ends."""
+
+
+def beside_each(others: Sequence[GivenFit]) -> list[GivenFit]:
+    """The best explanations with one label more than any of these, the best of all to their ends."""
+    found = [as_given(t) for other in others for t in effect_candidates(other, FORMS)]
+    found.sort(key=lambda t: -t.score)
+    leading = found[:SECONDS_FINISHED]
+    return found + [explained_slowly(t) for t in leading + with_signals(leading)]
+
+
+def second_to(fit: GivenFit, alone: Mapping[str, GivenFit]) -> list[GivenFit]:
+    """Of what labels alone reached, the best few that are not of the fit's label or of slow noise."""
+    found = [
+        one for label, one in alone.items() if label not in (*fit.labels, *SLOW) and seen_alike(one, fit)
+    ]
+    return sorted(found, key=lambda one: -one.score)[:SECONDS]

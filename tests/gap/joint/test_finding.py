@@ -1,0 +1,41 @@
+"""The sentence on an answer says when it helps, and when it does not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+
+
+def said(closed: float, interval: tuple[float, float]) -> str:
+    """Of friction that closes so much of record c."""
+    verdict = SimpleNamespace(
+        answer=("friction",),
+        probability={"friction": 0.99},
+        base={},
+        gap_holdout=Closure(0.02, 0.01, 0.005, closed, interval),
+    )
+    fit = SimpleNamespace(labels=("friction",))
+    found = SimpleNamespace(
+        verdict=verdict, found=SimpleNamespace(fit=fit), holdout=[SimpleNamespace(name="c")]
+    )
+    return sentence(cast(JointDiagnosis, found))
+
+
+@pytest.mark.parametrize(
+    ("closed", "interval", "end"),
+    [
+        (0.8, (0.7, 0.9), "80 % of the avoidable error is gone on c, held out."),
+        (-0.02, (-0.3, 0.2), "0 % of the avoidable error is gone on c, held out."),
+        (-18.0, (-20.0, -16.0), "c, held out, is predicted worse than without."),
+    ],
+)
+def test_a_record_that_is_predicted_worse_is_told(
+    closed: float, interval: tuple[float, float], end: str
+) -> None:
+    assert said(closed, interval).endswith(end)
