@@ -17,7 +17,8 @@ from bayes_hw.following import Following, following
 from bayes_hw.posing import Origin, Posed, Start, posed
 from bayes_hw.quantities import speed_of, spelt
 from bayes_hw.record import Record, Units
-from bayes_hw.record_checks import Finding, mistakes_of, wrong_scale
+from bayes_hw.record_checks import Finding
+from bayes_hw.scale_checks import mistakes_of, wrong_scale
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference of the sample rates of a model and a record."""

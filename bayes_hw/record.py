@@ -20,9 +20,10 @@ from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
-from bayes_hw.record_checks import NO_CLOCK, Finding, check_signals
+from bayes_hw.record_checks import Finding, check_signals
 from bayes_hw.record_columns import columns_of_table, uniform_columns
 from bayes_hw.record_files import FileContent, parts_of_table, read_parts
+from bayes_hw.scale_checks import NO_CLOCK
 from bayes_hw.units import Units
 
 if TYPE_CHECKING:

@@ -16,8 +16,9 @@ from bayes_hw.log.log_columns import LogColumns
 from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.log.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 from bayes_hw.reading_options import ReadingOptions
-from bayes_hw.record_checks import CLOCKS, clock_change
+from bayes_hw.record_checks import clock_change
 from bayes_hw.record_columns import RATE_TOLERANCE
+from bayes_hw.scale_checks import CLOCKS
 
 FEWEST_SAMPLES = 32
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 0.1, 1e6

@@ -11,7 +11,8 @@ from simulated_records import measured
 
 from bayes_hw import record_checks
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record_checks import check_signals, mistakes_of, wrong_scale
+from bayes_hw.record_checks import check_signals
+from bayes_hw.scale_checks import mistakes_of, wrong_scale
 
 RATE_HZ = 20.0
 T = np.arange(3000) / RATE_HZ

@@ -17,7 +17,7 @@ from bayes_hw.log.clock import StampError, Stamps, read_stamps
 from bayes_hw.log.clock_offset import clock_offset
 from bayes_hw.log.time_grid import MOST_BRIDGED
 from bayes_hw.reading_options import ReadingOptions
-from bayes_hw.record_checks import NO_CLOCK
+from bayes_hw.scale_checks import NO_CLOCK
 
 
 @dataclass(frozen=True)
