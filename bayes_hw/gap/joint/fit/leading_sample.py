@@ -64,7 +64,9 @@ def leading_draws(
         # Of the second sample where the first is zero.
         slope = float(np.mean((drawn - drawn.mean()) * (second - second.mean()))) / variance
         later = second - slope * drawn
-        none = 1 / _evidence(float(drawn.mean()), float(np.sqrt(variance)), float(np.median(later)))
+        next_one = float(np.median(later))
+        if next_one != 0:
+            none = 1 / _evidence(float(drawn.mean()), float(np.sqrt(variance)), next_one)
     for j in range(1, count + 1):
         mean, covariance = earlier_samples(fit, j)
         if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):

@@ -116,7 +116,7 @@ def test_a_fault_of_the_drive_has_no_name(name: str, drive: Callable[[float], fl
         base = best_base(records(drive), axis())
         found = every_law(base)
     best = max(found, key=lambda fit: fit.score)
-    assert best.names == (f"other ({name})+",)
+    assert best.names == (f"other ({name}) over a motion of its own",)
     assert best.point.whitener.order == 0
     assert best.score > base.score + 300
     assert float(best.values.effects[0].values[0]) == pytest.approx(demand / KP, rel=0.25)

@@ -123,7 +123,7 @@ def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     found = diagnose_by_ports(case, np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ("friction",)
     assert found.verdict.gap_holdout.closed > 0.8
-    assert "ports" in " ".join(found.verdict.notes)
+    assert "no drive train was read back" in " ".join(found.verdict.notes)
     for name, true in (("saturation.upper", 0.3), ("saturation.lower", -0.35)):
         low, high = found.verdict.base[name].hdi94
         assert low - 0.003 < true < high + 0.003

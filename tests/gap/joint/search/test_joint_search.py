@@ -63,7 +63,7 @@ def test_a_walk_is_a_cause_of_the_noise() -> None:
         for r in measured((), LONG, (1, 2))
     ]
     base = at_the_truth(records)
-    found = joint_search._explained(base, read_faults(base), joint_search.silent)
+    found = joint_search._explained(base, read_faults(base), records, joint_search.silent)
     assert set(found.fit.labels) == {WALK} == set(found.nats)
     assert min(found.nats.values()) > 25
     assert found.remainder.order == 1 and found.remainder.coloured == 0
