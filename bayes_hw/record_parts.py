@@ -137,8 +137,8 @@ def _check_step(path: Path, t: FloatArray, clock: str) -> None:
 
 
 def _in_another_unit(step: float, clock: str) -> str:
-    """What to do where a step, in s of what the `clock` was taken to count (of Unix stamps, s), would be one of
-    1 to 1000 Hz in another unit; nothing elsewhere."""
+    """What to do where a step, in s of what the `clock` was taken to count (of Unix stamps, s), would be one
+    of 1 to 1000 Hz in another unit; nothing elsewhere."""
     step /= CLOCKS.get(clock, CLOCKS["s"])[0]
     for unit, seconds in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", 86_400.0)):
         if unit != clock and 1e-3 <= step * seconds <= 1.0:
