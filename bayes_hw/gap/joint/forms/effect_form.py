@@ -73,6 +73,7 @@ class Form:
     base: int = 0
     column: str = ""
     further: bool = False
+    moves_limits: bool = False
 
     @property
     def is_law(self) -> bool:
@@ -257,11 +258,14 @@ BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
-    _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber),
+    replace(
+        _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber), moves_limits=True
+    ),
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
         lambda _: [(0.0,)],
+        moves_limits=True,
     ),
     Form("command_bias", "", "input", lambda _: (Slot(K.BIAS, "bias"),), lambda _: [(0.0,)]),
     Form(

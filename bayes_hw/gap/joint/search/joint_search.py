@@ -260,14 +260,14 @@ def seen_through(fit: JointFit, without: JointFit) -> JointFit:
 
 
 def finer(fit: JointFit) -> JointFit:
-    """With laws that act several times a sample, where the noise asks for it and that is better."""
+    """With effects that act several times a sample, where the noise asks for it and that is better."""
     return within_sample(fit) if fit.point.whitener.order > 0 else fit
 
 
 def within_sample(fit: JointFit) -> JointFit:
-    """With laws that act several times a sample, where that is better."""
-    laws = any(e.is_own_law for e in fit.response.template)
-    if not laws or fit.response.steps > 1:
+    """With effects that act several times a sample, where that is better."""
+    within = any(e.acts_within_sample for e in fit.response.template)
+    if not within or fit.response.steps > 1:
         return fit
     trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
     return trial if trial.score > fit.score + STRUCTURAL_NATS else fit

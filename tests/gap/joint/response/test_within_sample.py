@@ -91,6 +91,18 @@ def test_steps_converge_on_an_axis_that_sticks_within_a_sample() -> None:
     assert fine < 0.2 * np.abs(runs[2] - runs[1]).max()
 
 
+def test_limits_that_move_with_the_angle_follow_it_within_a_sample() -> None:
+    """Of a period that is crossed in some ten samples: errors fall with the steps; a fit may ask for them."""
+    waves = Effect(form("saturation_drift"), np.array([0.2, 0.1, 60.0]))
+    response, values = response_with((waves,), SAMPLES)
+    u = 2 * command(SAMPLES, 1)
+    runs = {n: replace(response, steps=n).simulate(values, u).y for n in (1, 4, 32, 64)}
+    errors = {n: np.abs(runs[n] - runs[64]).max() for n in (1, 4, 32)}
+    assert errors[32] < 0.2 * errors[4] < 0.2 * 0.5 * errors[1]
+    assert waves.acts_within_sample and not waves.is_own_law
+    assert not Effect(form("command_bias"), np.array([0.1])).acts_within_sample
+
+
 def test_roots_go_on_smoothly_where_there_are_none() -> None:
     poles = np.array([-0.4, 0.0, LEAST_POLE - 1e-9, LEAST_POLE + 1e-9, 0.5], dtype=np.complex128)
     roots = root_of(poles, 4)
