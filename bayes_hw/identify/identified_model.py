@@ -13,6 +13,7 @@ from bayes_hw.identify.result import Cascade, LinearModel, Shown
 from bayes_hw.identify.whole_cascade import JointStage
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.phrases import in_percent
 from bayes_hw.record import Units
 
 WEAK_INTEGRATOR = 0.5
@@ -72,15 +73,15 @@ def blocks_shown(experiment: Experiment, joint: JointStage, units: Units) -> dic
     nearest = float(np.abs(outputs).min())
     facts = {
         "lower": (
-            f"{100 * np.mean(commands < values.lower):.2g} % of the commands lie below it",
+            f"{in_percent(float(np.mean(commands < values.lower)))} of the commands lie below it",
             f"no command lies below {commands.min():.4g} {units.input}",
         ),
         "upper": (
-            f"{100 * np.mean(commands > values.upper):.2g} % of the commands lie above it",
+            f"{in_percent(float(np.mean(commands > values.upper)))} of the commands lie above it",
             f"no command lies above {commands.max():.4g} {units.input}",
         ),
         "dead_zone": (
-            f"{100 * inside:.2g} % of the outputs lie within its half width of zero",
+            f"{in_percent(inside)} of the outputs lie within its half width of zero",
             f"the smallest |y| is {nearest:.3g} {units.output}",
         ),
     }
@@ -126,7 +127,7 @@ def warnings_of(
         found.append("the records speak against an integrator; the output does not behave like a position")
     elif (share := integrator_share(experiment, joint.fit)) < WEAK_INTEGRATOR:
         found.append(
-            f"the integrator carries only {100 * share:.2g} % of the output's spread; "
+            f"the integrator carries only {in_percent(share)} of the output's spread; "
             "the output may not be a position"
         )
     return tuple(found)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.identify.growth.search import Grown
+from bayes_hw.phrases import in_percent
 
 LISTED = 12
 """Members kept, the heaviest first, and the chosen one."""
@@ -63,12 +64,12 @@ class StructurePool:
         one = self.chosen
         said = (
             f"{self.visited} structures of G were fitted; the one of order {one.order} with a delay of "
-            f"{one.delay_samples} samples is taken, which holds {100 * one.weight:.2g} % of their weights"
+            f"{one.delay_samples} samples is taken, which holds {in_percent(one.weight)} of their weights"
         )
         heaviest = self.members[0]
         if not heaviest.chosen:
             said += (
-                f" (order {heaviest.order}, delay {heaviest.delay_samples}: {100 * heaviest.weight:.2g} %)"
+                f" (order {heaviest.order}, delay {heaviest.delay_samples}: {in_percent(heaviest.weight)})"
             )
         if one.slow_poles_added:
             said += (

@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import TORQUES
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_of_unit
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
+from bayes_hw.phrases import in_percent
 
 DEGREES = MappingProxyType(
     {"deg": 1.0, "rad": 180 / np.pi, "mrad": 0.18 / np.pi, "mdeg": 1e-3, "arcmin": 1 / 60, "arcsec": 1 / 3600}
@@ -101,16 +102,16 @@ def _torque(sized: Sized, label: str) -> list[str]:
     names = sized.posterior.fit.names
     side = "load" if any(label in n and "load" in n for n in names) else "motor"
     where = f", acting at the {side}" if label == "friction" else ""
-    share = 100 * mean / max(sized.acceleration(), 1e-300)
+    share = mean / max(sized.acceleration(), 1e-300)
     said = [
         f"its torque{where}: {shown} {unit}/s^2 as an acceleration of the whole axis, motor and "
-        f"load together, seen at the encoder: {share:.2g} % of the largest that these records show"
+        f"load together, seen at the encoder: {in_percent(share)} of the largest that these records show"
     ]
     degrees = DEGREES.get(unit)
     if sized.drive.inertia is not None and degrees is not None:
         per = sized.drive.inertia * float(np.deg2rad(degrees))
         rated = sized.drive.rated_torque
-        of = f", {100 * per * mean / rated:.2g} % of the rated torque" if rated else ""
+        of = f", {in_percent(per * mean / rated)} of the rated torque" if rated else ""
         newton = plus_minus(per * draws) if draws is not None else f"about {per * mean:.2g}"
         said.append(f"with an inertia of {sized.drive.inertia:g} kg m^2 that is {newton} N m{of}")
     return said

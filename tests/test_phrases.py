@@ -1,0 +1,20 @@
+"""Phrases as people say them."""
+
+from __future__ import annotations
+
+import pytest
+
+from bayes_hw.phrases import in_percent, listed
+
+
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [(0.0123, "1.2 %"), (1.0, "100 %"), (1.36, "140 %"), (0.0, "0 %"), (3e-5, "0.003 %"), (0.996, "100 %")],
+)
+def test_a_share_has_two_digits_and_no_exponent(share: float, said: str) -> None:
+    assert in_percent(share) == said
+
+
+def test_the_last_of_several_is_joined_by_and() -> None:
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"
