@@ -26,12 +26,17 @@ ZOOM_SAMPLES = 24_000
 """Most samples of a record that the page carries for zooming."""
 
 
+MOST_DRAWN_TWICE = 700_000
+"""Characters of all drawings of a page beyond which none is there a second time, for a telephone."""
+
+
 def report_content(report: Report) -> dict[str, Any]:
     """`report` as dictionaries, lists and text, with figures, tables and sections numbered from 1.
 
     Every string but SVG, Typst math and base64 data has passed through `visible`.
     """
     numbers = {"figure": 1, "table": 0, "equation": 0}
+    twice = sum(len(figure.svg) for figure in _drawings(report)) <= MOST_DRAWN_TWICE
     return {
         "title": visible(report.title),
         "subtitle": visible(report.subtitle),
@@ -39,21 +44,27 @@ def report_content(report: Report) -> dict[str, Any]:
         "badges": [
             {"label": visible(b.label), "state": b.state, "detail": visible(b.detail)} for b in report.badges
         ],
-        "key_figure": _figure(report.key_figure, 1),
+        "key_figure": _figure(report.key_figure, 1, twice),
         "sections": [
             {
                 "number": index,
                 "id": f"section-{index}",
                 "title": visible(section.title),
                 "folded": section.folded,
-                "blocks": [_block(block, numbers) for block in section.blocks],
+                "blocks": [_block(block, numbers, twice) for block in section.blocks],
             }
             for index, section in enumerate(report.sections, start=1)
         ],
     }
 
 
-def _block(block: Block, numbers: dict[str, int]) -> dict[str, Any]:
+def _drawings(report: Report) -> list[Figure]:
+    blocks = [block for section in report.sections for block in section.blocks]
+    stills = [block.still for block in blocks if isinstance(block, ZoomableRecord)]
+    return [report.key_figure, *(block for block in blocks if isinstance(block, Figure)), *stills]
+
+
+def _block(block: Block, numbers: dict[str, int], twice: bool) -> dict[str, Any]:
     match block:
         case Paragraph(text):
             return {"kind": "paragraph", "text": visible(text)}
@@ -86,9 +97,9 @@ def _block(block: Block, numbers: dict[str, int]) -> dict[str, Any]:
                 "explanation": visible(explanation),
             }
         case Figure():
-            return _figure(block, _next(numbers, "figure"))
+            return _figure(block, _next(numbers, "figure"), twice)
         case ZoomableRecord():
-            return _figure(block.still, _next(numbers, "figure")) | {
+            return _figure(block.still, _next(numbers, "figure"), twice) | {
                 "kind": "zoomable_record",
                 "series": _series(block),
                 "time_unit": visible(block.time_unit),
@@ -101,12 +112,12 @@ def _block(block: Block, numbers: dict[str, int]) -> dict[str, Any]:
             }
 
 
-def _figure(figure: Figure, number: int) -> dict[str, Any]:
+def _figure(figure: Figure, number: int, twice: bool) -> dict[str, Any]:
     return {
         "kind": "figure",
         "number": number,
         "svg": figure.svg,
-        "narrow_svg": figure.narrow_svg,
+        "narrow_svg": figure.narrow_svg if twice else None,
         "caption": visible(figure.caption),
         "alt": visible(figure.alt_text),
         "width_inches": figure.width_inches,

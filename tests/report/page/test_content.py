@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.report.page import content
 from bayes_hw.report.page.content import ZOOM_SAMPLES, report_content
 from bayes_hw.report.page.document import Section
 
@@ -19,6 +20,14 @@ def test_content_is_json_and_numbers_run_through_the_sections(report_of):
     assert blocks_of(content, "figure")[0]["number"] == 2
     assert blocks_of(content, "zoomable_record")[0]["number"] == 3
     assert [section["id"] for section in content["sections"]] == ["section-1", "section-2"]
+
+
+def test_a_page_of_heavy_drawings_has_each_of_them_once(report_of, monkeypatch):
+    report = report_of("text")
+    report = replace(report, key_figure=replace(report.key_figure, narrow_svg="<svg/>"))
+    assert report_content(report)["key_figure"]["narrow_svg"] == "<svg/>"
+    monkeypatch.setattr(content, "MOST_DRAWN_TWICE", len(report.key_figure.svg))
+    assert report_content(report)["key_figure"]["narrow_svg"] is None
 
 
 def test_record_keeps_small_residuals_on_a_large_angle(report_of):
