@@ -11,6 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Verdict
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.scale import AxisScale
@@ -19,7 +20,6 @@ from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.simulate.chain import ChainBuilder
-from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Units
 
@@ -77,12 +77,7 @@ def corrected_train(
     }
     found["answer"] = list(verdict.answer)
     found["probability"] = {label: verdict.probability[label] for label in verdict.answer}
-    found["motion"] = {
-        "velocity": max(float(np.abs(r.u).max()) for r in case.train),
-        "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in case.train),
-        "commanded": list(extremes(r.u for r in case.train)),
-        "stroke": [min(float(r.y.min()) for r in case.train), max(float(r.y.max()) for r in case.train)],
-    }
+    found["motion"] = motion_of(case.train)
     found["next_experiment"] = verdict.next_experiment
     return found
 

@@ -18,6 +18,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import staged
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
+from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
@@ -65,7 +66,6 @@ from bayes_hw.gap.joint.search.known_input import BLOCKS, columns_of
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.gap.joint.search.whole_records import fitted_to, on_whole_records
 from bayes_hw.identify.holes import with_holes, without_holes
-from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
@@ -312,12 +312,7 @@ def _finished(
     corrected = corrected_model(name, train, posterior, sigma) | {
         "answer": list(decision.answer),
         "probability": {label: decision.probability[label] for label in decision.answer},
-        "motion": {
-            "velocity": max(float(np.abs(r.u).max()) for r in train),
-            "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in train),
-            "commanded": list(extremes(r.u for r in train)),
-            "stroke": [min(float(r.y.min()) for r in train), max(float(r.y.max()) for r in train)],
-        },
+        "motion": motion_of(train),
         "next_experiment": verdict.next_experiment,
     }
     if lead:

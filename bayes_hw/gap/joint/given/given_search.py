@@ -38,6 +38,7 @@ from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
+from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
     MOST_EFFECTS,
@@ -62,9 +63,6 @@ MOST_STEPS = 5
 RIVALS, EXCHANGES = 4, 2
 LEADING = 3
 """Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
-
-CLEAR, LEAST_CLEAR = 2.5, 0.5
-"""Root mean squares of a slow error that may shift the axis, and the least share of the samples to go on."""
 
 LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
 """Standard deviation of a slow error over that of the readings' noise to be named alone, beside a label."""
@@ -345,17 +343,8 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
 def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
     """The base on what lies clear of the dead zone, however the slow error that `fit` leaves shifts the axis:
     there a shift shows whole. None where that is all or little of the records."""
-    response, values = fit.response, fit.values
-    reach = values.cascade.half_width + CLEAR * fit.point.rms
-    records, kept = [], 0
-    for record in response.records:
-        w = response.simulate(values, record.u, record.known).w
-        measured = record.measured_samples & (np.abs(w) > reach)
-        records.append(replace(record, measured=measured))
-        kept += int(measured.sum())
-    if kept == fit.point.samples or kept < LEAST_CLEAR * fit.point.samples:
-        return None
-    return on_records(base, tuple(records))
+    clear = out_of_reach(fit, fit.response.records)
+    return None if clear is None else on_records(base, clear)
 
 
 def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:

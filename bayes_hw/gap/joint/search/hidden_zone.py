@@ -39,8 +39,11 @@ FEWEST_INSIDE = 20
 def clear_of_zone(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:
     """`records` with what lies in reach of the dead zone taken for not measured; None where the error that
     the fit leaves is not slow, or where that is none of the samples or too many."""
-    if fit.point.rms < SLOW * innovation_sigma(fit):
-        return None
+    return None if fit.point.rms < SLOW * innovation_sigma(fit) else out_of_reach(fit, records)
+
+
+def out_of_reach(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:
+    """As `clear_of_zone`, of an error that is known to be slow."""
     reach = fit.values.cascade.half_width + _shift(fit)
     clear = [np.abs(w) > reach for w in _motion(fit, records)]
     found = _measured_where(records, clear)
